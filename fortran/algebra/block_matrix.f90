@@ -31,7 +31,7 @@ contains
 
    !> Build the pattern of all pairs (i, j), i ≠ j; pairs may repeat, in any order.
    pure subroutine set_pattern(matrix, n, pairs, untouched)
-      type(block_matrix_type), intent(inout) :: matrix  !< gets the pattern, and zeros as values
+      type(block_matrix_type), intent(inout) :: matrix  !< receives the pattern, and zeros as values
       integer, intent(in) :: n           !< block rows
       integer, intent(in) :: pairs(:,:)  !< [2, any] coupled block rows
       !> no values on the diagonal: unwritten memory occupies no pages

@@ -22,7 +22,7 @@ contains
    !> Build the 6×6 block from its 11 numbers.
    pure subroutine expand(numbers, block)
       real(wp), intent(in) :: numbers(compact_size)  !< as of `compact`
-      real(wp), intent(out) :: block(6, 6)           !< of which they are
+      real(wp), intent(out) :: block(6, 6)           !< block with these numbers
 
       block(:, 1:2) = 0.0_wp
       block(1:2, :) = 0.0_wp

@@ -12,7 +12,7 @@ module dda_ordered_sums
    public :: inner_product, pieces, first_of, last_of, share_of_thread, most_pieces, parallel_from
 
    integer, parameter :: piece = 128          !< smallest number of terms per thread
-   integer, parameter :: most_pieces = 256    !< so that partial sums need no allocation
+   integer, parameter :: most_pieces = 256    !< limit, so that partial sums need no allocation
    integer, parameter :: parallel_from = 2000 !< terms from which threads save time
 
 contains

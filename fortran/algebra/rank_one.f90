@@ -16,11 +16,12 @@ module dda_rank_one
       integer :: n = 0                        !< may exceed `most_changes`
       integer :: block(2, most_changes) = 0    !< rows of blocks that u touches
       real(wp) :: u(6, 2, most_changes) = 0.0_wp
-      real(wp) :: k(most_changes) = 0.0_wp    !< N/m, negative for a term that leaves
+      real(wp) :: k(most_changes) = 0.0_wp    !< N/m; negative for a removed term
    end type rank_one_type
 
 contains
 
+   !> Empty the list of changes.
    pure subroutine forget_changes(changes)
       type(rank_one_type), intent(inout) :: changes  !< left empty
 

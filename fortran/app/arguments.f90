@@ -23,7 +23,7 @@ contains
 
    !> Read the command line; an error if it is not understood.
    subroutine read_arguments(arguments, error)
-      type(arguments_type), intent(out) :: arguments  !< of the command line
+      type(arguments_type), intent(out) :: arguments  !< arguments of the command line
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=:), allocatable :: word
       integer :: i
@@ -64,9 +64,9 @@ contains
          arguments%command//' needs an input file')
    end subroutine read_arguments
 
-   !> A change of the input.
+   !> Read a change of the input, NAME=VALUE.
    subroutine read_change(arguments, word, error)
-      type(arguments_type), intent(inout) :: arguments  !< of the command line so far
+      type(arguments_type), intent(inout) :: arguments  !< arguments of the command line so far
       character(len=*), intent(in) :: word  !< 'NAME=VALUE'
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=longest_change) :: change
@@ -78,9 +78,9 @@ contains
       arguments%changes = [arguments%changes, change]
    end subroutine read_change
 
-   !> The command, then the input file.
+   !> Read the command, then the input file.
    subroutine read_word(arguments, word, error)
-      type(arguments_type), intent(inout) :: arguments  !< of the command line so far
+      type(arguments_type), intent(inout) :: arguments  !< arguments of the command line so far
       character(len=*), intent(in) :: word  !< argument
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
@@ -96,7 +96,7 @@ contains
       end if
    end subroutine read_word
 
-   !> An argument of the command line; blank after the last one.
+   !> Argument of the command line; blank after the last one.
    function argument(i) result(word)
       integer, intent(in) :: i  !< from 1
       character(len=:), allocatable :: word
@@ -107,9 +107,9 @@ contains
       call get_command_argument(i, word)
    end function argument
 
-   !> A change of the input names its output.
+   !> .true. if a change of the input names the output.
    pure logical function names_output(arguments)
-      type(arguments_type), intent(in) :: arguments  !< of the command line
+      type(arguments_type), intent(in) :: arguments  !< arguments of the command line
       integer :: i
 
       names_output = .false.
@@ -120,9 +120,9 @@ contains
       end do
    end function names_output
 
-   !> The command that continues an interrupted run.
+   !> Command that continues an interrupted run.
    pure function resume_command(arguments) result(text)
-      type(arguments_type), intent(in) :: arguments  !< of the command line
+      type(arguments_type), intent(in) :: arguments  !< arguments of the command line
       character(len=:), allocatable :: text
       integer :: i
 
@@ -133,7 +133,7 @@ contains
       end do
    end function resume_command
 
-   !> A word that needs no quotes in a shell.
+   !> .true. if a word needs no quotes in a shell.
    pure function shell_word(text) result(word)
       character(len=*), intent(in) :: text  !< any
       character(len=:), allocatable :: word
@@ -154,7 +154,7 @@ contains
       word = "'"//word//"'"
    end function shell_word
 
-   !> The text of --help.
+   !> Text of --help.
    pure function usage() result(text)
       character(len=:), allocatable :: text
       character(len=*), parameter :: lines(*) = [character(len=84) :: &

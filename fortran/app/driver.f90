@@ -31,9 +31,9 @@ module dda_driver
 
 contains
 
-   !> Carry out a command.
+   !> Perform a command.
    subroutine act(arguments, error)
-      type(arguments_type), intent(in) :: arguments  !< of the command line
+      type(arguments_type), intent(in) :: arguments  !< arguments of the command line
       type(error_type), allocatable, intent(out) :: error  !< of the command
 
       select case (arguments%command)
@@ -49,9 +49,9 @@ contains
       end select
    end subroutine act
 
-   !> Print the check of an input; an error if it fails.
+   !> Print the check of an input; return an error if the check fails.
    subroutine check_input(arguments, error)
-      type(arguments_type), intent(in) :: arguments        !< of the command line
+      type(arguments_type), intent(in) :: arguments        !< arguments of the command line
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(model_type) :: model
       type(simulation_type), allocatable :: simulation
@@ -74,9 +74,9 @@ contains
          arguments%file//': the check fails')
    end subroutine check_input
 
-   !> Run an input file to its end and print the results that it requires.
+   !> Run an input file to its end and print the requested results.
    subroutine run_input(arguments, error)
-      type(arguments_type), intent(in) :: arguments  !< of the command line
+      type(arguments_type), intent(in) :: arguments  !< arguments of the command line
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(model_type), allocatable :: model
       type(run_type), allocatable :: run
@@ -105,9 +105,9 @@ contains
       call print_amplifications(run%simulation, run%was_complete, error)
    end subroutine run_input
 
-   !> Assumptions of a model: its elastic law, and the kind of its motions.
+   !> Print the assumptions of a model: its elastic law, and the kind of its motions.
    subroutine print_description(model)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       integer :: i
 
       associate (lines => model_description(model))
@@ -117,18 +117,18 @@ contains
       end associate
    end subroutine print_description
 
-   !> Words on lines of a screen.
+   !> Print a text, wrapped to the width of the screen.
    subroutine print_wrapped(words)
-      character(len=*), intent(in) :: words  !< with single blanks between
+      character(len=*), intent(in) :: words  !< words with single blanks between
       character(len=:), allocatable :: text
 
       text = wrapped(words, 6, screen_width)
       call say(text(:len(text) - 1))
    end subroutine print_wrapped
 
-   !> Probable mistakes in a model.
+   !> Print probable mistakes in a model.
    subroutine print_notes(model)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       integer :: i
 
       associate (notes => model_notes(model))
@@ -138,10 +138,10 @@ contains
       end associate
    end subroutine print_notes
 
-   !> Step until the run is done or a signal stops it.
+   !> Perform steps until the run is complete or a signal stops it.
    subroutine step_to_end(run, arguments, error)
       type(run_type), intent(inout) :: run  !< and its files
-      type(arguments_type), intent(in) :: arguments  !< of the command line
+      type(arguments_type), intent(in) :: arguments  !< arguments of the command line
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(progress_type) :: progress
 
@@ -160,17 +160,17 @@ contains
       end do
    end subroutine step_to_end
 
-   !> Close the output also after an error, which stays the one to report.
+   !> Close the output, also after an error, which is then the one reported.
    subroutine close_run(run, error)
       type(run_type), intent(inout) :: run  !< and its files
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(error_type), allocatable :: failure
 
       call end_run(run, failure)
       if (.not. allocated(failure)) return
       if (.not. allocated(error)) then
          error = failure
-      else if (error%kind == error_interrupted) then  ! what it promises is not there
+      else if (error%kind == error_interrupted) then  ! the promised output does not exist
          error = error_type(failure%kind, 'interrupted at t = '// &
             to_text(run%simulation%time)//' s; '//failure%message)
       else
@@ -178,9 +178,9 @@ contains
       end if
    end subroutine close_run
 
-   !> Events, figures, doubts, counts of the run, its output.
+   !> Print events, results, warnings, counts of the run, and its output.
    subroutine print_summary(simulation)
-      type(simulation_type), intent(in) :: simulation  !< at its present time
+      type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       type(run_verdict_type) :: verdict
       character(len=:), allocatable :: text
 
@@ -194,10 +194,10 @@ contains
       call say(no_bars)
    end subroutine print_summary
 
-   !> The peaks of the amplifications of an input, from its output, and their difference from the
-   !> exact ones.
+   !> Print the amplification peaks of an input from its output.
+   !> Their differences from the exact peaks are printed too.
    subroutine print_amplifications(simulation, was_complete, error)
-      type(simulation_type), intent(in) :: simulation  !< at the end of the run
+      type(simulation_type), intent(in) :: simulation  !< simulation at the end of the run
       logical, intent(in) :: was_complete  !< the output existed, and nothing was run
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(response_peak_type) :: peak

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Progress lines for a log file: fraction done, time left.
+!> Progress lines for a log file: completed fraction, remaining time.
 module dda_progress
    use dda_kinds, only: wp, long
    use dda_messages, only: say
@@ -9,7 +9,7 @@ module dda_progress
 
    real(wp), parameter :: every = 5.0_wp  !< s between lines
 
-   !> When the run began and when the last line was shown.
+   !> Times of the start of the run and of the last line.
    type :: progress_type
       integer(long) :: begun = 0, shown = 0, rate = 1
       real(wp) :: first = 0.0_wp     !< time of the model at the start, s
@@ -18,7 +18,7 @@ module dda_progress
 
 contains
 
-   !> The clock starts.
+   !> Start the clock.
    subroutine start_progress(progress, time, quiet)
       type(progress_type), intent(out) :: progress  !< of this run
       real(wp), intent(in) :: time   !< s of the model
@@ -30,7 +30,7 @@ contains
       progress%shown = progress%begun
    end subroutine start_progress
 
-   !> A line, if it is time for one or the run is at its end.
+   !> Write a line, if the interval has passed or the run has ended.
    subroutine show_progress(progress, time, duration)
       type(progress_type), intent(inout) :: progress     !< of this run
       real(wp), intent(in) :: time, duration  !< s of the model

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Serialisation of a state: one list of calls both writes it to bytes and reads it back.
 !>
-!> `serialise` writes a value or an array while the archive is being written, and reads it while the
+!> `serialise` writes a value or an array if the archive is being written, and reads it if the
 !> archive is being read, so that the two directions cannot differ.  Every array is preceded by its
-!> size; the first mismatch is kept in `failure`, and nothing is read after it.  The bytes of a
-!> large state pass through a stream: they would take as much memory as the state itself.
+!> size; the first mismatch is stored in `failure`, and nothing is read after it.  The bytes of a
+!> large state pass through a stream, since they would need as much memory as the state itself.
 module dda_archive
    use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_ptr
    use, intrinsic :: iso_fortran_env, only: int8
@@ -17,7 +17,7 @@ module dda_archive
 
    integer(long), parameter :: buffer_size = 2_long**20  !< bytes
 
-   !> Target of bytes when the buffer of an archive is full, and source when it is empty.
+   !> Target of the bytes when the buffer of an archive is full, and source when it is empty.
    type, abstract :: archive_stream_type
    contains
       procedure(move_bytes), deferred :: put  !< write all of them
@@ -35,7 +35,7 @@ module dda_archive
    !> Serialised bytes, and the position in them.
    type :: archive_type
       logical :: reading = .false.
-      integer(int8), allocatable :: bytes(:)     !< all of them, or the buffer of the stream
+      integer(int8), allocatable :: bytes(:)     !< all bytes, or the buffer of the stream
       class(archive_stream_type), allocatable :: stream
       integer(long) :: at = 0                    !< bytes written or read
       integer(long) :: before = 0                !< bytes before the first of `bytes`
@@ -43,7 +43,7 @@ module dda_archive
       character(len=:), allocatable :: failure   !< reason why the rest cannot be read
    end type archive_type
 
-   !> One value, an array that has its size already, or a text.
+   !> Serialise a value, an array with a known size, or a text.
    interface serialise
       module procedure serialise_integers, serialise_longs, serialise_reals, serialise_singles, &
          serialise_logicals, serialise_text
@@ -51,7 +51,7 @@ module dda_archive
 
 contains
 
-   !> An empty archive to write to; its stream, if it gets one, is at its beginning.
+   !> Begin an archive for writing; its stream, if any, is at its beginning.
    pure subroutine write_archive(archive)
       type(archive_type), intent(inout) :: archive  !< written
 
@@ -62,10 +62,10 @@ contains
       if (.not. allocated(archive%bytes)) allocate (archive%bytes(buffer_size))
    end subroutine write_archive
 
-   !> Read `bytes` from their start, or a stream of a given length from its position.
+   !> Begin to read `bytes` from their start, or a stream of a given length from its position.
    pure subroutine read_archive(archive, length)
       type(archive_type), intent(inout) :: archive     !< read
-      integer(long), intent(in), optional :: length    !< of the stream, bytes
+      integer(long), intent(in), optional :: length    !< length of the stream, bytes
 
       archive%reading = .true.
       archive%at = 0
@@ -78,7 +78,7 @@ contains
       archive%length = length
    end subroutine read_archive
 
-   !> From here on nothing is read; the first reason stays.
+   !> Record a failure, after which nothing is read; an earlier reason is retained.
    pure subroutine fail_archive(archive, reason)
       type(archive_type), intent(inout) :: archive  !< written or read
       character(len=*), intent(in) :: reason  !< for a person
@@ -86,7 +86,7 @@ contains
       if (.not. allocated(archive%failure)) archive%failure = reason
    end subroutine fail_archive
 
-   !> Copy bytes from an address to the archive, or back.
+   !> Copy bytes from an address to the archive, or from the archive to the address.
    subroutine pass(archive, place, bytes)
       type(archive_type), intent(inout) :: archive  !< written or read
       type(c_ptr), intent(in) :: place        !< of the value
@@ -113,7 +113,7 @@ contains
       end do
    end subroutine pass
 
-   !> Move the position before the end of the buffer.
+   !> Make room in the buffer, so that the position is before its end.
    subroutine make_room(archive, wanted)
       type(archive_type), intent(inout) :: archive  !< written or read
       integer(long), intent(in) :: wanted           !< bytes that come
@@ -138,10 +138,10 @@ contains
       to = from
    end subroutine copy
 
-   !> A label between parts of the state, checked when it is read.
+   !> Serialise a label between parts of the state; it is checked on reading.
    subroutine serialise_label(archive, label)
       type(archive_type), intent(inout) :: archive  !< written or read
-      character(len=*), intent(in) :: label  !< of the part that follows
+      character(len=*), intent(in) :: label  !< label of the part that follows
       character(len=:), allocatable :: found
 
       found = label
@@ -149,7 +149,7 @@ contains
       if (found /= label) call fail_archive(archive, 'it has no '//label//' where they should be')
    end subroutine serialise_label
 
-   !> A number that must lie within limits.
+   !> Serialise a number that must lie within limits.
    subroutine serialise_number(archive, value, lowest, highest)
       type(archive_type), intent(inout) :: archive  !< written or read
       integer, intent(inout) :: value  !< written or read
@@ -161,7 +161,7 @@ contains
       if (archive%reading .and. allocated(archive%failure)) value = lowest
    end subroutine serialise_number
 
-   !> A size; when read, as many bytes at least must still be there.
+   !> Serialise a size; on reading, at least as many bytes must remain.
    subroutine serialise_count(archive, count)
       type(archive_type), intent(inout) :: archive  !< written or read
       integer, intent(inout) :: count  !< written or read
@@ -172,7 +172,7 @@ contains
       call serialise_number(archive, count, 0, int(limit))
    end subroutine serialise_count
 
-   !> An array as its bytes, after its size, which must be that of the array it is read into.
+   !> Serialise an array as its bytes, after its size, which must be that of the target array.
    subroutine pass_array(archive, place, items, bits)
       type(archive_type), intent(inout) :: archive  !< written or read
       type(c_ptr), intent(in) :: place  !< address of the values
@@ -188,7 +188,7 @@ contains
       call pass(archive, place, wanted)
    end subroutine pass_array
 
-   !> Default integers.
+   !> Serialise default integers.
    subroutine serialise_integers(archive, values)
       type(archive_type), intent(inout) :: archive  !< written or read
       integer, contiguous, target, intent(inout) :: values(..)  !< any shape, written or read
@@ -196,7 +196,7 @@ contains
       call pass_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
    end subroutine serialise_integers
 
-   !> 64-bit integers.
+   !> Serialise 64-bit integers.
    subroutine serialise_longs(archive, values)
       type(archive_type), intent(inout) :: archive  !< written or read
       integer(long), contiguous, target, intent(inout) :: values(..)  !< any shape, written or read
@@ -204,7 +204,7 @@ contains
       call pass_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
    end subroutine serialise_longs
 
-   !> Double precision.
+   !> Serialise double-precision numbers.
    subroutine serialise_reals(archive, values)
       type(archive_type), intent(inout) :: archive  !< written or read
       real(wp), contiguous, target, intent(inout) :: values(..)  !< any shape, written or read
@@ -212,7 +212,7 @@ contains
       call pass_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
    end subroutine serialise_reals
 
-   !> Single precision.
+   !> Serialise single-precision numbers.
    subroutine serialise_singles(archive, values)
       type(archive_type), intent(inout) :: archive  !< written or read
       real(sp), contiguous, target, intent(inout) :: values(..)  !< any shape, written or read
@@ -220,7 +220,7 @@ contains
       call pass_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
    end subroutine serialise_singles
 
-   !> Logicals.
+   !> Serialise logical values.
    subroutine serialise_logicals(archive, values)
       type(archive_type), intent(inout) :: archive  !< written or read
       logical, contiguous, target, intent(inout) :: values(..)  !< any shape, written or read
@@ -228,7 +228,7 @@ contains
       call pass_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
    end subroutine serialise_logicals
 
-   !> A text, which takes the length it had.
+   !> Serialise a text; on reading, it has the length that was written.
    subroutine serialise_text(archive, text)
       type(archive_type), intent(inout) :: archive  !< written or read
       character(len=:), allocatable, intent(inout) :: text  !< written or read
@@ -243,7 +243,7 @@ contains
       text = buffer
    end subroutine serialise_text
 
-   !> Integers that must lie within limits, such as indices.
+   !> Serialise integers that must lie within limits, such as indices.
    subroutine serialise_list(archive, values, lowest, highest)
       type(archive_type), intent(inout) :: archive  !< written or read
       integer, contiguous, intent(inout) :: values(:)  !< written or read
@@ -253,7 +253,7 @@ contains
       call check_list(archive, values, lowest, highest)
    end subroutine serialise_list
 
-   !> A failure if indices that have been read exceed their limits.
+   !> Record a failure if indices that have been read exceed their limits.
    pure subroutine check_list(archive, values, lowest, highest)
       type(archive_type), intent(inout) :: archive  !< written or read
       integer, intent(in) :: values(:), lowest, highest  !< indices and their limits, included

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> CRC-64 of bytes, as xz computes it (polynomial of ECMA-182, reflected): finds every burst of
+!> CRC-64 of bytes, as in xz (polynomial of ECMA-182, reflected): detects every burst of
 !> errors up to 64 bits.
 module dda_checksum
    use, intrinsic :: iso_fortran_env, only: int8
@@ -10,7 +10,7 @@ module dda_checksum
 
    integer(long), parameter :: polynomial = -3932672073523589310_long  !< C96C5795D7870F42
 
-   !> The checksum of the bytes so far, and the tables to process eight at a time.
+   !> Checksum of the bytes so far, and tables to process eight bytes at a time.
    type :: checksum_type
       integer(long) :: value = 0
       !> remainders of a byte with 0 … 7 zero bytes after it
@@ -19,7 +19,7 @@ module dda_checksum
 
 contains
 
-   !> The checksum of no bytes, with its tables.
+   !> Begin a checksum, and compute its tables.
    pure subroutine begin_checksum(checksum)
       type(checksum_type), intent(out) :: checksum  !< of no bytes
       integer :: byte, bit, behind
@@ -40,7 +40,7 @@ contains
       end do
    end subroutine begin_checksum
 
-   !> The lowest eight bits of a word.
+   !> Lowest eight bits of a word.
    pure integer function low_byte(word)
       integer(long), intent(in) :: word  !< eight bytes
 
@@ -49,7 +49,7 @@ contains
 
    !> Update a checksum by more bytes.
    pure subroutine add_bytes(checksum, bytes)
-      type(checksum_type), intent(inout) :: checksum  !< of the bytes so far
+      type(checksum_type), intent(inout) :: checksum  !< checksum of the bytes so far
       integer(int8), contiguous, intent(in) :: bytes(:)  !< [bytes]
       integer(long) :: rest, i, whole
 
@@ -71,7 +71,7 @@ contains
       checksum%value = not(rest)
    end subroutine add_bytes
 
-   !> The sum of some bytes.
+   !> Checksum of an array of bytes.
    pure integer(long) function checksum_of(bytes) result(value)
       integer(int8), contiguous, intent(in) :: bytes(:)  !< [bytes]
       type(checksum_type) :: checksum

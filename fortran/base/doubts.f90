@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Doubts about a run: topics with a sentence each.
+!> Warnings on a run: topics with a sentence each.
 module dda_doubts
    use dda_archive, only: archive_type, serialise, serialise_count
    implicit none
@@ -8,7 +8,7 @@ module dda_doubts
 
    character(len=*), parameter :: from_check = 'check: '  !< prefix of the warnings of a check
 
-   !> One doubt.
+   !> A warning.
    type :: doubt_type
       character(len=:), allocatable :: topic  !< topic; blank: none
       character(len=:), allocatable :: words  !< a sentence
@@ -17,7 +17,7 @@ module dda_doubts
 
 contains
 
-   !> One more of a list, which need not be allocated.
+   !> Add a warning to a list, which need not be allocated.
    pure subroutine add_doubt(doubts, topic, words, of_check)
       type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< so far
       character(len=*), intent(in) :: topic, words               !< see `doubt_type`
@@ -35,7 +35,7 @@ contains
       call move_alloc(longer, doubts)
    end subroutine add_doubt
 
-   !> All of another list.
+   !> Add all warnings of another list.
    pure subroutine add_doubts(doubts, more)
       type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< so far
       type(doubt_type), intent(in) :: more(:)                    !< the next ones
@@ -46,7 +46,7 @@ contains
       end do
    end subroutine add_doubts
 
-   !> As a line: "topic: sentence", that of the check after "check: ".
+   !> Text of a warning: "topic: sentence", after "check: " for warnings of the check.
    pure function doubt_text(doubt) result(text)
       type(doubt_type), intent(in) :: doubt  !< one
       character(len=:), allocatable :: text
@@ -56,7 +56,7 @@ contains
       if (doubt%of_check) text = from_check//text
    end function doubt_text
 
-   !> A list, of which an archive that is read decides the length.
+   !> Save or restore a list of warnings; on reading, the archive determines its length.
    subroutine serialise_doubts(archive, doubts)
       type(archive_type), intent(inout) :: archive               !< written or read
       type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< of a run

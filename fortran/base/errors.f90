@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Failure as a value: the library never stops its host.
+!> Errors are returned as values: the library never stops its host.
 !>
 !> A procedure that can fail takes `type(error_type), allocatable, intent(out) :: error`;
 !> unallocated means success.
@@ -10,7 +10,7 @@ module dda_errors
    public :: error_input, error_check, error_convergence, error_solver, error_file, &
       error_interrupted, error_memory, error_checkpoint
 
-   !> A failure: its kind, and a message with position and remedy.
+   !> An error: its kind, and a message with position and remedy.
    type :: error_type
       integer :: kind                          !< one of the `error_…` constants
       character(len=:), allocatable :: message !< one or more sentences for the user
@@ -27,7 +27,7 @@ module dda_errors
 
 contains
 
-   !> Set an error.
+   !> Set an error: its kind and its message.
    pure subroutine fail(error, kind, message)
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer, intent(in) :: kind  !< `error_…`
@@ -36,9 +36,9 @@ contains
       error = error_type(kind, message)
    end subroutine fail
 
-   !> Exit status of the executable: the kind; an error of a checkpoint counts as one of a file.
+   !> Exit status of the executable: the kind; an error of a checkpoint is one of a file.
    pure integer function exit_status(error)
-      type(error_type), intent(in) :: error  !< that ends the program
+      type(error_type), intent(in) :: error  !< error that ends the program
 
       exit_status = error%kind
       if (error%kind == error_checkpoint) exit_status = error_file

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Allocatable arrays that grow: contents are kept, new elements are zero.
+!> Allocatable arrays that grow: contents are retained, new elements are zero.
 !>
-!> `grow` does nothing if the array is large enough; else the array at least doubles, so that
-!> appending n values one by one copies fewer than 2n.  Or it gets exactly what is requested.
-!> Old and new array stand side by side only while one is copied into the other.
+!> `grow` does nothing if the array is large enough; otherwise the array at least doubles, so that
+!> appending n values one by one copies fewer than 2n.  On request, it gets the exact size.
+!> Old and new array exist together only while one is copied into the other.
 module dda_growth
    use, intrinsic :: iso_fortran_env, only: int8
    use dda_kinds, only: wp, long
@@ -11,8 +11,8 @@ module dda_growth
    private
    public :: grow
 
-   !> At least so many elements, or columns of `rows` elements, in an allocatable array, which need
-   !> not be allocated yet.
+   !> Enlarge an allocatable array to a number of elements, or of columns of `rows` elements.
+   !> The array need not be allocated.
    interface grow
       module procedure grow_integers, grow_reals, grow_logicals, grow_texts, grow_bytes, &
          grow_integer_columns, grow_real_columns
@@ -20,7 +20,7 @@ module dda_growth
 
 contains
 
-   !> Default integers.
+   !> Enlarge an array of default integers.
    pure subroutine grow_integers(list, least, exactly)
       integer, allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then 0
       integer, intent(in) :: least  !< elements needed
@@ -35,7 +35,7 @@ contains
       call move_alloc(longer, list)
    end subroutine grow_integers
 
-   !> Double precision.
+   !> Enlarge an array of double-precision numbers.
    pure subroutine grow_reals(list, least, exactly)
       real(wp), allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then 0
       integer, intent(in) :: least  !< elements needed
@@ -50,7 +50,7 @@ contains
       call move_alloc(longer, list)
    end subroutine grow_reals
 
-   !> Logicals.
+   !> Enlarge an array of logical values.
    pure subroutine grow_logicals(list, least, exactly)
       logical, allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then .false.
       integer, intent(in) :: least  !< elements needed
@@ -65,7 +65,7 @@ contains
       call move_alloc(longer, list)
    end subroutine grow_logicals
 
-   !> Texts of one length.
+   !> Enlarge an array of texts of equal length.
    pure subroutine grow_texts(list, least)
       character(len=*), allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then blank
       integer, intent(in) :: least  !< elements needed
@@ -79,7 +79,7 @@ contains
       call move_alloc(longer, list)
    end subroutine grow_texts
 
-   !> Bytes, of which there may be more than 2³¹.
+   !> Enlarge an array of bytes, of which there may be more than 2³¹.
    pure subroutine grow_bytes(list, least)
       integer(int8), allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then 0
       integer(long), intent(in) :: least  !< elements needed
@@ -93,7 +93,7 @@ contains
       call move_alloc(longer, list)
    end subroutine grow_bytes
 
-   !> Columns of default integers.
+   !> Enlarge an array by columns of default integers.
    pure subroutine grow_integer_columns(list, rows, least, exactly)
       integer, allocatable, intent(inout) :: list(:,:)  !< [rows, ≥ least] kept, then 0
       integer, intent(in) :: rows  !< size of a column
@@ -109,7 +109,7 @@ contains
       call move_alloc(longer, list)
    end subroutine grow_integer_columns
 
-   !> Columns of double precision.
+   !> Enlarge an array by columns of double-precision numbers.
    pure subroutine grow_real_columns(list, rows, least, exactly)
       real(wp), allocatable, intent(inout) :: list(:,:)  !< [rows, ≥ least] kept, then 0
       integer, intent(in) :: rows  !< size of a column
@@ -125,7 +125,7 @@ contains
       call move_alloc(longer, list)
    end subroutine grow_real_columns
 
-   !> Size of an array that has become too small.
+   !> New size of an array that has become too small.
    pure integer function larger(present_size, least, exactly)
       integer, intent(in) :: present_size, least  !< elements; needed
       logical, intent(in), optional :: exactly    !< no more than these

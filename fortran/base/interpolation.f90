@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Tables: the interval of an abscissa, interpolation, equal steps of a logarithm.
+!> Tables: interval of an abscissa, interpolation, logarithmic spacing.
 module dda_interpolation
    use dda_kinds, only: wp
    implicit none
@@ -8,8 +8,8 @@ module dda_interpolation
 
 contains
 
-   !> The interval of a table in which a time lies, and its fraction of it: the value there is v(k)
-   !> + share (v(last) − v(k)).  Of times that are equal the last one counts.
+   !> Find the interval of a table that contains a time, and the fraction of the time in it.
+   !> The value there is v(k) + share (v(last) − v(k)).  Of equal times the last one is used.
    pure subroutine find_interval(times, time, k, last, share)
       real(wp), intent(in) :: times(:)  !< s, ascending, times(1) ≤ time ≤ times(size(times))
       real(wp), intent(in) :: time      !< s
@@ -31,10 +31,10 @@ contains
       if (times(last) > times(k)) share = (time - times(k))/(times(last) - times(k))
    end subroutine find_interval
 
-   !> The value of a table at an argument, straight between its rows and constant beyond its ends.
+   !> Value of a table at an argument: linear between rows, constant beyond the ends.
    pure real(wp) function table_value(arguments, values, argument) result(value)
       real(wp), intent(in) :: arguments(:)  !< ascending
-      real(wp), intent(in) :: values(:)     !< of each of them
+      real(wp), intent(in) :: values(:)     !< values of each of them
       real(wp), intent(in) :: argument      !< any
       real(wp) :: share
       integer :: k, last
@@ -44,7 +44,7 @@ contains
       value = values(k) + share*(values(last) - values(k))
    end function table_value
 
-   !> Numbers from a first to a last one, equally spaced in their logarithm.
+   !> Numbers between two limits, equally spaced in their logarithm.
    pure function log_spaced(first, last, n) result(list)
       real(wp), intent(in) :: first, last  !< above 0
       integer, intent(in) :: n             !< 2 at least

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Items that are joined pair by pair, and the parts that they then form.
+!> Partition of items into parts that are connected pair by pair.
 module dda_partition
    implicit none
    private
@@ -7,7 +7,7 @@ module dda_partition
 
 contains
 
-   !> Two items are of one part; the smaller of the two roots becomes that of both.
+   !> Join the parts of two items; the smaller of the two roots becomes the common root.
    pure subroutine join(part, a, b)
       integer, intent(inout) :: part(:)  !< [items] an item of the same part, or itself
       integer, intent(in) :: a, b        !< items
@@ -23,7 +23,7 @@ contains
       part(maxval(root)) = minval(root)
    end subroutine join
 
-   !> Every item names the first one of its part.
+   !> Name the part of each item by the first item of the part.
    pure subroutine name_parts(part)
       integer, intent(inout) :: part(:)  !< [items] after the last `join`
       integer :: i

@@ -1,23 +1,23 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Rate limiter for a side task, such as writing a checkpoint: the pause after it is proportional to
-!> its cost, so that its fraction of the run time is bounded.
+!> its cost, so that its fraction of the run time is limited.
 module dda_rate_limiter
    use dda_kinds, only: long
    implicit none
    private
    public :: rate_limiter_type, is_due, begin_task, end_task
 
-   !> Times are clock counts.
+   !> Times and pause of a task, in clock counts.
    type :: rate_limiter_type
       !> pause over cost
       integer :: cost_ratio = 100
       integer(long) :: begun = 0, ended = 0
-      integer(long) :: cost = 0    !< of the last execution
+      integer(long) :: cost = 0    !< cost of the last execution
    end type rate_limiter_type
 
 contains
 
-   !> The pause since the last execution is over.
+   !> .true. if the pause since the last execution is over.
    logical function is_due(limiter)
       type(rate_limiter_type), intent(in) :: limiter  !< of the task
       integer(long) :: now
@@ -26,14 +26,14 @@ contains
       is_due = now - limiter%ended >= limiter%cost_ratio*limiter%cost
    end function is_due
 
-   !> The task starts now.
+   !> Record the start of the task.
    subroutine begin_task(limiter)
       type(rate_limiter_type), intent(inout) :: limiter  !< of the task
 
       call system_clock(limiter%begun)
    end subroutine begin_task
 
-   !> The task has ended; its cost sets the next pause.
+   !> Record the end of the task; its cost determines the next pause.
    subroutine end_task(limiter)
       type(rate_limiter_type), intent(inout) :: limiter  !< of the task
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Names that a list has more than once, found in a time in proportion to its length.
+!> Names that occur repeatedly in a list, found in linear time.
 module dda_repeated_names
    use dda_kinds, only: long
    implicit none
@@ -8,7 +8,7 @@ module dda_repeated_names
 
 contains
 
-   !> The first name that appears before, blanks aside, and how many other names do.
+   !> Find the first name that has occurred before, and count the other repeated names.
    pure subroutine find_repeated(names, first, more)
       character(len=*), intent(in) :: names(:)  !< [any] names; blank names are ignored
       integer, intent(out) :: first            !< position of the first repeated name; 0: none
@@ -39,7 +39,7 @@ contains
       more = max(more, 0)
    end subroutine find_repeated
 
-   !> Position of a name among so many.
+   !> Position of a name in a hash table.
    pure integer function hash(name, slots)
       character(len=*), intent(in) :: name  !< any
       integer, intent(in) :: slots          !< positions, from 0

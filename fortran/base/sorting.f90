@@ -9,7 +9,7 @@ module dda_sorting
 
 contains
 
-   !> The order in which keys ascend; equal keys keep theirs.
+   !> Order in which keys ascend; equal keys retain their order.
    pure function ascending_order(key) result(order)
       real(wp), intent(in) :: key(:)  !< [any] keys
       integer :: order(size(key))
@@ -26,7 +26,7 @@ contains
       end do
    end function ascending_order
 
-   !> The same for long lists.
+   !> Order in which keys of a long list ascend, by merging.
    pure recursive function merged_order(key) result(order)
       real(wp), intent(in) :: key(:)  !< [any] keys
       integer :: order(size(key))

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Time spent in each phase of the steps; off unless it is requested.
+!> Time spent in each phase of the steps; measured only on request.
 module dda_stopwatch
    use, intrinsic :: iso_fortran_env, only: int64
    use dda_kinds, only: wp
@@ -20,7 +20,7 @@ module dda_stopwatch
    character(len=*), parameter :: phase_names(7) = [character(len=9) :: 'search', 'detect', &
       'assemble', 'factorise', 'solve', 'iterate', 'update']
 
-   !> Clock counts by phases.
+   !> Clock counts by phase.
    type :: stopwatch_type
       logical :: running = .false.
       integer(int64) :: since = 0                       !< when the last lap ended
@@ -29,7 +29,7 @@ module dda_stopwatch
 
 contains
 
-   !> Start timing: the time since the last lap belongs to no phase.
+   !> Start timing; the time since the last lap is not counted.
    subroutine begin_laps(watch)
       type(stopwatch_type), intent(inout) :: watch  !< does nothing unless it is running
 

@@ -9,7 +9,7 @@ module dda_text
 
    integer, parameter :: screen_width = 80  !< characters
 
-   !> A number written in as few characters as a reader needs.
+   !> Write a number with as few characters as possible.
    interface to_text
       module procedure integer_to_text
       module procedure long_to_text
@@ -18,7 +18,7 @@ module dda_text
 
 contains
 
-   !> A default integer.
+   !> Text of a default integer.
    pure function integer_to_text(value) result(text)
       integer, intent(in) :: value  !< any
       character(len=:), allocatable :: text
@@ -26,7 +26,7 @@ contains
       text = long_to_text(int(value, long))
    end function integer_to_text
 
-   !> A 64-bit integer.
+   !> Text of a 64-bit integer.
    pure function long_to_text(value) result(text)
       integer(long), intent(in) :: value  !< any
       character(len=:), allocatable :: text
@@ -36,7 +36,7 @@ contains
       text = trim(buffer)
    end function long_to_text
 
-   !> Six significant digits, plain notation where it is short.
+   !> Text with six significant digits, in plain notation if that is short.
    pure function real_to_text(value) result(text)
       real(wp), intent(in) :: value  !< any
       character(len=:), allocatable :: text
@@ -53,7 +53,7 @@ contains
       end if
    end function real_to_text
 
-   !> Four significant digits; powers of ten where plain notation would be long or all zeros.
+   !> Text with four significant digits; with powers of ten if plain notation is long.
    pure function short_text(value) result(text)
       real(wp), intent(in) :: value  !< to be written
       character(len=:), allocatable :: text
@@ -73,7 +73,7 @@ contains
       end if
    end function short_text
 
-   !> Digits without trailing zeros, and without a trailing point.
+   !> Remove trailing zeros, and a trailing point.
    pure function without_zeros(digits) result(text)
       character(len=*), intent(in) :: digits  !< as 1.500
       character(len=:), allocatable :: text
@@ -84,7 +84,7 @@ contains
       if (text(len(text):) == '.') text = text(:len(text) - 1)
    end function without_zeros
 
-   !> 1.500E-007 as 1.5e-7; other texts are unchanged.
+   !> Convert 1.500E-007 to 1.5e-7; other texts are unchanged.
    pure function power_of_ten(number) result(text)
       character(len=*), intent(in) :: number  !< with an exponent
       character(len=:), allocatable :: text
@@ -97,7 +97,7 @@ contains
       if (status == 0) text = without_zeros(number(:e - 1))//'e'//to_text(power)
    end function power_of_ten
 
-   !> ASCII letters in lower case.
+   !> Convert ASCII letters to lower case.
    pure function lower_case(text) result(lowered)  ! total
       character(len=*), intent(in) :: text  !< any
       character(len=len(text)) :: lowered
@@ -110,7 +110,7 @@ contains
       end do
    end function lower_case
 
-   !> Text in quotes, blanks trimmed, cut if a hostile input made it very long.
+   !> Text in quotes, without trailing blanks, cut if it is very long.
    pure function quoted(text) result(inside)
       character(len=*), intent(in) :: text  !< any
       character(len=:), allocatable :: inside
@@ -121,7 +121,7 @@ contains
       inside = "'"//inside//"'"
    end function quoted
 
-   !> A text cut anywhere, without the beginning of a character of several bytes at its end (UTF-8).
+   !> Remove an incomplete character of several bytes from the end of a cut text (UTF-8).
    pure function whole_characters(text) result(whole)
       character(len=*), intent(in) :: text  !< any
       character(len=:), allocatable :: whole
@@ -139,7 +139,7 @@ contains
       end if
    end function whole_characters
 
-   !> Bytes of the character that begins with this one.
+   !> Number of bytes of a character, from its first byte.
    pure integer function length_of_character(first) result(bytes)
       character, intent(in) :: first  !< byte of a character
 
@@ -148,7 +148,7 @@ contains
       if (iachar(first) >= 240) bytes = 4
    end function length_of_character
 
-   !> A text in which bytes that are no part of a character (UTF-8, RFC 3629) are question marks.
+   !> Replace bytes that belong to no character (UTF-8, RFC 3629) by question marks.
    pure function valid_text(text) result(valid)
       character(len=*), intent(in) :: text  !< any bytes
       character(len=len(text)) :: valid
@@ -169,10 +169,10 @@ contains
       end do
    end function valid_text
 
-   !> Bytes, of which the first is above 127, are one character.
+   !> .true. if bytes, the first of which is above 127, form one character.
    pure logical function is_character(bytes, length)
       character(len=*), intent(in) :: bytes  !< to judge
-      integer, intent(in) :: length          !< that the first requires
+      integer, intent(in) :: length          !< length that the first requires
       integer :: code(4), i, lowest, highest
 
       is_character = .false.
@@ -188,7 +188,7 @@ contains
          .and. code(2) <= highest .and. all(code(3:length) >= 128 .and. code(3:length) <= 191)
    end function is_character
 
-   !> A count with its noun: 1 step, 3 steps.
+   !> Text of a count with its noun: 1 step, 3 steps.
    pure function counted(count, one, many) result(text)
       character(len=*), intent(in) :: count      !< its digits
       character(len=*), intent(in) :: one, many  !< form for 1, for other numbers
@@ -198,7 +198,7 @@ contains
       if (count == '1') text = count//' '//one
    end function counted
 
-   !> Characters of a text in UTF-8.
+   !> Number of characters of a text in UTF-8.
    pure integer function characters(text)
       character(len=*), intent(in) :: text  !< valid
       integer :: i
@@ -206,7 +206,7 @@ contains
       characters = count([(iachar(text(i:i)) < 128 .or. iachar(text(i:i)) >= 192, i=1, len(text))])
    end function characters
 
-   !> A text padded with blanks to a minimum length.
+   !> Pad a text with blanks to a minimum length.
    pure function padded(text, width) result(filled)
       character(len=*), intent(in) :: text  !< in UTF-8
       integer, intent(in) :: width          !< characters
@@ -215,12 +215,12 @@ contains
       filled = text//repeat(' ', max(0, width - characters(text)))
    end function padded
 
-   !> A text on lines of a screen, each with its line end; the first one begins after its indent,
-   !> and words stay whole.
+   !> Wrap a text to the width of a screen, at blanks; each line has its line end.
+   !> The first line begins after its indent.
    pure function wrapped(words, indent, width) result(text)
-      character(len=*), intent(in) :: words  !< with single blanks between
+      character(len=*), intent(in) :: words  !< words with single blanks between
       integer, intent(in) :: indent          !< blanks before each further line
-      integer, intent(in) :: width           !< of a line, indent included
+      integer, intent(in) :: width           !< width of a line, indent included
       character(len=:), allocatable :: text
       integer :: from, to, used, wide
 
@@ -244,7 +244,7 @@ contains
       text = text//new_line('a')
    end function wrapped
 
-   !> Words joined by a separator.
+   !> Join words with a separator.
    pure function joined(words, between) result(text)
       character(len=*), intent(in) :: words(:)   !< trailing blanks are dropped
       character(len=*), intent(in) :: between    !< ', ' for example
@@ -258,8 +258,8 @@ contains
       end do
    end function joined
 
-   !> The position of the word that is spelt most like another, 0 if none is spelt alike: about a
-   !> third of its letters may differ (Levenshtein 1966); or one that begins with it.
+   !> Find the most similar word; 0 if none is similar.
+   !> About a third of the letters may differ (Levenshtein 1966); or the word is its beginning.
    pure integer function closest(word, words) result(best)
       character(len=*), intent(in) :: word       !< looked for
       character(len=*), intent(in) :: words(:)   !< known ones, trailing blanks ignored
@@ -278,7 +278,7 @@ contains
       end do
    end function closest
 
-   !> Letters to insert, remove or replace to make one word another.
+   !> Number of letters to insert, remove or replace to convert one word into another.
    pure integer function edits(a, b)
       character(len=*), intent(in) :: a, b       !< trailing blanks count
       integer :: cost(0:len(b)), diagonal, above, i, j

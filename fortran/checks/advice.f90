@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The inverse questions: which time step gives a wanted damping, which penalty a wanted first
+!> Inverse questions: the time step for a given damping, the penalty for a given first
 !> frequency.
 module dda_advice
    use dda_kinds, only: wp, pi
@@ -16,20 +16,20 @@ module dda_advice
    !> A normal stiffness and its effects.
    type :: penalty_type
       logical :: found = .false.
-      !> k_n, N/m per metre of thickness; others keep their ratios to it
+      !> k_n, N/m per metre of thickness; other stiffnesses retain their ratios to it
       real(wp) :: normal_stiffness = 0.0_wp
-      real(wp) :: frequency = 0.0_wp         !< first frequency with it, Hz
+      real(wp) :: frequency = 0.0_wp         !< first frequency at this stiffness, Hz
       real(wp) :: target = 0.0_wp            !< wanted, Hz
       real(wp) :: limit = 0.0_wp             !< first frequency for k → ∞, Hz
       integer :: solves = 0                  !< eigenvalue problems
       character(len=:), allocatable :: words
    end type penalty_type
 
-   real(wp), parameter :: close_enough = 1.0e-9_wp  !< of the target frequency
+   real(wp), parameter :: close_enough = 1.0e-9_wp  !< relative to the target frequency
 
 contains
 
-   !> First frequency with stiffness, Hz, at a penalty; all springs and fixed points scale with it.
+   !> First frequency with stiffness, Hz, at a penalty; all springs and fixed points are scaled.
    subroutine first_frequency(linear, normal_stiffness, frequency, error)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       real(wp), intent(in) :: normal_stiffness  !< N/m per metre of thickness
@@ -52,14 +52,14 @@ contains
       end if
    end subroutine first_frequency
 
-   !> First frequency of the same blocks for k → ∞, Hz.  Joint compliance contributes to 1/f² almost
-   !> in proportion to 1/k.  A parabola through three stiff penalties gives the limit; if rounding
-   !> prevents this, the stiffest one alone.
+   !> First frequency of the same blocks for k → ∞, Hz.
+   !> Joint compliance contributes to 1/f² almost in proportion to 1/k.  A parabola through three
+   !> stiff penalties is extrapolated; if rounding prevents this, the stiffest penalty is used.
    subroutine stiff_limit(linear, frequency, error)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       real(wp), intent(out) :: frequency  !< Hz
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      real(wp), parameter :: stiffest = 1.0e3_wp  !< of the modulus of the blocks × 1 m
+      real(wp), parameter :: stiffest = 1.0e3_wp  !< largest penalty over block modulus × 1 m
       real(wp) :: f(3), softness(3), limit
       integer :: i
 
@@ -74,8 +74,7 @@ contains
       if (limit > 0.0_wp) frequency = 1.0_wp/sqrt(limit)
    end subroutine stiff_limit
 
-   !> The penalty that keeps the first frequency within a percentage of its limit for k → ∞, or of a
-   !> given frequency.
+   !> Find the penalty for a percentage below the first frequency for k → ∞, or below a given one.
    subroutine penalty_for_shift(linear, percent, penalty, error, reference)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: percent                 !< above 0, below 100
@@ -100,8 +99,7 @@ contains
       call penalty_for_frequency(linear, (1.0_wp - 0.01_wp*percent)*from, penalty, error)
    end subroutine penalty_for_shift
 
-   !> The penalty that makes the first frequency match a target (the paper's Avdat calibration,
-   !> §3.2).
+   !> Find the penalty for a target first frequency (the paper's Avdat calibration, §3.2).
    subroutine penalty_for_frequency(linear, target, penalty, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: target  !< Hz
@@ -138,8 +136,8 @@ contains
       end if
    end subroutine penalty_for_frequency
 
-   !> Root of 1/f² − 1/target², which is almost linear in s = 1/k: bracket, then regula falsi with
-   !> the Illinois weight.
+   !> Find the root of 1/f² − 1/target² by regula falsi with the Illinois weight.
+   !> The function is almost linear in s = 1/k; the root is bracketed first.
    subroutine find_root(work, first_guess, penalty, error)
       type(linear_model_type), intent(inout) :: work  !< linearised model, changed
       real(wp), intent(in) :: first_guess  !< N/m per metre of thickness
@@ -176,7 +174,7 @@ contains
          to_text(penalty%frequency)//' Hz')
    end subroutine find_root
 
-   !> g < 0 at s(1), stiffer than wanted, and g > 0 at s(2), softer.
+   !> Bracket the root: g < 0 at s(1), too stiff, and g > 0 at s(2), too soft.
    subroutine bracket_root(work, first_guess, penalty, s, g, bracketed, error)
       type(linear_model_type), intent(inout) :: work  !< linearised model, changed
       real(wp), intent(in) :: first_guess

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The band of frequencies in which the motions of a run have their energy.
+!> Frequency band with most of the energy of the motions of a run.
 module dda_check_band
    use dda_kinds, only: wp
    use dda_errors, only: error_type
@@ -11,7 +11,7 @@ module dda_check_band
 
    real(wp), parameter :: outside = 0.05_wp  !< fraction of the energy below the band, and above it
 
-   !> From 5 to 95 % of the energy of the acceleration spectra.
+   !> Band from 5 to 95 % of the energy of the acceleration spectra.
    type :: band_type
       logical :: known = .false.
       real(wp) :: lowest = 0.0_wp    !< Hz
@@ -20,7 +20,7 @@ module dda_check_band
 
 contains
 
-   !> The band that covers the bands of all motions.
+   !> Find the band that contains the bands of all motions.
    subroutine significant_band(motions, band)
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(band_type), intent(out) :: band  !< Hz, of the motions

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Check of bodies and their cells.
+!> Checks of bodies and their cells.
 module dda_check_bodies
    use dda_kinds, only: wp, pi
    use dda_blocks, only: blocks_type, place_of
@@ -30,14 +30,14 @@ module dda_check_bodies
 
 contains
 
-   !> Number of bodies, and of blocks that are no cells.
+   !> Number of bodies, and of blocks that are not cells.
    pure integer function separate_blocks(model)
       type(model_type), intent(in) :: model  !< with its blocks
 
       separate_blocks = size(model%body_names) + count(model%blocks%body == 0)
    end function separate_blocks
 
-   !> Numbers of blocks and of their cells.
+   !> Text of the numbers of blocks and of their cells.
    pure function blocks_in_words(model) result(words)
       type(model_type), intent(in) :: model  !< with its blocks
       character(len=:), allocatable :: words
@@ -47,9 +47,9 @@ contains
          ' of '//to_text(count(model%blocks%body > 0))//' cells'
    end function blocks_in_words
 
-   !> Relative error of the speed of S waves along a row of blocks, too fast by (kΔx)²/24 because
-   !> displacements are linear in a block and its mass is distributed; along a row of cells too slow
-   !> by (kΔx)²/48.
+   !> Text on the error of the speed of S waves along a row of blocks.
+   !> Blocks: (kΔx)²/24 too fast, because displacements are linear in a block and its mass is
+   !> distributed; cells: (kΔx)²/48 too slow.
    function dispersion_in_words(blocks, eta) result(words)
       type(blocks_type), intent(in) :: blocks  !< in any state
       real(wp), intent(in) :: eta              !< Δx/λ
@@ -62,8 +62,7 @@ contains
       end if
    end function dispersion_in_words
 
-   !> Cells across the thinnest part, rows of slender cells that are offset, and the error of
-   !> stresses at rest.
+   !> Check cells across the thinnest part, slender rows, and the error of initial stresses.
    subroutine check_bodies(simulation, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(report_type), intent(inout) :: report  !< check report
@@ -97,11 +96,11 @@ contains
       end associate
    end subroutine check_bodies
 
-   !> Bodies of yielding material that are less than four cells thick: yield of a cell is judged by
-   !> its mean stress, which excludes bending within the cell.
+   !> Check bodies of yielding material that are less than four cells thick.
+   !> Yield of a cell is judged by its mean stress, which excludes bending within the cell.
    subroutine check_yielding(model, blocks, report)
       type(model_type), intent(in) :: model        !< with its materials
-      type(blocks_type), intent(in) :: blocks      !< in their present state
+      type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       type(report_type), intent(inout) :: report   !< check report
       type(thinnest_type) :: thinnest
       logical :: yields(size(model%materials))
@@ -118,10 +117,10 @@ contains
          'cells of '//short_text(thinnest%width/enough)//' m')
    end subroutine check_yielding
 
-   !> The fewest cells between two opposite free sides of a body, from given cells.
+   !> Find the thinnest part: fewest cells between two opposite free sides of a body.
    pure type(thinnest_type) function thinnest_part(blocks, welds, bounded, wanted) &
       result(thinnest)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(weld_type), intent(in) :: welds(:)  !< of all bodies
       integer, intent(in) :: bounded(:)        !< edges with a boundary
       logical, intent(in) :: wanted(:)         !< [blocks] cells to look from
@@ -144,10 +143,9 @@ contains
       end do
    end function thinnest_part
 
-   !> Number of cells that a ray from an edge across the body passes; 0 where it meets no side that
-   !> faces the edge.
+   !> Number of cells that a ray from an edge crosses up to a side that faces the edge.
    pure subroutine cross(blocks, welds, first, weld, free, edge, cells, width)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(weld_type), intent(in) :: welds(:)  !< of all bodies
       integer, intent(in) :: first(:), weld(:) !< welds of each cell
       logical, intent(in) :: free(:)           !< [vertices] the edge is a free side
@@ -178,13 +176,13 @@ contains
       cells = 0
    end subroutine cross
 
-   !> The edge welded to an edge at a position; 0 if there is none.
+   !> Edge that is welded to an edge at a position; 0 if there is none.
    pure integer function beyond(blocks, welds, edge, at) result(other)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
-      type(weld_type), intent(in) :: welds(:)  !< of the cell of the edge
-      integer, intent(in) :: edge              !< by its first vertex
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
+      type(weld_type), intent(in) :: welds(:)  !< welds of the cell of the edge
+      integer, intent(in) :: edge              !< edge by its first vertex
       real(wp), intent(in) :: at(2)            !< m
-      real(wp), parameter :: half = 0.5001_wp  !< of a face, and rounding
+      real(wp), parameter :: half = 0.5001_wp  !< half of a face, and rounding
       integer :: i
 
       other = 0
@@ -198,12 +196,12 @@ contains
       end do
    end function beyond
 
-   !> The edge at which a ray leaves a cell, and the distance from its entry.
+   !> Edge at which a ray leaves a cell, and its distance from the entry.
    pure subroutine leave(blocks, cell, at, way, edge, step)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       integer, intent(in) :: cell              !< convex
       real(wp), intent(in) :: at(2), way(2)    !< m; unit vector
-      integer, intent(inout) :: edge           !< entered by; left by, or 0
+      integer, intent(inout) :: edge           !< edge of entry; edge of exit, or 0
       real(wp), intent(out) :: step            !< m
       real(wp) :: outward, distance
       integer :: e, entered
@@ -224,10 +222,9 @@ contains
       end do
    end subroutine leave
 
-   !> A slender cell in offset rows, with a face that is only a part of both long edges; 0 if there
-   !> is none.
+   !> Find a slender cell in offset rows: a face is only a part of both long edges; 0 if none.
    pure integer function offset_face(blocks, welds) result(cell)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(weld_type), intent(in) :: welds(:)  !< of all bodies
       real(wp) :: heights(2), lengths(2)
       integer :: i

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Check of boundaries that absorb waves: reflection at dashpots, and departure of the sides from
-!> free fields.
+!> Checks of boundaries that absorb waves: reflection at dashpots, and difference between the sides
+!> and their free fields.
 module dda_check_boundaries
    use dda_kinds, only: wp, pi
    use dda_blocks, only: blocks_type
@@ -25,7 +25,7 @@ module dda_check_boundaries
 
 contains
 
-   !> Lines for dashpots and for the sides of a model that has some.
+   !> Check dashpots and the sides of a model with dashpots.
    subroutine check_boundaries(simulation, linear, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -44,9 +44,9 @@ contains
       end associate
    end subroutine check_boundaries
 
-   !> Fraction of normally incident waves that dashpots reflect, and angle up to which they absorb.
+   !> Check the reflection of normally incident waves and the angle up to which dashpots absorb.
    subroutine check_dashpots(blocks, boundaries, linear, report)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(boundary_type), intent(in) :: boundaries(:)  !< all with dashpots
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
@@ -82,7 +82,7 @@ contains
          'Lysmer and Kuhlemeyer 1969', advice(min(3, len(advice) + 1):))
    end subroutine check_dashpots
 
-   !> Degrees from the normal up to which a half-space of V_p/V_s absorbs nearly all energy.
+   !> Angle from the normal, degrees, up to which a half-space of V_p/V_s absorbs nearly all energy.
    pure integer function angle_of(ratio, wave)
       real(wp), intent(in) :: ratio  !< V_p/V_s
       integer, intent(in) :: wave    !< wave_p or wave_s
@@ -92,7 +92,7 @@ contains
 
    !> Longest time, s, that an S wave needs through a block in front of a boundary.
    pure real(wp) function slowest_crossing(blocks, boundary) result(time)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(boundary_type), intent(in) :: boundary  !< one of them
       integer :: i
 
@@ -109,9 +109,9 @@ contains
       end do
    end function slowest_crossing
 
-   !> Fraction of the amplitude that dashpots with the impedance of the blocks reflect by the
-   !> scheme: stresses have the factor (1 + iaτ)(1 + ibτ) in steady vibration, a = 2θ − 1, b = 2χ −
-   !> 1, dashpots 1 + ibτ.  DDA: τ/4, about ωΔt/8.
+   !> Fraction of the amplitude that matched dashpots reflect due to the scheme.
+   !> In steady vibration stresses have the factor (1 + iaτ)(1 + ibτ), a = 2θ − 1, b = 2χ − 1;
+   !> dashpots have 1 + ibτ.  DDA: τ/4, about ωΔt/8.
    pure real(wp) function scheme_floor(linear, frequency) result(reflected)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: frequency  !< Hz
@@ -124,9 +124,9 @@ contains
       reflected = abs((impedance - 1.0_wp)/(impedance + 1.0_wp))
    end function scheme_floor
 
-   !> Sides without continuing ground disturb the motion from below.
+   !> Check that waves from sides without continuing ground do not reach the middle of the model.
    subroutine check_sides(model, x, report)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       real(wp), intent(in) :: x(:)           !< [vertices] positions at the start, m
       type(report_type), intent(inout) :: report  !< check report
       real(wp) :: width, arrival, duration
@@ -151,9 +151,9 @@ contains
          advice_if(.not. late, "kind = 'free_field' at both sides, or 'tied' for level ground"))
    end subroutine check_sides
 
-   !> Departures from level ground are far enough from the sides.
+   !> Check that irregularities are far enough from sides with free fields.
    subroutine check_free_fields(model, x, report)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       real(wp), intent(in) :: x(:)           !< [vertices] positions at the start, m
       type(report_type), intent(inout) :: report  !< check report
       real(wp) :: frequency, departure, percent
@@ -170,9 +170,9 @@ contains
          //' %', 'long-wave estimate', advice_if(near, 'more level ground before the sides'))
    end subroutine check_free_fields
 
-   !> Fixed points or a free field are on a side.
+   !> .true. if fixed points or a free field are on a side.
    logical function is_side_fixed(model, x, side)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       real(wp), intent(in) :: x(:)           !< [vertices] positions at the start, m
       character(len=*), intent(in) :: side   !< 'left' or 'right'
       real(wp) :: line, small

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Check of materials with a law: accuracy of its curves, resolution of waves in softened soil, and
+!> Checks of materials with a law: accuracy of curves, resolution of waves in softened soil, and
 !> cells that soften faster than they unload.
 module dda_check_laws
    use dda_kinds, only: wp
@@ -13,12 +13,12 @@ module dda_check_laws
    private
    public :: check_laws
 
-   real(wp), parameter :: strains(2) = [1.0e-3_wp, 1.0e-2_wp]  !< at which softening is reported
-   real(wp), parameter :: coarsest = 1.0_wp/12                 !< of a wave length
+   real(wp), parameter :: strains(2) = [1.0e-3_wp, 1.0e-2_wp]  !< shear strains of the report
+   real(wp), parameter :: coarsest = 1.0_wp/12                 !< fraction of a wave length
 
 contains
 
-   !> A line for each of them.
+   !> Check each material with a law.
    subroutine check_laws(simulation, report)
       type(simulation_type), intent(in) :: simulation  !< materials and blocks
       type(report_type), intent(inout) :: report  !< check report
@@ -38,7 +38,7 @@ contains
       end associate
    end subroutine check_laws
 
-   !> Fit of the curves, and wave lengths in soil that has lost part of its modulus.
+   !> Check the fit of the curves, and wave lengths in softened soil.
    subroutine check_softer(model, m, side, report)
       type(model_type), intent(in) :: model       !< materials and blocks
       integer, intent(in) :: m                    !< material
@@ -81,7 +81,7 @@ contains
          'more branches; if these do not help, less damping at small strains')
    end subroutine check_fit
 
-   !> The largest of the smaller sides of the blocks of a material, m.
+   !> Largest of the smaller sides of the blocks of a material, m.
    pure real(wp) function largest(simulation, m) result(side)
       type(simulation_type), intent(in) :: simulation  !< materials and blocks
       integer, intent(in) :: m                         !< material
@@ -94,7 +94,7 @@ contains
       end do
    end function largest
 
-   !> Blocks that soften faster than they unload, which causes dynamic jumps.
+   !> Check for blocks that soften faster than they unload, which causes dynamic jumps.
    subroutine check_softening(model, m, side, report)
       type(model_type), intent(in) :: model       !< materials and blocks
       integer, intent(in) :: m                    !< material

@@ -20,7 +20,7 @@ module dda_check_report
 
    integer, parameter :: verdict_ok = 1, verdict_warn = 2, verdict_fail = 3
    character(len=4), parameter :: verdict_names(3) = ['ok  ', 'warn', 'FAIL']
-   integer, parameter :: indent = 24      !< of the report on a screen
+   integer, parameter :: indent = 24      !< indent of the report on a screen
 
    !> One line of the report.
    type :: line_type
@@ -29,7 +29,7 @@ module dda_check_report
       character(len=:), allocatable :: found    !< number and limit
       character(len=:), allocatable :: source   !< source of the limit
       character(len=:), allocatable :: advice   !< what to change, '' if nothing
-      type(doubt_type) :: brief                 !< its text in the verdict of a run
+      type(doubt_type) :: brief                 !< text in the verdict of a run
    end type line_type
 
    !> All lines, and the numbers used for them.
@@ -49,8 +49,8 @@ module dda_check_report
       real(wp) :: speed(2) = 0.0_wp       !< least S and largest P wave speed, m/s
       real(wp) :: ringing = 0.0_wp        !< steps to 1/e of the slowest alternating mode
       real(wp) :: shift = 0.0_wp  !< reduction of the first frequency by compliance of joints
-      real(wp) :: memory = 0.0_wp         !< bytes of the state, about
-      real(wp) :: seconds = 0.0_wp        !< of the run, estimated, s; 0: not known
+      real(wp) :: memory = 0.0_wp         !< approximate bytes of the state
+      real(wp) :: seconds = 0.0_wp        !< seconds of the run, estimated, s; 0: not known
    end type report_type
 
 contains

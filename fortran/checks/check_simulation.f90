@@ -97,8 +97,9 @@ contains
       call fail_if_stopped(error)
    end subroutine check_model
 
+   !> Measure sizes of blocks and wave speeds in them.
    subroutine measure_blocks(blocks, report)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(report_type), intent(inout) :: report  !< check report
       real(wp) :: side, density, speed(2)
       integer :: b
@@ -120,6 +121,7 @@ contains
       end do
    end subroutine measure_blocks
 
+   !> Report blocks and closed contacts; warn if separate blocks do not touch.
    subroutine check_contacts(simulation, linear, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -387,10 +389,10 @@ contains
 
    !> Report block sizes relative to wave lengths, and Δt relative to crossing times.
    subroutine check_resolution(blocks, time_step, report)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: time_step  !< s
       type(report_type), intent(inout) :: report  !< check report
-      real(wp), parameter :: coarsest = 1.0_wp/12  ! of a wave length, and of a period
+      real(wp), parameter :: coarsest = 1.0_wp/12  ! fraction of a wave length, and of a period
       real(wp) :: eta, period
 
       call add_line(report, verdict_ok, 'CFL', short_text(time_step)//' s against dx/v = '// &
@@ -416,7 +418,7 @@ contains
 
    !> Number of blocks whose smaller side a shear wave crosses in more than a given time.
    pure integer function count_longer(blocks, limit) result(n)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: limit            !< s
       integer :: b
 
@@ -498,6 +500,7 @@ contains
       damping_at = forced_damping(linear%scheme, 2.0_wp*pi*frequency, linear%time_step)
    end function damping_at
 
+   !> Report number of steps, memory and estimated time of the run.
    subroutine check_cost(simulation, links, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer(long), intent(in) :: links  !< blocks of K̂ off its diagonal

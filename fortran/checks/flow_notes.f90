@@ -18,7 +18,7 @@ contains
 
    !> Notes on the water flow in a model; none without &flow.
    pure function flow_notes(model) result(notes)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       character(len=note_length), allocatable :: notes(:)
       real(wp) :: depth, longest, own
       integer :: c

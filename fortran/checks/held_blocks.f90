@@ -20,7 +20,7 @@ contains
 
    !> Find blocks supported along gravity by springs to the ground, and the springs of the model.
    subroutine find_grounded(model, held, terms)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       logical, allocatable, intent(out) :: held(:)  !< [blocks]
       type(linear_terms_type), intent(out) :: terms !< springs of elements in static stages
       type(model_type) :: staged
@@ -51,10 +51,10 @@ contains
    !> Find blocks supported directly or through other blocks.
    !> They touch a supported block, are joined to it by springs, or would fall on it.
    subroutine find_supported(model, held, terms, overburden, supported)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       logical, intent(in) :: held(:)         !< [blocks] supported by springs to the ground
       type(linear_terms_type), intent(in) :: terms        !< springs of elements
-      type(overburden_type), intent(in) :: overburden     !< with pairs of blocks
+      type(overburden_type), intent(in) :: overburden     !< overburden with pairs of blocks
       logical, allocatable, intent(out) :: supported(:) !< [blocks] all, if there are too many pairs
       type(neighbours_type) :: near
       integer :: part(model%blocks%n), i, k

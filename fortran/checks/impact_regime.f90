@@ -55,6 +55,7 @@ contains
       if (.not. simulation%laws%plain) regime%advice = ''  ! joint laws have no restitution
    end subroutine find_impact_regime
 
+   !> Write the text and the advice on the regime.
    subroutine describe_regime(regime, linear)
       type(impact_regime_type), intent(inout) :: regime  !< of the contacts
       type(linear_model_type), intent(in) :: linear  !< linearised model

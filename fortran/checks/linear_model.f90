@@ -55,11 +55,11 @@ module dda_linear_model
       type(block_matrix_type) :: stiffness          !< K, N/m per metre of thickness
       real(wp), allocatable :: mass(:,:,:)          !< [6,6,n] M
       real(wp), allocatable :: elastic(:,:,:)       !< [3,3,n] of the strains
-      type(linear_terms_type) :: terms              !< of elements, then of closed contacts
+      type(linear_terms_type) :: terms              !< terms of elements, then of closed contacts
       integer :: element_terms = 0                  !< of elements
       real(wp) :: normal_stiffness = 0.0_wp         !< k_n, N/m per metre of thickness
       real(wp) :: modulus = 0.0_wp                  !< stiffest block material, Pa
-      type(damping_type), allocatable :: damping(:) !< of materials, different from each other
+      type(damping_type), allocatable :: damping(:) !< distinct damping laws of the materials
       integer, allocatable :: law(:)                !< [n] damping law of each block; 0: none
       real(wp), allocatable :: given(:,:,:)         !< [3,3,n] `elastic` with the given modulus
       real(wp), allocatable :: given_terms(:)  !< [terms] coefficients for that modulus, if needed
@@ -75,22 +75,22 @@ module dda_linear_model
       real(wp), allocatable :: block_mass(:)        !< [n] kg per metre of thickness
       !> [2,n] centroids, m, in the user's coordinates
       real(wp), allocatable :: position(:,:)
-      real(wp) :: origin(2) = 0.0_wp                !< of the user's coordinates, m
-      character(len=64), allocatable :: name(:)     !< [n] of the blocks
+      real(wp) :: origin(2) = 0.0_wp                !< origin of the user's coordinates, m
+      character(len=64), allocatable :: name(:)     !< [n] name of the blocks
       integer :: base_motion(2) = 0                 !< motions of the base as body force
       type(point_type), allocatable :: points(:)    !< measured points
-      real(wp), allocatable :: point_rows(:,:,:)    !< [2,6,points] their shape matrices
+      real(wp), allocatable :: point_rows(:,:,:)    !< [2,6,points] shape matrices of the points
       type(equilibrium_type) :: equilibrium         !< of 'settled'
    end type linear_model_type
 
    !> Distribution of the energy of a motion.
    type :: energy_share_type
       real(wp) :: total = 0.0_wp                  !< xᵀKx, summed without cancellation
-      real(wp) :: share(energy_kinds) = 0.0_wp    !< of each kind, sum 1 (0 if there is no energy)
+      real(wp) :: share(energy_kinds) = 0.0_wp    !< energy shares, sum 1 (0 if there is none)
       real(wp) :: of_penalty = 0.0_wp             !< fraction of springs proportional to k_n
       !> term, or block for strain, with the largest energy of its kind
       integer :: holder(energy_kinds) = 0
-      real(wp) :: most(energy_kinds) = 0.0_wp     !< its fraction of all
+      real(wp) :: most(energy_kinds) = 0.0_wp     !< fraction of the total energy
    end type energy_share_type
 
 contains
@@ -103,7 +103,7 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer(long), intent(in), optional :: budget  !< open–close iterations in the search for rest
       type(simulation_type) :: settled
-      type(error_type), allocatable :: unrest  ! in the words of the equilibrium
+      type(error_type), allocatable :: unrest  ! text of the equilibrium
       integer :: i
 
       select case (which)
@@ -136,7 +136,7 @@ contains
    subroutine build(linear, simulation, all_closed)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       type(simulation_type), intent(in) :: simulation  !< a run and its state
-      logical, intent(in) :: all_closed  !< all contacts in touch count as sticking
+      logical, intent(in) :: all_closed  !< all touching contacts stick
       integer :: p, b
 
       associate (model => simulation%model, blocks => simulation%blocks)
@@ -180,7 +180,7 @@ contains
    !> The distinct damping laws of the materials of blocks.
    pure subroutine collect_damping(linear, blocks)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       integer :: law(size(blocks%damping)), m
 
       allocate (linear%damping(0))
@@ -215,7 +215,7 @@ contains
    !> Copy the model with the largest moduli, those of an instantaneous change of strain.
    subroutine unrelaxed(linear, stiff)
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      type(linear_model_type), intent(out) :: stiff  !< the same with other moduli
+      type(linear_model_type), intent(out) :: stiff  !< model with other moduli
 
       stiff = linear
       call scale_moduli(stiff, linear%damping%unrelaxed)
@@ -248,7 +248,7 @@ contains
    !> Fraction of each damping law in the spring of a welded face.
    pure function shares_of_laws(linear, term) result(share)
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      type(linear_term_type), intent(in) :: term     !< one of its terms
+      type(linear_term_type), intent(in) :: term     !< term of the model
       real(wp) :: share(size(linear%damping))
       integer :: k
 
@@ -285,7 +285,7 @@ contains
    !> Assemble M from the blocks and from terms of mass, which are removed from the list.
    subroutine take_masses(linear, blocks, terms)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
-      type(blocks_type), intent(in) :: blocks           !< in their present state
+      type(blocks_type), intent(in) :: blocks           !< blocks in their present state
       type(linear_terms_type), intent(inout) :: terms   !< of the elements
       type(linear_terms_type) :: others
       integer :: b, i
@@ -314,7 +314,7 @@ contains
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
-      logical, intent(in) :: all_closed  !< all contacts in touch count as sticking
+      logical, intent(in) :: all_closed  !< all touching contacts stick
       type(linear_term_type) :: term
       type(rows_type) :: rows
       real(wp) :: reach
@@ -386,7 +386,7 @@ contains
    !> Append the normal or shear spring of a contact, with its dashpot if it is damped.
    subroutine add_spring(linear, term, kind, stiffness, row_v, row_e)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
-      type(linear_term_type), intent(inout) :: term  !< one of the list
+      type(linear_term_type), intent(inout) :: term  !< term of the list
       integer, intent(in) :: kind           !< term_normal or term_shear
       real(wp), intent(in) :: stiffness     !< N/m per metre of thickness
       real(wp), intent(in) :: row_v(6), row_e(6)
@@ -414,6 +414,7 @@ contains
       call assemble_stiffness(linear)
    end subroutine set_penalty
 
+   !> Sum elasticity and terms into K.
    subroutine assemble_stiffness(linear)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       integer :: b
@@ -452,9 +453,10 @@ contains
       energy%most = energy%most/energy%total
    end function energy_of
 
+   !> Add energy to a kind, and note its term or block with most energy.
    pure subroutine add_share(energy, kind, holder, part)
       type(energy_share_type), intent(inout) :: energy  !< J per metre of thickness
-      integer, intent(in) :: kind, holder  !< of term; number of the term or block
+      integer, intent(in) :: kind, holder  !< kind of term; number of the term or block
       real(wp), intent(in) :: part
 
       energy%share(kind) = energy%share(kind) + part

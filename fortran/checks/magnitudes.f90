@@ -17,17 +17,17 @@ module dda_magnitudes
    real(wp), parameter :: least_strength = 100.0_wp  !< Pa: 1 cm of soil weighs more
    real(wp), parameter :: most_acceleration = 45.0_wp  !< m/s²: the largest recorded value
    real(wp), parameter :: largest_model = 5000.0_wp    !< m
-   real(wp), parameter :: few_steps = 10.0_wp          !< of the duration of a motion
+   real(wp), parameter :: few_steps = 10.0_wp          !< steps in the duration of a motion
    real(wp), parameter :: fastest = 40.0_wp     !< m/s, above velocities of falling rock
    real(wp), parameter :: most_turn = 0.1_wp    !< rad in a step, with cosine 0.995
    real(wp), parameter :: highest_head = 10.0_wp  !< highest level over the model height
-   real(wp), parameter :: deepest_bed = 0.05_wp   !< of the height of the model
+   real(wp), parameter :: deepest_bed = 0.05_wp   !< fraction of the height of the model
 
 contains
 
    !> Notes on values, one line each.
    function magnitude_notes(model) result(notes)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       character(len=note_length), allocatable :: notes(:)
       integer :: i
 
@@ -66,7 +66,7 @@ contains
 
    !> Check gravity, sizes and output.
    subroutine note_control(model, notes)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
       real(wp) :: g(2), width
       integer(long) :: steps, interval
@@ -90,7 +90,7 @@ contains
 
    !> Check density and initial velocity of a material, and yielding in a block without a mesh.
    subroutine note_material(model, i, notes)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       integer, intent(in) :: i               !< material
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
       character(len=:), allocatable :: of
@@ -130,7 +130,7 @@ contains
 
    !> Check acceleration and length of a motion.
    subroutine note_motion(model, i, notes)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       integer, intent(in) :: i               !< motion
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
       real(wp) :: most
@@ -150,7 +150,7 @@ contains
 
    !> Check for water far above the model, or below all of it.
    pure subroutine note_water(model, i, notes)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       integer, intent(in) :: i               !< load on edges
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
       character(len=:), allocatable :: of
@@ -173,7 +173,7 @@ contains
 
    !> Check the settlement of the whole weight on a bed of springs.
    pure subroutine note_bed(model, notes)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
       real(wp) :: stiffness, depth, height, weight(2), share
       integer :: i, axis

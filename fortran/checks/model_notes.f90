@@ -20,14 +20,14 @@ module dda_model_notes
    !> degrees: range of values that may be radians; smaller values mean almost no friction
    real(wp), parameter :: radians(2) = [0.05_wp, 0.5_wp*pi]
    real(wp), parameter :: most_rounding = 0.01_wp  !< of a duration
-   real(wp), parameter :: most_strain = 0.02_wp    !< that counts as small
+   real(wp), parameter :: most_strain = 0.02_wp    !< largest strain that is small
    real(wp), parameter :: deepest = 0.05_wp        !< fraction of the smaller side of a block
 
 contains
 
    !> Notes on a model, at most one line of each kind.
    function model_notes(model) result(notes)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       character(len=note_length), allocatable :: notes(:)
 
       allocate (notes(0))
@@ -51,7 +51,7 @@ contains
 
    !> Note cohesive joints that are not resolved by their points or by the time steps.
    subroutine note_softening(model, notes)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
       character(len=:), allocatable :: words
       integer :: j
@@ -85,7 +85,7 @@ contains
 
    !> Note densities that may be in g/cm³.
    pure subroutine note_densities(model, notes)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
       integer :: first
 
@@ -100,7 +100,7 @@ contains
 
    !> Note friction angles that may be in radians.
    pure subroutine note_angles(model, notes)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
       integer :: first
 
@@ -117,7 +117,7 @@ contains
 
    !> Note durations that are not a whole number of steps.
    pure subroutine note_durations(model, notes)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
       real(wp) :: length
       integer :: s
@@ -138,7 +138,7 @@ contains
 
    !> Note blocks with equal names, except cells of a body, which always share theirs.
    pure subroutine note_names(model, notes)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
       integer :: first, more
 
@@ -152,7 +152,7 @@ contains
 
    !> Note measured points on the common edge or corner of blocks.
    pure subroutine note_points(model, notes)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
       integer :: first
 
@@ -192,7 +192,7 @@ contains
    !> Note the largest strain σ/E due to the weight above a block and half its own weight.
    !> Blocks with initial stress are excluded, since that stress supports the weight.
    pure subroutine note_strain(model, overburden, notes)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       type(overburden_type), intent(in) :: overburden  !< weights
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
       real(wp) :: stress(model%blocks%n), strain(model%blocks%n)
@@ -214,7 +214,7 @@ contains
    !> Note the largest penetration of a block into its support due to the weight.
    !> It is given as a fraction of its smaller side.
    pure subroutine note_depth(model, overburden, held, notes)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       type(overburden_type), intent(in) :: overburden  !< weights
       logical, intent(in) :: held(:)         !< [blocks] supported by the ground
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
@@ -242,7 +242,7 @@ contains
 
    !> Penetration, m, with two contacts per block below, or with the area of the stiffest joint.
    pure real(wp) function depth_of(model, overburden, b) result(depth)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       type(overburden_type), intent(in) :: overburden  !< weights
       integer, intent(in) :: b               !< block
       real(wp) :: one
@@ -262,7 +262,7 @@ contains
 
    !> Smaller side of the bounding box of a block, m.
    pure real(wp) function smaller_side(model, b) result(side)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       integer, intent(in) :: b               !< block
 
       associate (shape => model%blocks%vertex(:, model%blocks%first(b): &
@@ -273,7 +273,7 @@ contains
 
    !> Note motions that no support uses.
    pure subroutine note_motions(model, notes)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
       logical :: used(0:size(model%motions))
       integer :: i
@@ -294,7 +294,7 @@ contains
 
    !> Text of a block: its name, or its number.
    pure function label(model, b)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       integer, intent(in) :: b               !< number of the block
       character(len=:), allocatable :: label
 

@@ -44,7 +44,7 @@ module dda_modes
       !> period error of the scheme, relative; −1: no oscillation
       real(wp), allocatable :: elongation(:)
       real(wp) :: total_mass = 0.0_wp               !< kg per metre of thickness
-      character(len=:), allocatable :: words        !< on what is singular, and on contacts
+      character(len=:), allocatable :: words        !< words on what is singular, and on contacts
    end type modes_type
 
    real(wp), parameter :: nothing = 1.0e-14_wp  !< fraction of the scale of ω_max²: no stiffness
@@ -247,6 +247,7 @@ contains
       end do
    end function scale_of
 
+   !> Write the text on contacts, singular stiffness and moduli of the modes.
    subroutine put_in_words(linear, wanted, modes)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       integer, intent(in) :: wanted  !< number of modes

@@ -18,7 +18,7 @@ contains
    pure real(wp) function reflected_energy(ratio, wave, angle)
       real(wp), intent(in) :: ratio  !< V_p/V_s, above √2
       integer, intent(in) :: wave    !< wave_p or wave_s, incoming
-      real(wp), intent(in) :: angle  !< from the normal, rad, below π/2
+      real(wp), intent(in) :: angle  !< angle from the normal, rad, below π/2
       complex(wp) :: normal(2), row(2, 2), known(2), amplitude(2), determinant
       real(wp) :: speed(2), p
 

@@ -33,8 +33,8 @@ module dda_omega_max
    type :: omega_max_type
       real(wp) :: omega = 0.0_wp         !< ω_max, rad/s
       real(wp) :: tolerance = 0.0_wp     !< tolerance of the residual
-      real(wp) :: residual = 0.0_wp      !< reached, ‖Kx − ω²Mx‖/ω² in the mass norm
-      integer(long) :: products = 0      !< of K with a vector
+      real(wp) :: residual = 0.0_wp      !< final residual ‖Kx − ω²Mx‖/ω² in the mass norm
+      integer(long) :: products = 0      !< products of K with a vector
       type(bracket_type) :: bracket
       type(energy_share_type) :: energy        !< of its mode
       integer :: kind = 0                !< governing kind, with most of the energy
@@ -42,7 +42,7 @@ module dda_omega_max
       !> blocks of that spring, or the block with the largest strain energy
       integer :: block(2) = 0
       real(wp), allocatable :: shape(:,:)          !< [6,n] mass-normalised
-      character(len=:), allocatable :: governs     !< the same in words
+      character(len=:), allocatable :: governs     !< text on the governing kind
       character(len=:), allocatable :: words       !< all in words
    end type omega_max_type
 
@@ -158,6 +158,7 @@ contains
       end if
    end subroutine name_governing
 
+   !> Write the text on ω_max, its bounds and the governing term.
    subroutine put_in_words(linear, result)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(omega_max_type), intent(inout) :: result  !< highest frequency

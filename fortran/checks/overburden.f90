@@ -28,7 +28,7 @@ contains
 
    !> Find the weights on all blocks, and which blocks are above which.
    pure subroutine find_overburden(blocks, gravity, held, overburden)
-      type(blocks_type), intent(in) :: blocks  !< in their initial state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their initial state
       real(wp), intent(in) :: gravity(2)       !< not zero, m/s²
       logical, intent(in) :: held(:)           !< [blocks] supported by the ground
       type(overburden_type), intent(out) :: overburden  !< of all blocks
@@ -56,7 +56,7 @@ contains
 
    !> Set the width of each block across gravity, and the columns that it covers.
    pure subroutine set_columns(blocks, down, overburden, span, columns)
-      type(blocks_type), intent(in) :: blocks  !< in their initial state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their initial state
       real(wp), intent(in) :: down(2)          !< unit vector
       type(overburden_type), intent(inout) :: overburden   !< gets the widths
       integer, allocatable, intent(out) :: span(:,:)       !< [2,blocks] first and last column

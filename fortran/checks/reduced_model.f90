@@ -34,7 +34,7 @@ module dda_reduced_model
 
    integer, parameter :: most_vectors = 240
    integer, parameter :: samples = 16                 !< frequencies, evenly over the band
-   integer, parameter :: most_expansions = 60         !< at one of them
+   integer, parameter :: most_expansions = 60         !< expansions at one frequency
    real(wp), parameter :: accuracy = 1.0e-10_wp       !< relative accuracy of K⁻¹ times the residual
    real(wp), parameter :: rounding = 1.0e-8_wp        !< accuracy if no vector reduces the residual
    real(wp), parameter :: tolerable = 1.0e-5_wp       !< largest residual of a result
@@ -44,7 +44,7 @@ module dda_reduced_model
    !> Factors of the parts of A in steady vibration.
    type :: weights_type
       complex(wp) :: inertia = 0.0_wp         !< factor of M in place of −ω², 1/s²
-      complex(wp) :: load = 0.0_wp            !< of forces at t₀ + θΔt
+      complex(wp) :: load = 0.0_wp            !< factor of forces at t₀ + θΔt
       complex(wp) :: ground(instants) = 0.0_wp  !< factor of ground forces of an instant
       !> [instants + 2 damping] terms by instant, then extra elasticity and mass per damping law
       complex(wp), allocatable :: part(:)
@@ -249,7 +249,7 @@ contains
    pure complex(wp) function damping_pull(linear, weights, term, stretch) result(pull)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(weights_type), intent(in) :: weights  !< factors in steady vibration
-      type(linear_term_type), intent(in) :: term  !< one of its terms
+      type(linear_term_type), intent(in) :: term  !< term of the model
       complex(wp), intent(in) :: stretch          !< m or a strain
       real(wp) :: share(size(linear%damping))
       integer :: k
@@ -293,7 +293,7 @@ contains
 
    !> Compute x += c u.
    pure subroutine add_row(term, c, x)
-      type(linear_term_type), intent(in) :: term  !< one of the list
+      type(linear_term_type), intent(in) :: term  !< term of the list
       real(wp), intent(in) :: c
       real(wp), intent(inout) :: x(:,:)
       real(wp) :: row(6)

@@ -78,6 +78,7 @@ contains
       call set_penalty(free, linear%normal_stiffness)
    end subroutine remove_ground
 
+   !> Write the texts on the slowest alternating mode, and the advice.
    subroutine put_in_words(ringing, scheme, kind)
       type(ringing_type), intent(inout) :: ringing  !< slowest alternating mode
       type(scheme_type), intent(in) :: scheme  !< member (θ, χ)

@@ -20,11 +20,11 @@ module dda_side_departure
 
    !> The bar: values per cell, and at both ends.
    type :: bar_type
-      real(wp) :: length = 0.0_wp                !< of a cell, m
+      real(wp) :: length = 0.0_wp                !< length of a cell, m
       real(wp) :: mass(cells) = 0.0_wp           !< ρH of each cell, kg/m²
       real(wp) :: modulus(cells) = 0.0_wp        !< E'H of each cell, N/m
       real(wp) :: base = 0.0_wp                  !< Z, Pa s/m
-      real(wp) :: dashpot(2) = 0.0_wp            !< of the left and right side, N s/m per metre
+      real(wp) :: dashpot(2) = 0.0_wp  !< dashpot of the left and right side, N s/m per metre
    end type bar_type
 
 contains
@@ -32,7 +32,7 @@ contains
    !> Find the largest difference between a side and its free field, relative to the free field.
    !> The result is negative if no base radiates waves or no side has a free field.
    subroutine find_side_departure(model, x, frequency, departure)
-      type(model_type), intent(in) :: model     !< as read from the input
+      type(model_type), intent(in) :: model     !< model as read from the input
       real(wp), intent(in) :: x(:)              !< [vertices] positions at the start, m
       real(wp), intent(inout) :: frequency      !< Hz; for waves of at least four depths
       real(wp), intent(out) :: departure        !< 0 … 1
@@ -52,7 +52,7 @@ contains
 
    !> Distribute the blocks over the cells that they overlap; set dashpots of the base and sides.
    type(bar_type) function bar_of(model, x) result(bar)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       real(wp), intent(in) :: x(:)           !< [vertices] positions at the start, m
       real(wp) :: left, low, high, plate, share(cells)
       integer :: b, i

@@ -19,7 +19,7 @@ contains
 
    !> Warning on joint j if its cohesive zone E'G/T² has fewer than three points; otherwise blank.
    pure function coarse_points(model, j) result(words)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       integer, intent(in) :: j               !< joint
       character(len=:), allocatable :: words
       real(wp) :: zone, spacing
@@ -40,7 +40,7 @@ contains
    !> Warning on joint j if it softens faster than inertia can resist within a step; else blank.
    !> Condition: M/(χΔt²) < T²/2G with the two lightest blocks.
    pure function long_steps(model, j) result(words)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       integer, intent(in) :: j               !< joint
       character(len=:), allocatable :: words
       type(scheme_type) :: scheme
@@ -63,7 +63,7 @@ contains
 
    !> Length of the longest edge with joint j, m.
    pure real(wp) function longest_edge(model, j) result(longest)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       integer, intent(in) :: j               !< joint
       integer :: v
 
@@ -78,7 +78,7 @@ contains
 
    !> Smallest block mass per length of edge with joint j, kg/m².
    pure real(wp) function least_mass(model, j) result(least)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       integer, intent(in) :: j               !< joint
       integer :: v
 

@@ -26,7 +26,7 @@ module dda_unresolved
    !> Number and kind of modes beyond 4/Δt.
    type :: unresolved_type
       real(wp) :: limit = 0.0_wp              !< 4/Δt, rad/s
-      integer :: modes = 0                    !< of the model, 6 for each block
+      integer :: modes = 0                    !< modes of the model, 6 for each block
       integer :: least = 0                    !< lower bound of their number
       integer :: most = 0                     !< upper bound
       logical :: exact = .false.              !< both bounds are equal
@@ -90,6 +90,7 @@ contains
       unresolved%least = unresolved%most
    end subroutine count_all
 
+   !> Count a mode for the kind with most of its energy.
    subroutine add_kind(unresolved, energy)
       type(unresolved_type), intent(inout) :: unresolved  !< modes beyond 4/Δt
       type(energy_share_type), intent(in) :: energy  !< J per metre of thickness
@@ -186,6 +187,7 @@ contains
       touches = any(taken(matrix%column(matrix%row_start(b):matrix%row_start(b + 1) - 1)))
    end function touches
 
+   !> Write the text on the number and kind of unresolved modes.
    subroutine put_in_words(unresolved)
       type(unresolved_type), intent(inout) :: unresolved  !< modes beyond 4/Δt
       real(wp) :: share

@@ -21,7 +21,7 @@ contains
    !> includes cohesion or tension.
    subroutine bond_contacts(contacts, blocks, laws)
       type(contacts_type), intent(inout) :: contacts  !< first list of the run
-      type(blocks_type), intent(in) :: blocks         !< in their first state
+      type(blocks_type), intent(in) :: blocks         !< blocks in their first state
       type(laws_type), intent(in) :: laws             !< strengths of the joint materials
       real(wp) :: length
       logical :: holds

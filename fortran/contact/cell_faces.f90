@@ -13,7 +13,7 @@ module dda_cell_faces
    private
    public :: find_faces, find_gap, part_cells
 
-   real(wp), parameter :: same_place = 1.0e-6_wp  !< of the smaller radius
+   real(wp), parameter :: same_place = 1.0e-6_wp  !< fraction of the smaller radius
    real(wp), parameter :: near = 0.1_wp  !< fraction of the smaller radius: nearer cells are joined
 
 contains
@@ -21,7 +21,7 @@ contains
    !> List all faces in the order of their cells.
    !> Pairs of cells are marked as joined if they share a face or a corner, or nearly touch.
    subroutine find_faces(blocks, welds)
-      type(blocks_type), intent(inout) :: blocks  !< with bodies; `joined` is set
+      type(blocks_type), intent(inout) :: blocks  !< blocks with bodies; `joined` is set
       type(weld_type), allocatable, intent(out) :: welds(:)  !< of all bodies
       type(neighbours_type) :: found
       integer, allocatable :: joined(:,:)
@@ -62,7 +62,7 @@ contains
    !> Two cells stay joined if a path of faces connects them through cells that are joined to
    !> both.
    subroutine part_cells(blocks, first, welds)
-      type(blocks_type), intent(inout) :: blocks  !< its lists are replaced
+      type(blocks_type), intent(inout) :: blocks  !< blocks whose lists are replaced
       type(blocks_type), intent(in) :: first  !< blocks with the lists of all initially joined cells
       type(weld_type), intent(in) :: welds(:)     !< of all bodies
       type(weld_type), allocatable :: holding(:)
@@ -176,7 +176,7 @@ contains
    !> Find two joined cells with free edges that face each other across a gap; 0 if there are none.
    !> Such a missed face would be a crack that neither welds nor contacts can close.
    pure subroutine find_gap(blocks, a, b)
-      type(blocks_type), intent(in) :: blocks  !< with `joined` and inner edges
+      type(blocks_type), intent(in) :: blocks  !< blocks with `joined` and inner edges
       integer, intent(out) :: a, b             !< cells of a body
       real(wp) :: radius, low, high
       integer :: i, e, f

@@ -91,8 +91,9 @@ contains
 
    contains
 
+      !> Text if an energy does not exceed that stored at the strength.
       pure function too_brittle(name, energy, strength, stiffness) result(words)
-         character(len=*), intent(in) :: name                !< of the energy's variable
+         character(len=*), intent(in) :: name                !< name of the energy's variable
          real(wp), intent(in) :: energy, strength, stiffness !< N/m, Pa, Pa/m
          character(len=:), allocatable :: words
 

@@ -22,7 +22,7 @@ contains
    !> Set the forces of touching contacts from the stress of their blocks.
    pure subroutine confine_contacts(contacts, blocks, laws, gradient)
       type(contacts_type), intent(inout) :: contacts  !< first list of the run
-      type(blocks_type), intent(in) :: blocks         !< in their first state
+      type(blocks_type), intent(in) :: blocks         !< blocks in their first state
       type(laws_type), intent(in) :: laws             !< of the joints
       real(wp), intent(in) :: gradient(:,:)           !< [2,blocks] ∂σx/∂y and ∂σy/∂y, Pa/m
       real(wp) :: traction(2), normal, length, closure
@@ -59,7 +59,7 @@ contains
    !> Mean stress of the blocks of contact c at its position, Pa.
    pure function tensor_at(contacts, blocks, gradient, c) result(tensor)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
-      type(blocks_type), intent(in) :: blocks      !< in their first state
+      type(blocks_type), intent(in) :: blocks      !< blocks in their first state
       real(wp), intent(in) :: gradient(:,:)        !< [2,blocks] ∂σx/∂y and ∂σy/∂y, Pa/m
       integer, intent(in) :: c                     !< number of the contact
       real(wp) :: tensor(2, 2), stress(3), height

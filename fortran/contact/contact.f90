@@ -64,7 +64,7 @@ module dda_contact
       ! Only in models with multipliers, or with joints that can lose strength
       logical :: with_multipliers = .false.
       logical :: with_strengths = .false.
-      real(wp), allocatable :: multiplier(:)   !< of the augmented Lagrangian, N/m
+      real(wp), allocatable :: multiplier(:)   !< multiplier of the augmented Lagrangian, N/m
       real(wp), allocatable :: bond_length(:)  !< bonded length, m
       !> (force − strength)/strength of a bond
       real(wp), allocatable :: strength_ratio(:)
@@ -92,7 +92,7 @@ module dda_contact
       logical, allocatable :: past_centre(:), trial_past_centre(:)
       ! Damping and impacts, only in models with such joints
       logical :: with_damping = .false.
-      integer, allocatable :: damping(:)       !< one of the constants above
+      integer, allocatable :: damping(:)  !< one of the constants above: not_damped, is_damped, …
       real(wp), allocatable :: rate(:,:)       !< [2,n] initial rates of gap and slip, m/s
       real(wp), allocatable :: lead(:)         !< lead, s: its spring acts at gap + lead × rate
       real(wp), allocatable :: spring_gap(:)   !< gap + lead × rate at the start of the step, m
@@ -365,6 +365,7 @@ contains
       if (size(contacts%gradient_v, 2) < max(wanted, 1)) call for_each_of_step(contacts, growth)
    end subroutine reserve
 
+   !> Enlarge one variable of a list to the wanted capacity.
    subroutine grow_variable(operation, integers, logicals, reals, columns)
       class(growth_type), intent(inout) :: operation                 !< wanted capacity
       integer, allocatable, intent(inout), optional :: integers(:)   !< [capacity]
@@ -389,6 +390,7 @@ contains
       contacts%n = count(keep)
    end subroutine filter_contacts
 
+   !> Compact one variable of a list to the selected contacts.
    subroutine filter_variable(operation, integers, logicals, reals, columns)
       class(filter_type), intent(inout) :: operation                 !< which contacts stay
       integer, allocatable, intent(inout), optional :: integers(:)   !< [capacity]

@@ -49,7 +49,7 @@ contains
    subroutine damp_contacts(contacts, laws, blocks, step)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, with joints
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the next step
       integer :: p
 
@@ -68,7 +68,7 @@ contains
    pure subroutine damp_range(contacts, laws, blocks, step, first, last)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, with joints
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the next step
       integer, intent(in) :: first, last  !< of the range
       integer :: c
@@ -150,7 +150,7 @@ contains
    pure subroutine strike(contacts, laws, blocks, step, c, target)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present step
       integer, intent(in) :: c  !< number of the contact
       real(wp), intent(in) :: target  !< m/s
@@ -169,7 +169,7 @@ contains
    pure subroutine carry(contacts, laws, blocks, step, c)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present step
       integer, intent(in) :: c  !< number of the contact
       real(wp) :: gain
@@ -186,7 +186,7 @@ contains
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
-      real(wp), intent(in) :: share  !< of the step, before the impact
+      real(wp), intent(in) :: share  !< share of the step, before the impact
 
       contacts%damping(c) = is_lifted
       contacts%gain(:, c) = 0.0_wp
@@ -206,7 +206,7 @@ contains
    pure real(wp) function rigid_gain(contacts, laws, blocks, step, c) result(gain)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present step
       integer, intent(in) :: c  !< number of the contact
 

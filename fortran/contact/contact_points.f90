@@ -121,7 +121,7 @@ contains
 
    !> Fraction of the edge length at which point i of n lies.
    pure real(wp) function fraction_of(overlap, n, i) result(fraction)
-      type(overlap_type), intent(in) :: overlap  !< of the edge with another
+      type(overlap_type), intent(in) :: overlap  !< overlap of the edge with another edge
       integer, intent(in) :: n, i                !< points, number of one
 
       fraction = overlap%from + node(n, i)*(overlap%to - overlap%from)
@@ -138,11 +138,12 @@ contains
       distance = blocks%along(2, e)*from(1) - blocks%along(1, e)*from(2)
    end function distance_of
 
+   !> Append a contact to the list of points.
    subroutine append(list, candidate, point, fraction)
       type(point_list_type), intent(inout) :: list    !< receives a contact
       type(candidate_type), intent(in) :: candidate   !< vertex and edge
       integer, intent(in) :: point                    !< number in its overlap, 0: corner
-      real(wp), intent(in) :: fraction                !< of the edge before it
+      real(wp), intent(in) :: fraction                !< fraction of the edge before it
       type(candidate_type), allocatable :: longer(:)
 
       list%n = list%n + 1

@@ -17,7 +17,7 @@ module dda_continuously_yielding
    public :: continuously_yielding_type, new_continuously_yielding
 
    integer, parameter :: reversal = 3, way = 4        !< columns: r; sign of the last slip
-   real(wp), parameter :: most_reversal = 0.75_wp     !< of r, as published
+   real(wp), parameter :: most_reversal = 0.75_wp     !< largest r, as published
    real(wp), parameter :: round_off = 1.0e-9_wp     !< relative force change that is no reversal
    real(wp), parameter :: most_share = 1.25_wp  !< fraction of the strength: largest lag of a stress
 
@@ -95,7 +95,7 @@ contains
    !> Compute the shear force at the end of a step, and its slope.
    pure subroutine flow(law, state, normal_force, stretch, shear_force, tangent)
       class(continuously_yielding_type), intent(in) :: law  !< of the joint
-      type(joint_state_type), intent(in) :: state           !< at the start of the step
+      type(joint_state_type), intent(in) :: state           !< state at the start of the step
       real(wp), intent(in) :: normal_force                  !< ≥ 0, N/m
       real(wp), intent(in) :: stretch                       !< stretch of its spring without slip, m
       real(wp), intent(out) :: shear_force, tangent         !< N/m; ≥ 0, N/m per m
@@ -118,7 +118,7 @@ contains
 
    !> Value of r for slip in a direction, from a stress given as a fraction of τ_m.
    pure real(wp) function ratio_of(state, direction, share)
-      type(joint_state_type), intent(in) :: state  !< at the start of the step
+      type(joint_state_type), intent(in) :: state  !< state at the start of the step
       real(wp), intent(in) :: direction, share
 
       ratio_of = state%memory(reversal)
@@ -129,7 +129,7 @@ contains
    !> It may exceed a strength that decreases by slip or normal force; a large excess is removed.
    pure real(wp) function first_share(law, state, normal_force) result(share)
       class(continuously_yielding_type), intent(in) :: law  !< of the joint
-      type(joint_state_type), intent(in) :: state           !< at the start of the step
+      type(joint_state_type), intent(in) :: state           !< state at the start of the step
       real(wp), intent(in) :: normal_force                  !< > 0, N/m
 
       share = law%shear_spring(state)*state%stretch/law%strength(state, normal_force)
@@ -140,8 +140,8 @@ contains
    pure type(joint_state_type) function slipped(law, state, slip, shear_force) result(after)
       class(continuously_yielding_type), intent(in) :: law  !< of the joint
       type(joint_state_type), intent(in) :: state           !< before
-      real(wp), intent(in) :: slip                          !< with its sign, m
-      real(wp), intent(in) :: shear_force                   !< at its end, N/m
+      real(wp), intent(in) :: slip                          !< slip with its sign, m
+      real(wp), intent(in) :: shear_force  !< shear force at the end of the step, N/m
       real(wp) :: change, bound
 
       after = state

@@ -25,7 +25,7 @@ contains
    !> They are connected through touching faces of other blocks, but have no common face.
    pure subroutine find_crossings(contacts, blocks, across, marked)
       type(contacts_type), intent(in) :: contacts   !< first list of the run
-      type(blocks_type), intent(in) :: blocks       !< in their first state
+      type(blocks_type), intent(in) :: blocks       !< blocks in their first state
       integer, intent(inout) :: across(:,:)         !< [most_across,vertices] vertices, else 0
       logical, intent(out) :: marked(:)             !< [n] contacts of opposite corners
       logical :: joined(contacts%n), face(contacts%n)
@@ -94,7 +94,7 @@ contains
    pure subroutine forget_parted(across, blocks, distance)
       integer, intent(inout) :: across(:,:)    !< [most_across,vertices or 0] vertices, else 0
       type(blocks_type), intent(in) :: blocks  !< present geometry
-      real(wp), intent(in) :: distance         !< m, more than the size of any corner
+      real(wp), intent(in) :: distance         !< distance above the size of any corner, m
       integer :: v, i
 
       do v = 1, size(across, 2)

@@ -101,7 +101,7 @@ contains
    pure type(joint_state_type) function slipped(law, state, slip, shear_force) result(after)
       class(crushing_type), intent(in) :: law      !< of the joint
       type(joint_state_type), intent(in) :: state  !< before
-      real(wp), intent(in) :: slip                 !< with its sign, m
+      real(wp), intent(in) :: slip                 !< slip with its sign, m
       real(wp), intent(in) :: shear_force          !< shear force during slip, N/m
 
       after = state

@@ -318,7 +318,7 @@ contains
    !> A penetrating vertex may also lie beyond an end at a concave corner of the block.
    pure logical function faces(blocks, neighbours, choice, detection)  ! total
       type(blocks_type), intent(in) :: blocks          !< present geometry
-      type(neighbours_type), intent(in) :: neighbours  !< which vertices are convex
+      type(neighbours_type), intent(in) :: neighbours  !< search data: convex vertices
       type(choice_type), intent(in) :: choice          !< vertex projected on an edge
       type(detection_type), intent(in) :: detection    !< distances of this step
       integer :: end_vertex
@@ -351,7 +351,7 @@ contains
    !> .true. if the corners v and w were pressed on each other in the last step.
    pure logical function were_pressed(detection, blocks, v, w)
       type(detection_type), intent(in) :: detection  !< edges that vertices were pressed on
-      type(blocks_type), intent(in) :: blocks        !< which edges meet at the vertices
+      type(blocks_type), intent(in) :: blocks        !< blocks: edges at the vertices
       integer, intent(in) :: v, w                    !< vertices of two blocks
 
       were_pressed = any(detection%pressing(:, v) == w) &
@@ -374,7 +374,7 @@ contains
    !> It is outside another edge or, for a concave block, outside an edge between vertex and foot.
    pure logical function is_beyond(blocks, neighbours, choice)
       type(blocks_type), intent(in) :: blocks          !< present geometry
-      type(neighbours_type), intent(in) :: neighbours  !< which blocks are convex
+      type(neighbours_type), intent(in) :: neighbours  !< search data: convex blocks
       type(choice_type), intent(in) :: choice          !< the vertex projected on an edge
       type(choice_type) :: other
       real(wp) :: way(2), along, behind
@@ -491,6 +491,7 @@ contains
          neighbours%probe(2, p), merge(w, v, corners%vertex(best) == v))
    end subroutine add_other_end
 
+   !> Append a candidate.
    pure subroutine append(detection, last, vertex, edge, pair, corner)
       type(detection_type), intent(inout) :: detection     !< receives the candidate
       integer, intent(inout) :: last                       !< position of the last candidate

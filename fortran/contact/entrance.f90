@@ -66,7 +66,7 @@ contains
    elemental subroutine measure(along_x, along_y, x, y, length, gap, overshoot, past_end)
       real(wp), intent(in) :: along_x, along_y  !< unit vector of the edge
       real(wp), intent(in) :: x, y              !< position of the vertex, m
-      real(wp), intent(in) :: length            !< of the edge, m
+      real(wp), intent(in) :: length            !< length of the edge, m
       real(wp), intent(out) :: gap, overshoot   !< m, see `choice_type`
       logical, intent(out) :: past_end          !< the same
       real(wp) :: foot

@@ -32,13 +32,13 @@ module dda_friction
       logical :: augmented = .false.            !< augmented Lagrangian: with multipliers
       real(wp) :: theta = 1.0_wp            !< instant of the step at which bonded joints act, 0 … 1
       logical :: damped = .false.    !< some joints have damping or impacts, see dda_contact_damping
-      real(wp), allocatable :: restitution(:)   !< [joints] of impacts; negative: not prescribed
+      real(wp), allocatable :: restitution(:)   !< [joints] negative: not prescribed
       real(wp), allocatable :: damping(:)       !< [joints] normal dashpot, N s/m per metre
       real(wp), allocatable :: friction_angle(:) !< [joints] φ, degrees
       real(wp), allocatable :: friction(:)      !< [joints] tan φ
       real(wp), allocatable :: cohesion(:)      !< [joints] Pa
       real(wp), allocatable :: tension(:)       !< [joints] Pa
-      logical :: plain = .true.                 !< all joints have Coulomb's law, as above
+      logical :: plain = .true.                 !< all joints have Coulomb's law
       !> with frozen friction bounds, the forces of all contacts have a convex potential
       logical :: convex = .true.
       logical :: dilating = .false.             !< slip lifts contacts of some joint
@@ -53,6 +53,7 @@ module dda_friction
 
 contains
 
+   !> Set stiffness and strength of contacts from the joint materials.
    subroutine set_laws(laws, joints, normal_stiffness, shear_ratio)
       type(laws_type), intent(out) :: laws      !< not augmented
       type(joint_type), intent(in) :: joints(:) !< [joints] joint materials
@@ -160,7 +161,7 @@ contains
       real(wp), intent(in) :: gap     !< at the end of the step, m
       real(wp), intent(in) :: stretch !< stretch of the shear spring without slip at that time, m
       type(response_type), intent(out) :: response  !< state and forces
-      real(wp) :: at(2)  ! where it acts, m
+      real(wp) :: at(2)  ! gap and stretch at which it acts, m
 
       at = acting(contacts, laws, c, [gap, stretch])
       if (.not. laws%plain) then
@@ -227,7 +228,7 @@ contains
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c        !< number of the contact
-      type(response_type), intent(in) :: a, b  !< at both ends of a straight path
+      type(response_type), intent(in) :: a, b  !< responses at both ends of a straight path
 
       same_branch = a%state == b%state .and. .not. (a%state == contact_slide .and. &
          a%slider*b%slider < 0.0_wp)

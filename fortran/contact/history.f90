@@ -41,6 +41,7 @@ module dda_history
 
 contains
 
+   !> Allocate the index for the vertices of a model.
    subroutine prepare_history(history, vertices, touching)
       type(history_type), intent(out) :: history  !< ready for the first step
       integer, intent(in) :: vertices             !< of all blocks
@@ -81,7 +82,7 @@ contains
       type(contacts_type), intent(inout) :: new     !< receives history
       type(contacts_type), intent(in) :: old        !< list of the last step
       type(history_type), intent(inout) :: history  !< `matched` and `transferred` are set
-      logical, intent(in) :: begun                  !< not the first list of the run
+      logical, intent(in) :: begun                  !< .false.: first list of the run
       integer :: p
 
       if (new%n < parallel_from) then
@@ -95,11 +96,12 @@ contains
       end do
    end subroutine transfer_in_place
 
+   !> Copy histories at positions first … last of the new list.
    pure subroutine transfer_in_place_range(new, old, history, begun, first, last)
       type(contacts_type), intent(inout) :: new     !< receives history
       type(contacts_type), intent(in) :: old        !< list of the last step
       type(history_type), intent(inout) :: history  !< `matched` and `transferred` are set
-      logical, intent(in) :: begun                  !< not the first list of the run
+      logical, intent(in) :: begun                  !< .false.: first list of the run
       integer, intent(in) :: first, last            !< positions in the new list
       integer :: c, both
 
@@ -193,7 +195,7 @@ contains
    !> A penetration without force ends when the contact opens; a closure by initial stress remains.
    elemental real(wp) function kept_offset(offset, distance) result(kept)
       real(wp), intent(in) :: offset    !< before, m
-      real(wp), intent(in) :: distance  !< between vertex and edge, m
+      real(wp), intent(in) :: distance  !< distance between vertex and edge, m
 
       kept = min(max(0.0_wp, offset), max(offset, distance))
    end function kept_offset
@@ -224,7 +226,7 @@ contains
       type(contacts_type), intent(inout) :: new  !< list with geometry
       integer, intent(in) :: c                   !< contact
       real(wp), intent(in) :: touching           !< m, gap up to which it is assumed closed
-      logical, intent(in) :: begun               !< not the first list of the run
+      logical, intent(in) :: begun               !< .false.: first list of the run
 
       new%joint(c) = 0
       new%state(c) = merge(contact_stick, contact_open, new%gap(c) <= touching)
@@ -262,6 +264,7 @@ contains
       end do
    end subroutine index_by_vertex
 
+   !> Clear the index of unmatched old contacts.
    subroutine clear_index(history, old)
       type(history_type), intent(inout) :: history  !< `head` is zero again
       type(contacts_type), intent(in) :: old        !< list of the last step
@@ -335,9 +338,9 @@ contains
    !> Offset, m, of a contact that replaces another contact.
    !> It is the offset of that contact, unless the spring would at once be compressed much more.
    pure real(wp) function transferred_offset(distance, pressed, offset) result(transferred)
-      real(wp), intent(in) :: distance  !< of the new contact, m
+      real(wp), intent(in) :: distance  !< distance of the new contact, m
       real(wp), intent(in) :: pressed   !< gap of the old contact if in compression, else 0, m
-      real(wp), intent(in) :: offset    !< of the old one, m
+      real(wp), intent(in) :: offset    !< offset of the old one, m
 
       transferred = offset
       if (distance - offset < (1.0_wp + slack)*pressed) transferred = min(0.0_wp, &

@@ -49,7 +49,7 @@ contains
       integer, intent(in) :: c                        !< number of the contact
       real(wp), intent(in) :: theta                 !< instant of the step at which bonds act, 0 … 1
       real(wp), intent(in) :: gap, stretch !< gap and stretch at the end of the step without slip, m
-      type(response_type), intent(inout) :: response  !< of the contact alone
+      type(response_type), intent(inout) :: response  !< response of the contact alone
       real(wp) :: forces(2)
 
       associate (slip => stretch - contacts%stretch(c), share => contacts%acting_damage(c))

@@ -180,9 +180,9 @@ contains
    pure subroutine apply_flow(law, state, normal_force, stretch, response)
       class(joint_law_type), intent(in) :: law        !< of the contact
       type(joint_state_type), intent(in) :: state     !< of the contact
-      real(wp), intent(in) :: normal_force            !< of this iteration or frozen, N/m
+      real(wp), intent(in) :: normal_force            !< normal force, present or frozen, N/m
       real(wp), intent(in) :: stretch                 !< stretch of the shear spring without slip, m
-      type(response_type), intent(inout) :: response  !< gets the shear force
+      type(response_type), intent(inout) :: response  !< response; receives the shear force
       real(wp) :: tangent
 
       response%bound = max(0.0_wp, normal_force)
@@ -191,7 +191,7 @@ contains
 
    !> Apply friction at a frozen bound, for any normal force and also if the contact opens.
    pure subroutine bound_friction(response, bound, trial)
-      type(response_type), intent(inout) :: response  !< with the normal force
+      type(response_type), intent(inout) :: response  !< response with the normal force
       real(wp), intent(in) :: bound  !< N/m
       real(wp), intent(in) :: trial  !< shear force without slip, N/m
 
@@ -242,7 +242,7 @@ contains
       real(wp), intent(in) :: closure, stretch         !< m
       logical, intent(in) :: intact                    !< it breaks before it slips
       logical, intent(in) :: lifts                     !< slip does
-      type(response_type), intent(inout) :: response   !< gets state and forces
+      type(response_type), intent(inout) :: response   !< response; receives state and forces
       real(wp) :: trial
 
       response%state = contact_stick
@@ -280,7 +280,7 @@ contains
    !> With frozen friction, its shear force beyond the rise is that of an associated joint.
    pure real(wp) function lifted_force(law, state, closure, stretch) result(force)
       class(joint_law_type), intent(in) :: law     !< of the contact
-      type(joint_state_type), intent(in) :: state  !< at the start of the step
+      type(joint_state_type), intent(in) :: state  !< state at the start of the step
       real(wp), intent(in) :: closure, stretch     !< m
       real(wp) :: springs(2), rise
 

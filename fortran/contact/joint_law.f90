@@ -24,8 +24,8 @@ module dda_joint_law
    !> A variable that a law stores for each contact: a column of the list, its history, the
    !> checkpoint and the output, whose schema contains its unit and meaning.
    type :: column_type
-      character(len=24) :: name            !< in the output, after `contact_`
-      real(wp) :: initial = 0.0_wp         !< of a contact without a history
+      character(len=24) :: name            !< name in the output, after `contact_`
+      real(wp) :: initial = 0.0_wp         !< initial value without a history
       logical :: of_contact = .false.  !< the value belongs to a contact; new points do not copy it
       real(wp) :: limit = huge(1.0_wp)     !< limit above which results are uncertain
       character(len=96) :: advice = ''     !< why, and what to do
@@ -41,7 +41,7 @@ module dda_joint_law
       real(wp) :: way = 1.0_wp    !< sign of the considered shear force
       real(wp) :: frozen = -1.0_wp !< frozen friction beyond the rise, N/m
       real(wp) :: memory(most_own + 3) = 0.0_wp  !< columns of its law
-      real(wp) :: stretch = 0.0_wp       !< of the shear spring at the start of the step, m
+      real(wp) :: stretch = 0.0_wp       !< stretch of the shear spring at the start of the step, m
       real(wp) :: time_step = 0.0_wp     !< s; 0: at rest
       real(wp) :: normal_force = 0.0_wp  !< at the end of a solved step, N/m
       real(wp) :: closure = 0.0_wp       !< closure at the end of a solved step, without the lift, m
@@ -62,7 +62,7 @@ module dda_joint_law
    !> A variable of &joint on which the strength depends.
    type :: strength_type
       character(len=32) :: name    !< in the input
-      real(wp) :: value            !< in its unit there
+      real(wp) :: value            !< value in its unit there
    end type strength_type
 
    !> A joint law with the parameters of a joint material.
@@ -83,7 +83,7 @@ module dda_joint_law
       integer :: points = 2                  !< contact points of an overlap, if not given
       !> memory beyond the shared columns; without a name: none
       type(column_type) :: own(most_own) = column_type('')
-      integer :: columns = 0                     !< of its memory, with the shared ones
+      integer :: columns = 0                     !< columns of its memory, with the shared ones
       integer :: row(most_own + 3) = 0  !< position of these columns in the memory of contacts
    contains
       procedure :: follows_way
@@ -234,7 +234,7 @@ contains
    pure type(joint_state_type) function longer_path(law, state, slip, shear_force) result(after)
       class(joint_law_type), intent(in) :: law     !< of the joint
       type(joint_state_type), intent(in) :: state  !< before
-      real(wp), intent(in) :: slip                 !< with its sign, m
+      real(wp), intent(in) :: slip                 !< slip with its sign, m
       real(wp), intent(in) :: shear_force          !< shear force during slip, N/m
 
       after = state
@@ -252,7 +252,7 @@ contains
    !> Rise of the contact per unit of slip in the direction of `state`; default: none.
    pure real(wp) function no_rise(law, state, slip) result(rise)
       class(joint_law_type), intent(in) :: law     !< of the joint
-      type(joint_state_type), intent(in) :: state  !< at the start of the step
+      type(joint_state_type), intent(in) :: state  !< state at the start of the step
       real(wp), intent(in) :: slip                 !< slip in addition to the elastic one, ≥ 0, m
 
       rise = 0.0_wp
@@ -261,7 +261,7 @@ contains
    !> Normal force of a sliding contact, N/m, including the lift by the slip of this step.
    pure real(wp) function force_without_lift(law, state, closure, stretch) result(force)
       class(joint_law_type), intent(in) :: law     !< of the joint
-      type(joint_state_type), intent(in) :: state  !< at the start of the step
+      type(joint_state_type), intent(in) :: state  !< state at the start of the step
       real(wp), intent(in) :: closure  !< closure at the end, without the lift of this step, m
       real(wp), intent(in) :: stretch  !< stretch of the shear spring without slip, ≥ 0, m
 
@@ -271,7 +271,7 @@ contains
    !> Shear force as a curve of slip, and its slope, at a normal force; default: the spring.
    pure subroutine elastic_flow(law, state, normal_force, stretch, shear_force, tangent)
       class(joint_law_type), intent(in) :: law            !< of the joint
-      type(joint_state_type), intent(in) :: state         !< at the start of the step
+      type(joint_state_type), intent(in) :: state         !< state at the start of the step
       real(wp), intent(in) :: normal_force                !< ≥ 0, N/m
       real(wp), intent(in) :: stretch                     !< stretch of its spring without slip, m
       real(wp), intent(out) :: shear_force, tangent       !< N/m; ≥ 0, N/m per m
@@ -283,7 +283,7 @@ contains
    !> Slip in this step from which the iteration begins, m; default: none.
    pure real(wp) function no_slip(law, state) result(slip)
       class(joint_law_type), intent(in) :: law     !< of the joint
-      type(joint_state_type), intent(in) :: state  !< at the start of the step
+      type(joint_state_type), intent(in) :: state  !< state at the start of the step
 
       slip = 0.0_wp
    end function no_slip

@@ -73,8 +73,9 @@ contains
 
    contains
 
+      !> Text if a residual strength exceeds the peak strength.
       pure function above(name, residual, peak) result(words)
-         character(len=*), intent(in) :: name  !< of the peak's variable
+         character(len=*), intent(in) :: name  !< name of the peak's variable
          real(wp), intent(in) :: residual, peak
          character(len=:), allocatable :: words
 
@@ -132,7 +133,7 @@ contains
    pure type(joint_state_type) function slipped(law, state, slip, shear_force) result(after)
       class(mohr_coulomb_type), intent(in) :: law  !< of the joint
       type(joint_state_type), intent(in) :: state  !< before
-      real(wp), intent(in) :: slip                 !< with its sign, m
+      real(wp), intent(in) :: slip                 !< slip with its sign, m
       real(wp), intent(in) :: shear_force          !< shear force during slip, N/m
 
       after = state
@@ -152,7 +153,7 @@ contains
    !> Rise of the contact per unit of slip, up to the largest slip.
    pure real(wp) function rise(law, state, slip)
       class(mohr_coulomb_type), intent(in) :: law  !< of the joint
-      type(joint_state_type), intent(in) :: state  !< at the start of the step
+      type(joint_state_type), intent(in) :: state  !< state at the start of the step
       real(wp), intent(in) :: slip                 !< inelastic slip, ≥ 0, m
 
       rise = merge(law%dilation, 0.0_wp, state%memory(slip_path) + slip < law%dilation_slip)
@@ -161,7 +162,7 @@ contains
    !> Normal force of a sliding contact, N/m, including the lift by the slip of this step.
    pure real(wp) function sliding_force(law, state, closure, stretch) result(force)
       class(mohr_coulomb_type), intent(in) :: law  !< of the joint
-      type(joint_state_type), intent(in) :: state  !< at the start of the step
+      type(joint_state_type), intent(in) :: state  !< state at the start of the step
       real(wp), intent(in) :: closure  !< closure at the end, without the lift of this step, m
       real(wp), intent(in) :: stretch  !< stretch of the shear spring without slip, ≥ 0, m
       real(wp) :: k_n, k_s, left

@@ -24,7 +24,7 @@ contains
 
    !> Find the outline of the marked blocks in a model.
    subroutine outline_of(blocks, wanted, pieces)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       logical, intent(in) :: wanted(:)         !< [blocks] whose edges are listed
       type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< of their edges
       type(neighbours_type) :: neighbours
@@ -74,7 +74,7 @@ contains
 
    !> Append the parts of edge e along which no edge of another block runs.
    pure subroutine add_free_pieces(blocks, e, others, pieces, n)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       integer, intent(in) :: e                 !< edge, given by its first vertex
       integer, intent(in) :: others(:)         !< near blocks
       type(edge_piece_type), allocatable, intent(inout) :: pieces(:)  !< list to append to
@@ -111,7 +111,7 @@ contains
    !> Find the fractions of edge e between which a segment runs along it.
    !> The segment runs in the same (1), the opposite (−1) or any direction (0); none: first > last.
    pure function common_span(blocks, e, from, to, sense) result(span)
-      type(blocks_type), intent(in) :: blocks   !< in their present state
+      type(blocks_type), intent(in) :: blocks   !< blocks in their present state
       integer, intent(in) :: e                  !< edge, given by its first vertex
       real(wp), intent(in) :: from(2), to(2)    !< m, ends of the segment
       real(wp), intent(in) :: sense             !< 1, −1 or 0
@@ -144,6 +144,7 @@ contains
       end function distance_at
    end function common_span
 
+   !> Append a part of an edge to a list.
    pure subroutine append(pieces, n, piece)
       type(edge_piece_type), allocatable, intent(inout) :: pieces(:)  !< list to append to
       integer, intent(inout) :: n                 !< number of its entries
@@ -161,7 +162,7 @@ contains
 
    !> Select the parts on a side of the bounding box; for 'surface', the parts that face upwards.
    pure function pieces_on_side(blocks, pieces, side) result(found)
-      type(blocks_type), intent(in) :: blocks            !< in their present state
+      type(blocks_type), intent(in) :: blocks            !< blocks in their present state
       type(edge_piece_type), intent(in) :: pieces(:)     !< to choose from
       character(len=*), intent(in) :: side               !< one of `sides`
       type(edge_piece_type), allocatable :: found(:)
@@ -191,7 +192,7 @@ contains
 
    !> Select the parts that lie on a polyline.
    pure function pieces_along(blocks, pieces, line) result(found)
-      type(blocks_type), intent(in) :: blocks          !< in their present state
+      type(blocks_type), intent(in) :: blocks          !< blocks in their present state
       type(edge_piece_type), intent(in) :: pieces(:)   !< to choose from
       real(wp), intent(in) :: line(:,:)                !< [2, points] m, in the engine's coordinates
       type(edge_piece_type), allocatable :: found(:)

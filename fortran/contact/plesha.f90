@@ -20,7 +20,7 @@ module dda_plesha
    public :: plesha_type, new_plesha
 
    integer, parameter :: lifted = 4  !< column
-   real(wp), parameter :: steepest_climb = 89.0_wp  !< of friction and asperities, degrees
+   real(wp), parameter :: steepest_climb = 89.0_wp  !< friction angle plus asperities, degrees
 
    !> Friction of the faces, and their asperities.
    type, extends(joint_law_type) :: plesha_type
@@ -130,7 +130,7 @@ contains
    pure type(joint_state_type) function slipped(law, state, slip, shear_force) result(after)
       class(plesha_type), intent(in) :: law        !< of the joint
       type(joint_state_type), intent(in) :: state  !< before
-      real(wp), intent(in) :: slip                 !< with its sign, m
+      real(wp), intent(in) :: slip                 !< slip with its sign, m
       real(wp), intent(in) :: shear_force          !< shear force during slip, N/m
 
       after = state
@@ -154,7 +154,7 @@ contains
    !> Rise of the contact per unit of slip; negative if slip descends.
    pure real(wp) function rise(law, state, slip)
       class(plesha_type), intent(in) :: law        !< of the joint
-      type(joint_state_type), intent(in) :: state  !< at the start of the step
+      type(joint_state_type), intent(in) :: state  !< state at the start of the step
       real(wp), intent(in) :: slip                 !< inelastic slip, ≥ 0, m
 
       rise = tan(angle(law, state))
@@ -163,7 +163,7 @@ contains
    !> Normal force of a contact that slides in one direction, N/m, including the lift by this slip.
    pure real(wp) function sliding_force(law, state, closure, stretch) result(force)
       class(plesha_type), intent(in) :: law        !< of the joint
-      type(joint_state_type), intent(in) :: state  !< at the start of the step
+      type(joint_state_type), intent(in) :: state  !< state at the start of the step
       real(wp), intent(in) :: closure  !< closure at the end, without the lift of this step, m
       real(wp), intent(in) :: stretch  !< stretch of the shear spring without slip, ≥ 0, m
       real(wp) :: k_n, slope

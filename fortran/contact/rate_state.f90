@@ -119,7 +119,7 @@ contains
    !> Compute the shear force at the end of a step, and its slope.
    pure subroutine flow(law, state, normal_force, stretch, shear_force, tangent)
       class(rate_state_type), intent(in) :: law      !< of the joint
-      type(joint_state_type), intent(in) :: state    !< at the start of the step
+      type(joint_state_type), intent(in) :: state    !< state at the start of the step
       real(wp), intent(in) :: normal_force           !< ≥ 0, N/m
       real(wp), intent(in) :: stretch                !< stretch of its spring without slip, m
       real(wp), intent(out) :: shear_force, tangent  !< N/m; ≥ 0, N/m per m
@@ -163,7 +163,7 @@ contains
    !> Slip at the velocity of the last step, m.
    pure real(wp) function expected_slip(law, state) result(slip)
       class(rate_state_type), intent(in) :: law    !< of the joint
-      type(joint_state_type), intent(in) :: state  !< at the start of the step
+      type(joint_state_type), intent(in) :: state  !< state at the start of the step
 
       slip = state%memory(slip_rate)*state%time_step
    end function expected_slip
@@ -172,7 +172,7 @@ contains
    pure type(joint_state_type) function slipped(law, state, slip, shear_force) result(after)
       class(rate_state_type), intent(in) :: law    !< of the joint
       type(joint_state_type), intent(in) :: state  !< before
-      real(wp), intent(in) :: slip                 !< with its sign, m
+      real(wp), intent(in) :: slip                 !< slip with its sign, m
       real(wp), intent(in) :: shear_force          !< shear force during slip, N/m
       real(wp) :: x, theta, decay
 

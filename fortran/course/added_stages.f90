@@ -23,7 +23,7 @@ contains
    !> Continue with a changed input when the run would end.
    pure logical function has_more_stages(simulation, model) result(more)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
-      type(model_type), intent(in) :: model  !< of the changed input
+      type(model_type), intent(in) :: model  !< model of the changed input
 
       more = size(model%stages) > size(simulation%model%stages)
    end function has_more_stages
@@ -31,7 +31,7 @@ contains
    !> Append the additional stages of a changed input to a run.
    recursive subroutine add_stages(simulation, model, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      type(model_type), intent(in) :: model  !< of the changed input
+      type(model_type), intent(in) :: model  !< model of the changed input
       type(error_type), allocatable, intent(out) :: error  !< the stages cannot be appended
       integer :: i
 
@@ -48,7 +48,7 @@ contains
    !> Check that added stages follow a dynamic stage and add nothing but changes of the model.
    subroutine check_added(simulation, model, error)
       type(simulation_type), intent(in) :: simulation  !< between two steps
-      type(model_type), intent(in) :: model  !< of the changed input
+      type(model_type), intent(in) :: model  !< model of the changed input
       type(error_type), allocatable, intent(out) :: error  !< names the stage
       integer :: i
 
@@ -89,7 +89,7 @@ contains
    !> Adopt the additional stages of a changed input.
    pure subroutine adopt_stages(own, model)
       type(model_type), intent(inout) :: own  !< of the run
-      type(model_type), intent(in) :: model   !< of the changed input
+      type(model_type), intent(in) :: model   !< model of the changed input
       type(stage_type), allocatable :: stages(:)
       integer :: old
 

@@ -17,7 +17,7 @@ contains
 
    !> Collect the incoming and present motions of all boundaries.
    subroutine take_boundary_motions(simulation, motions)
-      type(simulation_type), intent(in) :: simulation  !< at its present time
+      type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       !> [2,boundary motions,6] displacement, velocity, acceleration: incoming, then of the model
       real(wp), intent(out) :: motions(:,:,:)
       real(wp) :: part(2, 3)
@@ -38,7 +38,7 @@ contains
 
    !> Find displacement, velocity and acceleration of the incoming motion.
    function incoming(simulation, motion) result(wave)
-      type(simulation_type), intent(in) :: simulation  !< at its present time
+      type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       type(boundary_motion_type), intent(in) :: motion  !< of a boundary
       real(wp) :: wave(2, 3)
       type(simulation_type), pointer :: column

@@ -36,8 +36,8 @@ contains
    !> Adopt the changeable values of a model at the present time.
    recursive subroutine change_now(simulation, model, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      type(model_type), intent(in) :: model  !< of the changed input
-      type(error_type), allocatable, intent(out) :: error  !< it differs in other values
+      type(model_type), intent(in) :: model  !< model of the changed input
+      type(error_type), allocatable, intent(out) :: error  !< error: other values differ
       type(fixed_point_type), allocatable :: points(:)
       type(motion_type), allocatable :: motions(:)
       real(wp) :: speed
@@ -68,9 +68,9 @@ contains
 
    !> Check that the model differs in changeable values only.
    subroutine check_same(old, blocks, new, error)
-      type(model_type), intent(in) :: old, new  !< of the run; of the changed input
+      type(model_type), intent(in) :: old, new  !< stage of the run; stage of the changed input
       type(blocks_type), intent(in) :: blocks   !< of the run
-      type(error_type), allocatable, intent(out) :: error  !< it is a different model
+      type(error_type), allocatable, intent(out) :: error  !< error: a different model
       logical :: same
       integer :: i
 
@@ -112,7 +112,7 @@ contains
    !> Adopt the values that do not affect the state; removals by stages remain.
    recursive subroutine adopt_values(simulation, model)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      type(model_type), intent(in) :: model  !< of the changed input
+      type(model_type), intent(in) :: model  !< model of the changed input
       type(laws_type) :: laws
       integer :: m, i
 
@@ -151,7 +151,7 @@ contains
    !> Replace the loads; their number may grow, and their times count from the same origin.
    subroutine adopt_loads(own, model, removed)
       type(model_type), intent(inout) :: own  !< of the run
-      type(model_type), intent(in) :: model   !< of the changed input
+      type(model_type), intent(in) :: model   !< model of the changed input
       logical, intent(in) :: removed(:)       !< [blocks]
       type(load_type), allocatable :: loads(:)
       integer :: i, s, old
@@ -171,7 +171,7 @@ contains
    !> Replace the fixed points, except those that stages have released; their number may grow.
    subroutine adopt_points(own, model, removed, stage)
       type(model_type), intent(inout) :: own  !< of the run
-      type(model_type), intent(in) :: model   !< of the changed input
+      type(model_type), intent(in) :: model   !< model of the changed input
       logical, intent(in) :: removed(:)       !< [blocks]
       integer, intent(in) :: stage            !< present fixed points
       type(fixed_point_type), allocatable :: points(:)

@@ -57,7 +57,7 @@ module dda_equilibrium
       logical :: at_rest = .false.
       real(wp) :: largest = huge(1.0_wp)        !< unbalanced force on a block, N/m
       integer :: block = 0                      !< block with the largest excess
-      real(wp) :: unbalanced = huge(1.0_wp)     !< its unbalanced force, N/m
+      real(wp) :: unbalanced = huge(1.0_wp)     !< unbalanced force of that block, N/m
       real(wp) :: allowed = 0.0_wp              !< its tolerance, N/m
       real(wp) :: doubt = 0.0_wp        !< largest tolerance of an unsupported block over its weight
       integer :: doubtful = 0                   !< that unsupported block
@@ -177,7 +177,7 @@ contains
    subroutine step_to_rest(simulation, equilibrium, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(equilibrium_type), intent(inout) :: equilibrium  !< static equilibrium under gravity
-      type(error_type), allocatable, intent(out) :: error  !< of a step at the shortest Δt
+      type(error_type), allocatable, intent(out) :: error  !< error of a step at the shortest Δt
       real(wp) :: first, way, least
       integer(long) :: iterations, gained
       integer :: in_vain
@@ -271,7 +271,7 @@ contains
    !> Find the unbalanced forces on the blocks at the present positions, without velocities.
    !> Forces of contacts, stresses and elements are included; moments are divided by the radius.
    subroutine find_unbalanced(simulation, equilibrium, error)
-      type(simulation_type), intent(inout) :: simulation  !< its contacts are listed again
+      type(simulation_type), intent(inout) :: simulation  !< contacts are listed again
       type(equilibrium_type), intent(inout) :: equilibrium  !< gets largest force, worst block
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(rows_type) :: rows
@@ -303,7 +303,7 @@ contains
    !> Find the largest force, and the block with the largest excess over its tolerance.
    !> The block with too large a tolerance is found too.
    subroutine compare_with_allowed(simulation, equilibrium)
-      type(simulation_type), intent(in) :: simulation  !< with the unbalanced forces in `system%rhs`
+      type(simulation_type), intent(in) :: simulation  !< unbalanced forces are in `system%rhs`
       type(equilibrium_type), intent(inout) :: equilibrium  !< gets largest force, worst block
       real(wp) :: force(6), size_of, allowed, weight
       logical :: is_worse
@@ -361,7 +361,7 @@ contains
    !> Find a contact in compression that penetrates deeper than its force explains.
    !> The forces balance, but for another position of the blocks.
    subroutine doubt_contacts(simulation, equilibrium)
-      type(simulation_type), intent(in) :: simulation  !< with the contacts at rest
+      type(simulation_type), intent(in) :: simulation  !< simulation with the contacts at rest
       type(equilibrium_type), intent(inout) :: equilibrium  !< gets such a contact: no equilibrium
       integer :: c
       real(wp) :: most
@@ -382,7 +382,7 @@ contains
 
    !> Record blocks that no contact forces can support, and that nothing can stop.
    subroutine record_falling(simulation, equilibrium)
-      type(simulation_type), intent(in) :: simulation  !< with its loads and contacts
+      type(simulation_type), intent(in) :: simulation  !< simulation with its loads and contacts
       type(equilibrium_type), intent(inout) :: equilibrium  !< gets number and first block
       logical :: falls(simulation%blocks%n)
 
@@ -396,7 +396,7 @@ contains
    !> Vertices that changed edges in soft contacts, such as in a fallen pile, penetrate without
    !> force, because otherwise they would gain energy.
    subroutine release_depths(simulation, equilibrium)
-      type(simulation_type), intent(inout) :: simulation  !< its contacts are evaluated
+      type(simulation_type), intent(inout) :: simulation  !< simulation whose contacts are evaluated
       type(equilibrium_type), intent(inout) :: equilibrium  !< contact is reset, releases counted
 
       associate (contacts => simulation%contacts(simulation%now))
@@ -410,9 +410,9 @@ contains
 
    !> Find the block that has moved farthest from given positions, and its distance.
    subroutine farthest_moved(blocks, from, block, way)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: from(:,:)        !< [≥2,blocks] centroids, m
-      integer, intent(out) :: block            !< its number; 0: none has moved
+      integer, intent(out) :: block            !< number of the block; 0: none has moved
       real(wp), intent(out) :: way             !< m
       real(wp) :: moved
       integer :: b
@@ -432,7 +432,7 @@ contains
    subroutine put_in_words(simulation, equilibrium, error)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(equilibrium_type), intent(inout) :: equilibrium  !< static equilibrium under gravity
-      type(error_type), allocatable, intent(in) :: error  !< of the last step, if it failed
+      type(error_type), allocatable, intent(in) :: error  !< error of the last step, if it failed
 
       if (equilibrium%at_rest) then
          equilibrium%words = words_of_rest(simulation, equilibrium)
@@ -498,7 +498,7 @@ contains
 
    !> Select the contact with the larger normal force; the second, if the first is 0.
    pure integer function larger(contacts, first, second)
-      type(contacts_type), intent(in) :: contacts  !< of the last step
+      type(contacts_type), intent(in) :: contacts  !< contacts of the last step
       integer, intent(in) :: first, second         !< contacts; first may be 0
 
       larger = second

@@ -32,8 +32,8 @@ contains
 
    !> Find the blocks that fall without limit.
    subroutine find_falling(blocks, contacts, laws, load, held, falls)
-      type(blocks_type), intent(in) :: blocks      !< in their present state
-      type(contacts_type), intent(in) :: contacts  !< of the present state
+      type(blocks_type), intent(in) :: blocks      !< blocks in their present state
+      type(contacts_type), intent(in) :: contacts  !< contacts of the present state
       type(laws_type), intent(in) :: laws          !< friction
       real(wp), intent(in) :: load(:,:)            !< [6,blocks] without contacts, N/m …
       logical, intent(in) :: held(:)               !< [blocks] an element acts on the block
@@ -65,7 +65,7 @@ contains
    !> Set the extents of blocks along and across the loads; sides that just touch do not overlap.
    subroutine set_extents(extents, blocks, down)
       type(extents_type), intent(out) :: extents  !< of all blocks
-      type(blocks_type), intent(in) :: blocks     !< in their present state
+      type(blocks_type), intent(in) :: blocks     !< blocks in their present state
       real(wp), intent(in) :: down(2)             !< unit vector
       real(wp) :: side(2*blocks%n), last
       integer :: order(2*blocks%n), cell(2*blocks%n), b, k
@@ -135,8 +135,8 @@ contains
 
    !> Retain groups whose contacts with other blocks cannot balance their loads.
    subroutine keep_unbalanced(blocks, contacts, laws, load, down, part, stands, falls)
-      type(blocks_type), intent(in) :: blocks      !< in their present state
-      type(contacts_type), intent(in) :: contacts  !< of the present state
+      type(blocks_type), intent(in) :: blocks      !< blocks in their present state
+      type(contacts_type), intent(in) :: contacts  !< contacts of the present state
       type(laws_type), intent(in) :: laws          !< friction
       real(wp), intent(in) :: load(:,:)            !< [6,blocks] without contacts, N/m …
       real(wp), intent(in) :: down(2)              !< unit vector

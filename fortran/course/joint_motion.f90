@@ -28,8 +28,8 @@ contains
    pure subroutine measure_joint(joint, first, contacts, blocks, values)
       type(measured_joint_type), intent(in) :: joint   !< of the model
       type(first_contacts_type), intent(in) :: first   !< contacts that touched at first
-      type(contacts_type), intent(in) :: contacts      !< of the last step
-      type(blocks_type), intent(in) :: blocks          !< in their present state
+      type(contacts_type), intent(in) :: contacts      !< contacts of the last step
+      type(blocks_type), intent(in) :: blocks          !< blocks in their present state
       real(wp), intent(out) :: values(joint_columns)   !< as above
       real(wp) :: moved(2), force(2), slip, opening
       integer :: c, n
@@ -69,8 +69,8 @@ contains
 
    !> Reject a joint without contacts at the start of the run.
    subroutine check_measured_joints(simulation, error)
-      type(simulation_type), intent(in) :: simulation        !< that has begun to count
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(simulation_type), intent(in) :: simulation        !< simulation that has begun to count
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer :: i, c
       logical :: found
 

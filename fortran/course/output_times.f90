@@ -8,7 +8,7 @@ module dda_output_times
    private
    public :: aim_type, aim_at_output, reach_output, is_output_time
 
-   real(wp), parameter :: nearly = 1.0_wp + 1.0e-9_wp  !< for rounding of times
+   real(wp), parameter :: nearly = 1.0_wp + 1.0e-9_wp  !< factor that allows for rounding of times
 
    !> A step that is shortened to end at an output time.
    type :: aim_type

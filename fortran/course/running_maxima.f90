@@ -131,8 +131,8 @@ contains
    !> Update by the present state.
    subroutine count_state(simulation, rates, look)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      logical, intent(in) :: rates             !< with velocities and accelerations
-      logical, intent(in) :: look              !< with slip and opening
+      logical, intent(in) :: rates             !< rates with velocities and accelerations
+      logical, intent(in) :: look              !< slip and opening are included
       type(largest_type) :: largest(number_of_maxima)
 
       largest = simulation%maxima%largest

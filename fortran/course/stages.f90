@@ -42,7 +42,7 @@ contains
    !> Start a run of a model and its stages up to the first dynamic stage.
    subroutine begin_simulation(simulation, model, error)
       type(simulation_type), intent(out) :: simulation  !< ready for its first step
-      type(model_type), intent(in) :: model             !< as read from the input
+      type(model_type), intent(in) :: model             !< model as read from the input
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       call start(simulation, model, error)
@@ -139,7 +139,7 @@ contains
 
    !> Text on why a stage has not reached equilibrium, and what to do.
    pure function unsettled(error) result(words)
-      type(error_type), intent(in) :: error  !< of its static steps
+      type(error_type), intent(in) :: error  !< error of its static steps
       character(len=:), allocatable :: words
 
       words = ' does not settle: '//error%message
@@ -223,7 +223,7 @@ contains
    !> Update the stored energies; add their difference to a term of the budget.
    subroutine book(simulation, term, sign_of)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      integer, intent(in) :: term  !< one of the list
+      integer, intent(in) :: term  !< term of the list
       real(wp), intent(in) :: sign_of  !< 1: a gain; −1: a loss
       type(energy_type) :: present
       real(wp) :: before
@@ -430,7 +430,7 @@ contains
    !> Text on the largest change of initial stress during a static stage.
    function corrected_in_words(simulation, before) result(words)
       type(simulation_type), intent(in) :: simulation  !< at rest
-      real(wp), intent(in) :: before(:,:)              !< [3,blocks] as given, Pa
+      real(wp), intent(in) :: before(:,:)              !< [3,blocks] initial stress, Pa
       character(len=:), allocatable :: words
       real(wp) :: change(3, simulation%blocks%n)
       integer :: most(2)
@@ -468,7 +468,7 @@ contains
    !> Add losses of the scheme in static steps to the term of static stages.
    pure subroutine book_statics(energy, before)
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
-      type(energy_type), intent(in) :: before  !< at the beginning of the stage
+      type(energy_type), intent(in) :: before  !< text at the beginning of the stage
       integer, parameter :: terms(*) = [energy_algorithmic, energy_kinetic_damping, &
          energy_geometric]
       real(wp), parameter :: signs(*) = [1.0_wp, 1.0_wp, -1.0_wp]

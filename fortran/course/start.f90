@@ -37,7 +37,7 @@ contains
    !> Set up a run of a model, and of the columns of its free fields.
    recursive subroutine start(simulation, model, error)
       type(simulation_type), intent(out) :: simulation  !< a run and its state
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       simulation%model = model
@@ -99,7 +99,7 @@ contains
    !> Set limits and tolerances of the open–close iteration.
    subroutine prepare_iteration(simulation, model)
       type(simulation_type), intent(inout) :: simulation  !< with its contact laws and scheme
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
 
       associate (iteration => simulation%iteration, contact => model%contact)
          iteration%max_iterations = contact%max_iterations
@@ -115,7 +115,7 @@ contains
    !> Start the runs of the free-field columns.
    recursive subroutine start_columns(simulation, model, error)
       type(simulation_type), intent(inout) :: simulation  !< just started
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: i
 
@@ -131,7 +131,7 @@ contains
 
    !> Remove contacts of corners across a crossing of joints.
    subroutine skip_crossings(simulation)
-      type(simulation_type), intent(inout) :: simulation  !< with its first contacts
+      type(simulation_type), intent(inout) :: simulation  !< simulation with its first contacts
 
       integer, allocatable :: across(:,:)
 

@@ -37,7 +37,7 @@ module dda_base_motion
       real(wp) :: zero(2) = 0.0_wp
       real(wp) :: displacement(2) = 0.0_wp      !< displacement since counting began, m
       real(wp) :: velocity(2) = 0.0_wp          !< m/s
-      real(wp) :: acceleration(2) = 0.0_wp      !< of the last step, m/s²
+      real(wp) :: acceleration(2) = 0.0_wp      !< acceleration of the last step, m/s²
    end type base_type
 
 contains
@@ -46,7 +46,7 @@ contains
    subroutine begin_base(base, model, blocks, time)
       type(base_type), intent(out) :: base       !< of the model
       type(model_type), intent(in) :: model      !< of the run
-      type(blocks_type), intent(in) :: blocks    !< in their present state
+      type(blocks_type), intent(in) :: blocks    !< blocks in their present state
       real(wp), intent(in) :: time               !< s
 
       allocate (base%share(2, size(model%motions)), source=0.0_wp)
@@ -57,7 +57,7 @@ contains
    subroutine renew_base(base, model, blocks, time)
       type(base_type), intent(inout) :: base     !< of the model
       type(model_type), intent(in) :: model      !< of the run
-      type(blocks_type), intent(in) :: blocks    !< in their present state
+      type(blocks_type), intent(in) :: blocks    !< blocks in their present state
       real(wp), intent(in) :: time               !< s
       real(wp) :: motion(2, 2), unused(2, 2)
 
@@ -79,7 +79,7 @@ contains
    !> Find the common translation of all supports as a combination of the motions u.
    !> It matches, by least squares, their components along the supported directions.
    pure subroutine find_base(base, model)
-      type(base_type), intent(inout) :: base     !< gets its kind and its coefficients
+      type(base_type), intent(inout) :: base     !< base; receives its kind and its coefficients
       type(model_type), intent(in) :: model      !< of the run
       real(wp) :: matrix(2, 2), right(2, size(model%motions))
       integer :: i, axis, holding
@@ -114,7 +114,7 @@ contains
 
    !> Find the motion of the outcrop, if the same motion enters from all half-spaces.
    pure subroutine find_outcrop(base, model)
-      type(base_type), intent(inout) :: base     !< gets its kind and its coefficients
+      type(base_type), intent(inout) :: base     !< base; receives its kind and its coefficients
       type(model_type), intent(in) :: model      !< of the run
       integer :: i, axis, first
 
@@ -186,9 +186,9 @@ contains
    subroutine update_base(base, model, blocks, step, time)
       type(base_type), intent(inout) :: base     !< of the model
       type(model_type), intent(in) :: model      !< of the run
-      type(blocks_type), intent(in) :: blocks    !< at the end of the step
+      type(blocks_type), intent(in) :: blocks    !< blocks at the end of the step
       type(step_type), intent(in) :: step        !< the present step
-      real(wp), intent(in) :: time               !< at its end, s
+      real(wp), intent(in) :: time               !< time at its end, s
       real(wp) :: before(2), motion(2, 2), unused(2)
 
       select case (base%kind)

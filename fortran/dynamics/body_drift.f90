@@ -33,7 +33,7 @@ contains
    subroutine begin_drift(system, solver, blocks, step)
       type(system_type), intent(inout) :: system  !< equations of the step, without contacts
       type(solver_type), intent(inout) :: solver  !< linear solver
-      type(blocks_type), intent(in) :: blocks     !< in their present state
+      type(blocks_type), intent(in) :: blocks     !< blocks in their present state
       type(step_type), intent(in) :: step         !< the present step
       real(wp) :: weights(size(step_weights(step))), row(6), c
       integer :: i, k, b
@@ -68,7 +68,7 @@ contains
 
    !> Set mean velocity × Δt of each body for each of its cells; zero for other blocks.
    pure subroutine translate_bodies(blocks, time_step, drift)
-      type(blocks_type), intent(in) :: blocks    !< in their present state
+      type(blocks_type), intent(in) :: blocks    !< blocks in their present state
       real(wp), intent(in) :: time_step          !< s
       real(wp), intent(out) :: drift(:,:)        !< [6,n] m
       real(wp) :: total(3, maxval(blocks%body))  ! momentum and mass of each body
@@ -114,6 +114,7 @@ contains
 
    contains
 
+      !> Solve with the matrix of the step, or for a change of f̂.
       subroutine solve_for(b, x)
          real(wp), intent(in) :: b(:,:)     !< [6,n] right-hand side, N
          real(wp), intent(inout) :: x(:,:)  !< [6,n] first guess, becomes the solution, m

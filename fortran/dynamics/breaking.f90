@@ -68,7 +68,7 @@ contains
 
    !> .true. if some faces of a model can break.
    pure logical function can_break(model)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
 
       can_break = allocated(model%welds)
       if (can_break) can_break = any(model%welds%joint > 0)
@@ -156,7 +156,7 @@ contains
    subroutine free_face(simulation, i, traction)
       type(simulation_type), intent(inout) :: simulation    !< between two steps
       integer, intent(in) :: i                              !< intact face
-      real(wp), intent(out) :: traction(2, crack_points)    !< at its points, Pa
+      real(wp), intent(out) :: traction(2, crack_points)    !< traction at its points, Pa
       real(wp) :: force(size(own_strain) + 4), ratio, elastic(3), area
       integer :: k
 

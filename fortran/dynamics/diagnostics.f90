@@ -18,7 +18,7 @@ module dda_diagnostics
    real(wp), parameter :: most_away = 1.0e4_wp
    !> fraction of the gross energy exchanged: tolerance of the audit
    real(wp), parameter :: most_unexplained = 1.0e-6_wp
-   real(wp), parameter :: most_strain = 0.02_wp  !< that counts as small
+   real(wp), parameter :: most_strain = 0.02_wp  !< largest strain that is small
    real(wp), parameter :: deepest = 0.05_wp      !< penetration over the size of the smaller block
    !> fraction of the same energy, gained by springs between steps
    real(wp), parameter :: most_geometric = 1.0e-2_wp
@@ -29,7 +29,7 @@ contains
    subroutine explain(simulation, reason, error)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       character(len=*), intent(in) :: reason  !< what went wrong
-      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=:), allocatable :: place, advice
       integer :: c, kind
 

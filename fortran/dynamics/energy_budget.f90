@@ -27,7 +27,7 @@ contains
    !> Set the energies of the first state.
    subroutine start_energy_budget(energy, blocks, contacts, laws, elements, step)
       type(energy_type), intent(out) :: energy  !< J per metre of thickness
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(elements_type), intent(in) :: elements  !< of the model
@@ -43,7 +43,7 @@ contains
    !> It is the difference of spring energies in exact geometry and in that of the last linear step.
    subroutine update_geometric(energy, blocks, contacts, laws, elements, step)
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(elements_type), intent(in) :: elements  !< of the model
@@ -67,7 +67,7 @@ contains
    !> Add losses and work of the converged step, before its d is added to the coordinates.
    subroutine update_step(energy, blocks, contacts, laws, elements, step, d)
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(elements_type), intent(in) :: elements  !< of the model
@@ -82,7 +82,7 @@ contains
    !> Set the energies that follow from the new state of the blocks.
    subroutine update_state(energy, blocks)
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
 
       energy%value(energy_kinetic) = kinetic_energy(blocks)
       energy%value(energy_strain) = strain_energy(blocks)
@@ -91,7 +91,7 @@ contains
    !> Add the losses of all blocks by damping and by the scheme: (θ − ½) ΔσΔε + (χ − ½) ΔvᵀMΔv.
    subroutine add_block_losses(energy, blocks, step, d)
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       real(wp) :: part(2, most_pieces), total(2), damped(2)
@@ -116,7 +116,7 @@ contains
 
    !> Sum dᵀKd of the strains and, if χ > ½, ΔvᵀMΔv of blocks first … last.
    pure function loss_range(blocks, step, d, first, last) result(total)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer, intent(in) :: first, last  !< of the range
@@ -368,7 +368,7 @@ contains
 
    !> ½ A εᵀDε + A σ₀ᵀε of all blocks, and the further energy of damping mechanisms.
    real(wp) function strain_energy(blocks)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
 
       strain_energy = elastic_energy(blocks)
       if (blocks%damps) strain_energy = strain_energy + damping_energy(blocks)
@@ -376,7 +376,7 @@ contains
 
    !> ½ A εᵀDε + A σ₀ᵀε of all blocks.
    real(wp) function elastic_energy(blocks)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp) :: part(most_pieces)
       integer :: p
 
@@ -393,7 +393,7 @@ contains
 
    !> Sum the energies of blocks first … last.
    pure real(wp) function strain_range(blocks, first, last) result(energy)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       integer, intent(in) :: first, last  !< of the range
       integer :: b
 

@@ -49,8 +49,8 @@ contains
    !> Store the contacts that touch at present.
    subroutine begin_first_contacts(first, contacts, blocks, touching)
       type(first_contacts_type), intent(out) :: first  !< the contacts
-      type(contacts_type), intent(in) :: contacts      !< of the present state
-      type(blocks_type), intent(in) :: blocks          !< in their present state
+      type(contacts_type), intent(in) :: contacts      !< contacts of the present state
+      type(blocks_type), intent(in) :: blocks          !< blocks in their present state
       real(wp), intent(in) :: touching                 !< distance below which contacts touch, m
       real(wp) :: apart(2)
       logical :: touch(contacts%n)
@@ -76,7 +76,7 @@ contains
    !> Remove contacts of blocks that are no longer part of the model.
    pure subroutine drop_removed(first, blocks)
       type(first_contacts_type), intent(inout) :: first  !< the contacts
-      type(blocks_type), intent(in) :: blocks            !< in their present state
+      type(blocks_type), intent(in) :: blocks            !< blocks in their present state
       logical :: stays(size(first%vertex))
 
       stays = .not. (blocks%removed(blocks%owner(first%vertex)) .or. &
@@ -107,8 +107,8 @@ contains
    subroutine add_movement(first, largest, contacts, blocks, time, path)
       type(first_contacts_type), intent(inout) :: first  !< the contacts
       type(largest_type), intent(inout) :: largest(:)    !< [maxima] so far
-      type(contacts_type), intent(in) :: contacts        !< of the last step
-      type(blocks_type), intent(in) :: blocks            !< in their present state
+      type(contacts_type), intent(in) :: contacts        !< contacts of the last step
+      type(blocks_type), intent(in) :: blocks            !< blocks in their present state
       real(wp), intent(in) :: time                       !< s
       !> sum of the farthest moves of all steps, m; if absent, later scans do not count from here
       real(wp), intent(in), optional :: path
@@ -138,7 +138,7 @@ contains
    !> Find the largest slip, increase of distance, and distance from the foot, of some contacts.
    pure subroutine scan(first, blocks, begin, end, most)
       type(first_contacts_type), intent(in) :: first  !< the contacts
-      type(blocks_type), intent(in) :: blocks         !< in their present state
+      type(blocks_type), intent(in) :: blocks         !< blocks in their present state
       integer, intent(in) :: begin, end               !< of the range
       real(wp), intent(out) :: most(3)                !< m
       real(wp) :: slip, growth, least, x, y
@@ -167,8 +167,8 @@ contains
    subroutine scan_all(first, largest, contacts, blocks, time)
       type(first_contacts_type), intent(inout) :: first  !< the contacts
       type(largest_type), intent(inout) :: largest(:)    !< [maxima] so far
-      type(contacts_type), intent(in) :: contacts        !< of the last step
-      type(blocks_type), intent(in) :: blocks            !< in their present state
+      type(contacts_type), intent(in) :: contacts        !< contacts of the last step
+      type(blocks_type), intent(in) :: blocks            !< blocks in their present state
       real(wp), intent(in) :: time                       !< s
       real(wp) :: moved(2)
       integer :: c
@@ -186,7 +186,7 @@ contains
    !> Slip and opening of contact c; a contact under compression opens by dilation only.
    pure function movement(first, blocks, c) result(moved)
       type(first_contacts_type), intent(in) :: first  !< with the edges that vertices press on
-      type(blocks_type), intent(in) :: blocks         !< in their present state
+      type(blocks_type), intent(in) :: blocks         !< blocks in their present state
       integer, intent(in) :: c                        !< number of the contact
       real(wp) :: moved(2)
 
@@ -197,7 +197,7 @@ contains
    !> Displacement of the vertex of contact c along the edge, and increase of its distance, m.
    pure function foot_movement(first, blocks, c) result(moved)
       type(first_contacts_type), intent(in) :: first  !< the contacts
-      type(blocks_type), intent(in) :: blocks         !< in their present state
+      type(blocks_type), intent(in) :: blocks         !< blocks in their present state
       integer, intent(in) :: c                        !< number of the contact
       real(wp) :: moved(2)
 
@@ -213,7 +213,7 @@ contains
    !> Find the edge on which each vertex presses (of two, the last in order).
    pure subroutine find_pressed(first, contacts)
       type(first_contacts_type), intent(inout) :: first  !< the contacts
-      type(contacts_type), intent(in) :: contacts        !< of the last step
+      type(contacts_type), intent(in) :: contacts        !< contacts of the last step
       integer :: c
 
       first%pressed = 0
@@ -226,8 +226,8 @@ contains
    !> Count the contacts, and those that have slipped and opened by more than a limit.
    subroutine count_moved(first, contacts, blocks, limit, numbers)
       type(first_contacts_type), intent(inout) :: first  !< the contacts
-      type(contacts_type), intent(in) :: contacts        !< of the last step
-      type(blocks_type), intent(in) :: blocks            !< in their present state
+      type(contacts_type), intent(in) :: contacts        !< contacts of the last step
+      type(blocks_type), intent(in) :: blocks            !< blocks in their present state
       real(wp), intent(in) :: limit                      !< movement that counts, m
       integer, intent(out) :: numbers(3)                 !< all, slipped, opened
       real(wp) :: moved(2)

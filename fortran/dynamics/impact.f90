@@ -76,7 +76,7 @@ contains
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: gravity  !< m/s²
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -127,7 +127,7 @@ contains
       type(open_close_type), intent(in) :: iteration  !< converged
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: slowest  !< velocity of an impact, m/s
       logical, intent(in) :: first  !< no contact has been struck in this step
@@ -213,7 +213,7 @@ contains
       type(impacts_type), intent(in) :: impacts  !< of this step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present step
       integer :: c
 
@@ -328,7 +328,7 @@ contains
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: iterations, changes, broken
       real(wp) :: noise
@@ -375,7 +375,7 @@ contains
       type(impacts_type), intent(inout) :: impacts  !< of this step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present step
       integer :: c
 

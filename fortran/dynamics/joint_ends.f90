@@ -82,7 +82,7 @@ contains
 
    !> Find the two edges that overlap at contact c, the lower number first.
    pure function edges_of(simulation, c) result(edges)
-      type(simulation_type), intent(in) :: simulation  !< in its present state
+      type(simulation_type), intent(in) :: simulation  !< simulation in its present state
       integer, intent(in) :: c                         !< contact of a corner
       integer :: edges(2)
       type(overlap_type) :: after, before

@@ -14,7 +14,7 @@ contains
 
    !> Multiply the velocity at the start of a step by the dynamic factor; return the energy removed.
    subroutine damp_velocity(blocks, dynamic_factor, loss)
-      type(blocks_type), intent(inout) :: blocks  !< in their present state
+      type(blocks_type), intent(inout) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: dynamic_factor  !< of the velocity
       real(wp), intent(out) :: loss  !< J per metre of thickness
       real(wp) :: before
@@ -30,7 +30,7 @@ contains
    !> z⁴ = 2z³ − 2z + 1, that is (z − 1)³(z + 1) = 0: exact while the acceleration changes
    !> uniformly, and for stiff modes, whose velocity changes sign every step.
    subroutine predict(blocks, d, step)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(out) :: d(6, blocks%n)  !< increments of the coordinates
       type(step_type), intent(in) :: step  !< the present step
       integer :: p
@@ -47,7 +47,7 @@ contains
 
    !> Predict the increment of blocks first … last.
    pure subroutine predict_range(blocks, d, step, first, last)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(inout) :: d(6, blocks%n)  !< increments of the coordinates
       type(step_type), intent(in) :: step  !< the present step
       integer, intent(in) :: first, last  !< of the range
@@ -62,7 +62,7 @@ contains
 
    !> Accept the step: new coordinates, velocities, accelerations and vertices.
    subroutine integrate(blocks, d, step)
-      type(blocks_type), intent(inout) :: blocks  !< in their present state
+      type(blocks_type), intent(inout) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: d(:,:)      !< [6,n] increments of the coordinates
       type(step_type), intent(in) :: step  !< the present step
       integer :: p
@@ -81,7 +81,7 @@ contains
 
    !> Update blocks first … last.
    pure subroutine integrate_range(blocks, d, step, first, last)
-      type(blocks_type), intent(inout) :: blocks  !< in their present state
+      type(blocks_type), intent(inout) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: d(6, blocks%n)  !< increments of the coordinates
       type(step_type), intent(in) :: step  !< the present step
       integer, intent(in) :: first, last  !< of the range
@@ -113,7 +113,7 @@ contains
 
    !> Kinetic energy ½ vᵀMv, J/m.
    real(wp) function kinetic_energy(blocks)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp) :: part(most_pieces)
       integer :: p
 
@@ -130,7 +130,7 @@ contains
 
    !> Kinetic energy of some blocks.
    pure real(wp) function kinetic_of(blocks, first, last)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       integer, intent(in) :: first, last  !< of the range
       integer :: b
 
@@ -143,7 +143,7 @@ contains
 
    !> Upper bound on the displacement of any vertex by d, m.
    real(wp) function farthest_move(blocks, d) result(move)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer :: p
 
@@ -159,7 +159,7 @@ contains
    end function farthest_move
 
    pure real(wp) function farthest_of(blocks, d, first, last) result(move)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer, intent(in) :: first, last  !< of the range
       integer :: b

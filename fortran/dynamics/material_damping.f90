@@ -24,7 +24,7 @@ contains
 
    !> Add the damping forces on the strains of all blocks at d = 0.
    subroutine add_damping_loads(blocks, step, load)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step      !< the present step
       real(wp), intent(inout) :: load(:,:)     !< [6,blocks] f̂, N/m …
       integer :: b
@@ -37,7 +37,7 @@ contains
 
    !> Losses of a step before the update, J per metre of thickness: by damping, and its Δσ·Δε.
    function damping_losses(blocks, step, d) result(total)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step      !< the present step
       real(wp), intent(in) :: d(:,:)           !< [6,blocks] increments of the coordinates
       real(wp) :: total(2), part(2, most_pieces)
@@ -55,7 +55,7 @@ contains
 
    !> Energy in the Maxwell branches of all blocks minus ½ ε·Kε, J per metre of thickness.
    real(wp) function damping_energy(blocks) result(energy)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp) :: part(most_pieces)
       integer :: p, b
 
@@ -71,7 +71,7 @@ contains
 
    !> Update ζ_l of all blocks at the end of a step, before their strains.
    subroutine keep_memories(blocks, step, d)
-      type(blocks_type), intent(inout) :: blocks  !< at the start of the step
+      type(blocks_type), intent(inout) :: blocks  !< blocks at the start of the step
       type(step_type), intent(in) :: step         !< the present step
       real(wp), intent(in) :: d(:,:)              !< [6,blocks] increments of the coordinates
       integer :: b
@@ -85,7 +85,7 @@ contains
 
    !> Add the damping terms of K̂ of block b, constant for a given Δt.
    pure subroutine add_damping_matrix(blocks, step, b, matrix)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step      !< the present step
       integer, intent(in) :: b                 !< number of the block
       real(wp), intent(inout) :: matrix(6, 6)  !< of the block
@@ -100,7 +100,7 @@ contains
 
    !> Factor of the elastic matrix of block b in K̂ due to damping, in addition to θ.
    pure real(wp) function damping_factor(blocks, step, b) result(factor)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step      !< the present step
       integer, intent(in) :: b                 !< number of the block
       integer :: l
@@ -118,7 +118,7 @@ contains
 
    !> Add the damping forces on the strains of block b at d = 0.
    pure subroutine add_damping_load(blocks, step, b, load)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step      !< the present step
       integer, intent(in) :: b                 !< number of the block
       real(wp), intent(inout) :: load(3)       !< f̂ of the strains
@@ -130,7 +130,7 @@ contains
 
    !> Strain whose elastic stress equals the stress of the memory at d = 0.
    pure function damping_strain(blocks, step, b) result(strain)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step      !< the present step
       integer, intent(in) :: b                 !< number of the block
       real(wp) :: strain(3)
@@ -149,7 +149,7 @@ contains
    !> Forces of block b on its strains at t₀ + θΔt of a step with known increment d.
    !> The whole area is included, as if no part belonged to faces.
    pure function force_on_strains(blocks, step, b, d) result(force)
-      type(blocks_type), intent(in) :: blocks  !< at the start of the step
+      type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
       type(step_type), intent(in) :: step      !< the present step
       integer, intent(in) :: b                 !< number of the block
       real(wp), intent(in) :: d(6)             !< increments of its coordinates
@@ -164,7 +164,7 @@ contains
 
    !> Add the losses of block b in a step, before the update.
    pure subroutine add_damping_loss(blocks, step, b, d, material, scheme)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step      !< the present step
       integer, intent(in) :: b                 !< number of the block
       real(wp), intent(in) :: d(6)             !< increments of its coordinates
@@ -192,7 +192,7 @@ contains
 
    !> Energy in the Maxwell branches of block b minus ½ ε·Kε, J per metre of thickness.
    pure real(wp) function energy_of_block(blocks, b) result(energy)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       integer, intent(in) :: b                 !< number of the block
       real(wp) :: strain(3), sum_of(3)
       integer :: l
@@ -217,7 +217,7 @@ contains
 
    !> Update ζ_l of block b at the end of a step, before its strains.
    pure subroutine keep_memory(blocks, step, b, d)
-      type(blocks_type), intent(inout) :: blocks  !< at the start of the step
+      type(blocks_type), intent(inout) :: blocks  !< blocks at the start of the step
       type(step_type), intent(in) :: step         !< the present step
       integer, intent(in) :: b                    !< number of the block
       real(wp), intent(in) :: d(3)                !< increments of its strains
@@ -235,7 +235,7 @@ contains
 
    !> Change of ζ of block b within the step at constant strain, 2h/(1 + h) (Y e₀ − ζ).
    pure function relaxed(blocks, damping, b, l, time_step)
-      type(blocks_type), intent(in) :: blocks    !< at the start of the step
+      type(blocks_type), intent(in) :: blocks    !< blocks at the start of the step
       type(damping_type), intent(in) :: damping  !< of the block
       integer, intent(in) :: b, l                !< block; mechanism
       real(wp), intent(in) :: time_step          !< Δt, s

@@ -50,9 +50,9 @@ contains
    !> Update the largest values of all blocks: tilt, displacement, strain, and rates if they count.
    subroutine add_blocks(largest, blocks, first, base, time, rates)
       type(largest_type), intent(inout) :: largest(:)  !< [maxima] so far
-      type(blocks_type), intent(in) :: blocks    !< in their present state
+      type(blocks_type), intent(in) :: blocks    !< blocks in their present state
       real(wp), intent(in) :: first(:,:)      !< [3,blocks] positions from which displacements count
-      type(base_type), intent(in) :: base        !< at the same time
+      type(base_type), intent(in) :: base        !< base at the same time
       real(wp), intent(in) :: time               !< s
       logical, intent(in) :: rates               !< velocities and accelerations count
       real(wp) :: square(maxima_of_blocks, most_pieces)
@@ -82,9 +82,9 @@ contains
 
    !> Search blocks first … last for squares that exceed given values, with their blocks.
    pure subroutine scan_blocks(blocks, first_place, base, first, last, rates, square, who)
-      type(blocks_type), intent(in) :: blocks      !< in their present state
+      type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       real(wp), intent(in) :: first_place(:,:)     !< [3,blocks] m, m, rad
-      type(base_type), intent(in) :: base          !< at the same time
+      type(base_type), intent(in) :: base          !< base at the same time
       integer, intent(in) :: first, last           !< of the range
       logical, intent(in) :: rates                 !< velocities and accelerations count
       real(wp), intent(inout) :: square(maxima_of_blocks) !< of the largest values
@@ -127,7 +127,7 @@ contains
    !> Update penetrations and forces of the contacts of the last step.
    subroutine add_contacts(largest, contacts, size_of, least_size, time)
       type(largest_type), intent(inout) :: largest(:)  !< [maxima] so far
-      type(contacts_type), intent(in) :: contacts      !< of the last step
+      type(contacts_type), intent(in) :: contacts      !< contacts of the last step
       real(wp), intent(in) :: size_of(:)   !< [blocks] square root of the area, m
       real(wp), intent(in) :: least_size   !< of all blocks, m
       real(wp), intent(in) :: time         !< s
@@ -164,7 +164,7 @@ contains
    !> Find the largest penetration and square of a force of contacts first … last.
    !> Also the largest penetration over the size of a block if one exceeds a bound, else 0.
    pure subroutine scan_contacts(contacts, size_of, first, last, bound, most)
-      type(contacts_type), intent(in) :: contacts  !< of the last step
+      type(contacts_type), intent(in) :: contacts  !< contacts of the last step
       real(wp), intent(in) :: size_of(:)           !< [blocks] square root of the area, m
       integer, intent(in) :: first, last           !< of the range
       real(wp), intent(in) :: bound       !< smallest penetration that may have the largest ratio, m
@@ -191,7 +191,7 @@ contains
    !> Search contacts one by one, with positions.
    pure subroutine take_contacts(largest, contacts, size_of, time)
       type(largest_type), intent(inout) :: largest(:)  !< [maxima] so far
-      type(contacts_type), intent(in) :: contacts      !< of the last step
+      type(contacts_type), intent(in) :: contacts      !< contacts of the last step
       real(wp), intent(in) :: size_of(:)   !< [blocks] square root of the area, m
       real(wp), intent(in) :: time         !< s
       real(wp) :: depth

@@ -13,7 +13,7 @@ contains
    !> Motion of a point: m, m/s, m/s²; the acceleration is that of the scheme.
    !> It includes the centripetal part.
    pure subroutine measure_point(blocks, point, displacement, velocity, acceleration)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(point_type), intent(in) :: point  !< measured point
       !> m; [6,blocks] per s; m/s²
       real(wp), intent(out) :: displacement(2), velocity(2), acceleration(2)

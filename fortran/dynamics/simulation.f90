@@ -231,7 +231,7 @@ contains
 
    !> .true. if gravity acts suddenly: there is neither a static stage nor initial stress.
    pure logical function comes_suddenly(model)  ! total
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
 
       comes_suddenly = norm2(model%control%gravity) > 0.0_wp .and. &
          model%control%dynamic_factor > 0.0_wp .and. .not. model%stages(1)%static .and. &

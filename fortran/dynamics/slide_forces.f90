@@ -55,6 +55,7 @@ contains
       if (contacts%with_net_slip) weight = contacts%acting_damage(c)
    end function weight_of
 
+   !> Allocate arrays for a number of sliding contacts.
    subroutine make_room(slides, wanted)
       type(slides_type), intent(inout) :: slides  !< sliding contacts
       integer, intent(in) :: wanted  !< how many

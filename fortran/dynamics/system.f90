@@ -81,7 +81,7 @@ contains
    !> Its pattern is valid until the list of neighbours changes.
    subroutine set_matrix_pattern(system, blocks, neighbours, elements, step)
       type(system_type), intent(inout) :: system  !< equations of the step
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(neighbours_type), intent(in) :: neighbours  !< near pairs of blocks
       type(elements_type), intent(in) :: elements  !< of the model
       type(step_type), intent(in) :: step  !< the next step
@@ -125,7 +125,7 @@ contains
    !> Compute M/(χΔt²) + θ elasticity and damping, constant while Δt and scheme do not change.
    subroutine set_constant(system, blocks, step)
       type(system_type), intent(inout) :: system  !< equations of the step
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present step
       real(wp) :: weight
       real(wp) :: block(6, 6)
@@ -152,7 +152,7 @@ contains
    subroutine assemble_linear(system, elements, blocks, step)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(elements_type), intent(in) :: elements  !< of the model
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present step
       integer :: p
 
@@ -216,7 +216,7 @@ contains
    !> Assemble inertia, elasticity and stress of blocks first … last.
    pure subroutine assemble_blocks(system, blocks, step, first, last)
       type(system_type), intent(inout) :: system  !< equations of the step
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present step
       integer, intent(in) :: first, last  !< of the range
       integer :: b

@@ -246,9 +246,9 @@ contains
    subroutine retry(simulation, attempt, searches, move, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       integer, intent(in) :: attempt  !< number, from 1
-      integer, intent(inout) :: searches  !< of the same Δt
+      integer, intent(inout) :: searches  !< searches of the same Δt
       real(wp), intent(in) :: move  !< bound on the largest displacement of a vertex, m
-      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=:), allocatable :: reason
       logical :: shorter
 
@@ -336,7 +336,7 @@ contains
    !> Advance time, an exact multiple of a fixed Δt; increase an adaptive Δt after each good step.
    pure subroutine move_clock(simulation, time)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
-      real(wp), intent(in) :: time  !< at the end of the step, s
+      real(wp), intent(in) :: time  !< time at the end of the step, s
       real(wp) :: left
 
       associate (control => simulation%model%control)

@@ -33,7 +33,7 @@ module dda_absorbing
       real(wp), allocatable :: axes(:,:,:)             !< [2,2,points] normal and edge, in columns
       real(wp), allocatable :: dashpot(:,:)  !< [2,points] dashpots along these axes, N s/m per m
       integer, allocatable :: motion(:,:)  !< [2,points] motions of the half-space; 0: none
-      real(wp), allocatable :: factor(:)               !< [points] of its motion
+      real(wp), allocatable :: factor(:)               !< [points] factor of its motion
       integer, allocatable :: block(:)  !< [any] blocks with points, without repetition
       real(wp), allocatable :: reaction(:,:)  !< [6,any] constant force on each block, N/m …
       real(wp) :: stiffness = 0.0_wp                   !< stiffness of a static support, N/m per m
@@ -86,7 +86,7 @@ contains
    pure function rows_of(self, i, blocks) result(t)
       class(absorbing_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i                   !< point
-      type(blocks_type), intent(in) :: blocks    !< in their present state
+      type(blocks_type), intent(in) :: blocks    !< blocks in their present state
       real(wp) :: t(2, 6)
 
       t = 0.0_wp
@@ -112,7 +112,7 @@ contains
    !> Add two dashpots for each point; in statics, springs.
    subroutine add_linear(self, blocks, step, terms)
       class(absorbing_type), intent(in) :: self        !< elements of this kind
-      type(blocks_type), intent(in) :: blocks          !< in their present state
+      type(blocks_type), intent(in) :: blocks          !< blocks in their present state
       type(step_type), intent(in) :: step              !< the present one
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       type(linear_term_type) :: term
@@ -142,7 +142,7 @@ contains
    !> Add the constant reactions of statics and the dashpot forces c Δu/Δt.
    subroutine add_force(self, blocks, motions, step, load)
       class(absorbing_type), intent(in) :: self    !< elements of this kind
-      type(blocks_type), intent(in) :: blocks      !< in their present state
+      type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step          !< the present one
       real(wp), intent(inout) :: load(:,:)         !< [6,blocks] N/m …
@@ -170,7 +170,7 @@ contains
    !> Add the energy of the springs of static stages.
    subroutine add_stored(self, blocks, motions, step, energy)
       class(absorbing_type), intent(in) :: self    !< elements of this kind
-      type(blocks_type), intent(in) :: blocks      !< in their present state
+      type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step          !< the next one
       type(energy_type), intent(inout) :: energy   !< J per metre of thickness
@@ -181,7 +181,7 @@ contains
    !> Account for the work of the reactions and of the half-space, and for the loss of the dashpots.
    subroutine account(self, blocks, motions, step, d, energy)
       class(absorbing_type), intent(in) :: self    !< elements of this kind
-      type(blocks_type), intent(in) :: blocks      !< in their present state
+      type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step          !< the present one
       real(wp), intent(in) :: d(:,:)               !< [6,blocks] increments of the coordinates
@@ -212,7 +212,7 @@ contains
    !> Freeze the boundary for statics: springs fix the points at their present positions.
    subroutine freeze(self, blocks, motions, time)
       class(absorbing_type), intent(inout) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks       !< in their present state
+      type(blocks_type), intent(in) :: blocks       !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)   !< prescribed ones
       real(wp), intent(in) :: time                  !< s
       type(fixed_point_type) :: held(size(self%point))
@@ -230,7 +230,7 @@ contains
    subroutine inherit(self, before, blocks)
       class(absorbing_type), intent(inout) :: self  !< elements of this kind
       class(element_type), intent(in) :: before     !< former element, of the same type
-      type(blocks_type), intent(in) :: blocks       !< in their present state
+      type(blocks_type), intent(in) :: blocks       !< blocks in their present state
       integer :: i, k
 
       select type (before)

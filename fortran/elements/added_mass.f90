@@ -54,7 +54,7 @@ contains
    pure type(added_mass_type) function new_added_mass(loads, base_motion, blocks) result(self)
       type(edge_load_type), intent(in) :: loads(:)  !< of the model
       integer, intent(in) :: base_motion(2)         !< of the model
-      type(blocks_type), intent(in) :: blocks       !< in their present state
+      type(blocks_type), intent(in) :: blocks       !< blocks in their present state
       integer :: i, k
 
       self%base_motion = base_motion
@@ -72,7 +72,7 @@ contains
    pure function wet_points(load, k, blocks) result(point)
       type(edge_load_type), intent(in) :: load  !< of a reservoir
       integer, intent(in) :: k                  !< piece
-      type(blocks_type), intent(in) :: blocks   !< in their present state
+      type(blocks_type), intent(in) :: blocks   !< blocks in their present state
       type(wet_point_type), allocatable :: point(:)
       real(wp) :: depth(2), root(2), s, area
       integer :: i
@@ -94,7 +94,7 @@ contains
    !> Row nᵀT of a point.
    pure function row_of(point, blocks) result(row)
       type(wet_point_type), intent(in) :: point  !< of a face
-      type(blocks_type), intent(in) :: blocks    !< in their present state
+      type(blocks_type), intent(in) :: blocks    !< blocks in their present state
       real(wp) :: row(6)
 
       row = matmul(piece_normal(blocks, point%piece), shape_matrix(blocks, point%piece%block, &
@@ -104,7 +104,7 @@ contains
    !> Append the terms of mass.
    subroutine add_linear(self, blocks, step, terms)
       class(added_mass_type), intent(in) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present one
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       type(linear_term_type) :: term
@@ -124,7 +124,7 @@ contains
    !> Add the momentum at the start of the step, and the inertia in the frame of the base.
    subroutine add_force(self, blocks, motions, step, load)
       class(added_mass_type), intent(in) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
@@ -144,7 +144,7 @@ contains
    !> Add the kinetic energy of the water.
    subroutine add_stored(self, blocks, motions, step, energy)
       class(added_mass_type), intent(in) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the next one
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
@@ -162,7 +162,7 @@ contains
    !> The loss is (χ − ½) m Δv²; the work is that of the inertia in the frame of the base.
    subroutine account(self, blocks, motions, step, d, energy)
       class(added_mass_type), intent(in) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
@@ -188,7 +188,7 @@ contains
    !> Freeze the base motion: the base does not move in statics.
    subroutine freeze(self, blocks, motions, time)
       class(added_mass_type), intent(inout) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       real(wp), intent(in) :: time  !< s
 

@@ -45,7 +45,7 @@ contains
    !> Add the forces m (g − a) of all blocks.
    subroutine add_force(self, blocks, motions, step, load)
       class(body_force_type), intent(in) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
@@ -61,7 +61,7 @@ contains
    !> Account for the potential of gravity and the work of the base acceleration.
    subroutine account(self, blocks, motions, step, d, energy)
       class(body_force_type), intent(in) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
@@ -86,7 +86,7 @@ contains
    !> Freeze base motions: only gravity acts.
    subroutine freeze(self, blocks, motions, time)
       class(body_force_type), intent(inout) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       real(wp), intent(in) :: time  !< s
 
@@ -95,7 +95,7 @@ contains
 
    !> Sum m d of blocks first … last.
    pure function mass_times(blocks, d, first, last) result(moved)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer, intent(in) :: first, last  !< of the range
       real(wp) :: moved(2)

@@ -56,7 +56,7 @@ contains
    !> Create bolts; active bolts have their pretension in the present geometry.
    pure type(bolts_type) function new_bolts(bolts, blocks) result(self)
       type(bolt_type), intent(in) :: bolts(:)  !< [bolts]
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       integer :: i, c, n
 
       n = size(bolts)
@@ -83,7 +83,7 @@ contains
    pure function leg_of(self, i, k, blocks) result(leg)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, k  !< number, from 1; leg
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp) :: leg(2)
 
       associate (bolt => self%bolt(i))
@@ -96,7 +96,7 @@ contains
    pure function direction_of(self, i, c, k, blocks) result(direction)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, c, k  !< number, from 1; component; leg
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp) :: direction(2)
 
       associate (bolt => self%bolt(i))
@@ -114,7 +114,7 @@ contains
    pure real(wp) function present_stretch(self, i, c, blocks) result(stretch)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, c  !< number, from 1; component
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       integer :: k
 
       stretch = 0.0_wp
@@ -129,7 +129,7 @@ contains
    pure subroutine gradient_of(self, i, c, blocks, row)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, c  !< number, from 1; component
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(out) :: row(6, most_points)  !< rows for its points
       real(wp) :: direction(2), leg(2)
       integer :: k
@@ -205,7 +205,7 @@ contains
    !> Others retain their position in the list, without stiffness, so that the pattern is constant.
    subroutine add_linear(self, blocks, step, terms)
       class(bolts_type), intent(in) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present one
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       type(linear_term_type) :: term
@@ -240,7 +240,7 @@ contains
    pure type(linear_term_type) function curvature_term(self, i, j, blocks) result(term)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, j  !< number, from 1; point, or points and leg
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp) :: row(6, 2), direction(2), tension
       integer :: a, b, n
 
@@ -269,7 +269,7 @@ contains
    pure real(wp) function arm_of(self, i, k, blocks) result(arm)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, k  !< number, from 1; point
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp) :: pull(2)
 
       pull = 0.0_wp
@@ -283,7 +283,7 @@ contains
    pure real(wp) function curvature_energy(self, i, blocks, d) result(energy)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i  !< number, from 1
-      type(blocks_type), intent(in) :: blocks  !< at the start of the step
+      type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       type(linear_term_type) :: term
       integer :: j
@@ -299,7 +299,7 @@ contains
    pure type(linear_term_type) function empty_term(self, i, blocks) result(term)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i  !< number, from 1
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
 
       term%kind = term_bolt
       term%instant = at_end
@@ -310,7 +310,7 @@ contains
    !> Add the forces −F ∂s/∂q at the stretch at the start of the step.
    subroutine add_force(self, blocks, motions, step, load)
       class(bolts_type), intent(in) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
@@ -334,7 +334,7 @@ contains
    !> Add the energy ½ F²/k in the present state, J per metre of thickness.
    subroutine add_stored(self, blocks, motions, step, energy)
       class(bolts_type), intent(in) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
@@ -364,7 +364,7 @@ contains
    !> Account for the stored energy at the end of the step and losses by yield, rupture and scheme.
    subroutine account(self, blocks, motions, step, d, energy)
       class(bolts_type), intent(in) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
@@ -414,7 +414,7 @@ contains
    !> Revise stretches and modes for the converged increment d, and count changed modes.
    subroutine revise(self, blocks, step, d, changed)
       class(bolts_type), intent(inout) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< at the start of the step
+      type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
       type(step_type), intent(in) :: step           !< the present one
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer, intent(inout) :: changed  !< number of components with another mode
@@ -440,7 +440,7 @@ contains
    !> Accept the step: update the plastic stretch after yielding; broken bolts no longer act.
    subroutine accept(self, blocks, motions, step, d)
       class(bolts_type), intent(inout) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< at the start of the step
+      type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
@@ -462,7 +462,7 @@ contains
    subroutine inherit(self, before, blocks)
       class(bolts_type), intent(inout) :: self  !< elements of this kind
       class(element_type), intent(in) :: before  !< former element, of the same type
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       integer :: i
 
       select type (before)

@@ -22,7 +22,7 @@ contains
    pure function face_force(elements, i, blocks) result(force)
       type(elements_type), intent(in) :: elements  !< of the model
       integer, intent(in) :: i                     !< face
-      type(blocks_type), intent(in) :: blocks      !< in their present state
+      type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       real(wp) :: force(n_deformations)
       integer :: k
 
@@ -62,7 +62,7 @@ contains
    subroutine begin_joint(elements, i, blocks, traction)
       type(elements_type), intent(inout) :: elements     !< of the model
       integer, intent(in) :: i                           !< face that has just broken
-      type(blocks_type), intent(in) :: blocks            !< in their present state
+      type(blocks_type), intent(in) :: blocks            !< blocks in their present state
       real(wp), intent(in) :: traction(2, crack_points)  !< tension and shear, Pa
       integer :: k
 
@@ -96,7 +96,7 @@ contains
    pure function joint_motion(elements, i, blocks) result(motion)
       type(elements_type), intent(in) :: elements  !< of the model
       integer, intent(in) :: i                     !< broken face
-      type(blocks_type), intent(in) :: blocks      !< in their present state
+      type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       real(wp) :: motion(2, crack_points)
       integer :: k
 

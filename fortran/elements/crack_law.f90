@@ -47,7 +47,7 @@ contains
 
    !> Create the law of a joint material with stiffnesses per area.
    pure type(crack_law_type) function new_crack_law(joint) result(law)
-      type(cohesive_type), intent(in) :: joint  !< with its stiffnesses, Pa/m
+      type(cohesive_type), intent(in) :: joint  !< joint with its stiffnesses, Pa/m
 
       law%joint = joint
    end function new_crack_law
@@ -196,7 +196,7 @@ contains
    pure real(wp) function stored(self, point, state, strain)
       class(crack_law_type), intent(in) :: self     !< law
       type(strain_point_type), intent(in) :: point  !< at its position
-      real(wp), intent(in) :: state(:)              !< [any] of the point
+      real(wp), intent(in) :: state(:)              !< [any] state of the point
       real(wp), intent(in) :: strain(3)             !< g and s, m
       real(wp) :: k(2)
 
@@ -209,7 +209,7 @@ contains
 
    !> .true. if the bond of a point has failed.
    pure logical function is_spent(state)  ! total
-      real(wp), intent(in) :: state(:)  !< [any] of the point
+      real(wp), intent(in) :: state(:)  !< [any] state of the point
 
       is_spent = state(damaged) >= 1.0_wp
    end function is_spent

@@ -19,7 +19,7 @@ contains
    pure function points_force(self, i, blocks) result(force)
       class(material_points_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i                       !< face
-      type(blocks_type), intent(in) :: blocks        !< in their present state
+      type(blocks_type), intent(in) :: blocks        !< blocks in their present state
       real(wp) :: force(n_deformations)
       integer :: p, group, k
 
@@ -67,7 +67,7 @@ contains
    subroutine begin_crack(self, i, blocks, traction)
       class(material_points_type), intent(inout) :: self       !< elements of this kind
       integer, intent(in) :: i                               !< face that has just broken
-      type(blocks_type), intent(in) :: blocks                !< in their present state
+      type(blocks_type), intent(in) :: blocks                !< blocks in their present state
       real(wp), intent(in) :: traction(2, crack_points)      !< tension and shear, Pa
       integer :: k, p
 
@@ -104,7 +104,7 @@ contains
    pure function crack_motion(self, i, blocks) result(motion)
       class(material_points_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i                       !< broken face
-      type(blocks_type), intent(in) :: blocks        !< in their present state
+      type(blocks_type), intent(in) :: blocks        !< blocks in their present state
       real(wp) :: motion(2, crack_points), strain(3)
       integer :: k, p
 

@@ -45,7 +45,7 @@ contains
    !> Add the forces ∫ Tᵀ f ds.
    subroutine add_force(self, blocks, motions, step, load)
       class(edge_loads_type), intent(in) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
@@ -65,7 +65,7 @@ contains
    !> Account for the work f·d.
    subroutine account(self, blocks, motions, step, d, energy)
       class(edge_loads_type), intent(in) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
@@ -95,7 +95,7 @@ contains
    pure function force_on(load, k, blocks, time) result(force)
       type(edge_load_type), intent(in) :: load  !< one of them
       integer, intent(in) :: k  !< piece
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: time  !< s
       real(wp) :: force(6)
       real(wp) :: ends(2, 2), values(3)
@@ -134,8 +134,8 @@ contains
       real(wp), intent(inout) :: force(6)  !< N/m …
       type(edge_load_type), intent(in) :: load  !< with its line
       integer, intent(in) :: k  !< piece
-      type(blocks_type), intent(in) :: blocks  !< in their present state
-      real(wp), intent(in) :: ends(2, 2)  !< of the part, m
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
+      real(wp), intent(in) :: ends(2, 2)  !< ends of the part, m
       real(wp), intent(in) :: rise, factor  !< rise of the line, m; factor of the pressure
       real(wp) :: span(2), head(2), x(2), reach
       integer :: j
@@ -172,8 +172,8 @@ contains
    pure subroutine add_wet(force, piece, blocks, ends, span, pressure, factor)
       real(wp), intent(inout) :: force(6)  !< N/m …
       type(edge_piece_type), intent(in) :: piece  !< of an edge
-      type(blocks_type), intent(in) :: blocks  !< in their present state
-      real(wp), intent(in) :: ends(2, 2)  !< of the part, m
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
+      real(wp), intent(in) :: ends(2, 2)  !< ends of the part, m
       real(wp), intent(in) :: span(2)  !< fractions of the part at the start and end of the stretch
       real(wp), intent(in) :: pressure(2)  !< there, Pa
       real(wp), intent(in) :: factor  !< of the pressure
@@ -192,11 +192,11 @@ contains
    pure subroutine add_stretch(force, piece, blocks, ends, span, pressure, shear)
       real(wp), intent(inout) :: force(6)  !< N/m …
       type(edge_piece_type), intent(in) :: piece  !< of an edge
-      type(blocks_type), intent(in) :: blocks  !< in their present state
-      real(wp), intent(in) :: ends(2, 2)  !< of the part, m
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
+      real(wp), intent(in) :: ends(2, 2)  !< ends of the part, m
       real(wp), intent(in) :: span(2)  !< fractions of the part at the start and end of the stretch
       real(wp), intent(in) :: pressure(2)  !< there, Pa
-      real(wp), intent(in) :: shear  !< in the counter-clockwise sense, Pa
+      real(wp), intent(in) :: shear  !< shear in the counter-clockwise sense, Pa
       real(wp) :: along(2), at, p
       integer :: i
 
@@ -213,7 +213,7 @@ contains
    !> Freeze the loads at their values at a time.
    subroutine freeze(self, blocks, motions, time)
       class(edge_loads_type), intent(inout) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       real(wp), intent(in) :: time  !< s
 

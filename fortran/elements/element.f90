@@ -40,7 +40,7 @@ module dda_element
       subroutine force_interface(self, blocks, motions, step, load)
          import :: element_type, blocks_type, motion_type, step_type, wp
          class(element_type), intent(in) :: self  !< elements of this kind
-         type(blocks_type), intent(in) :: blocks       !< at the start of the step
+         type(blocks_type), intent(in) :: blocks       !< blocks at the start of the step
          type(motion_type), intent(in) :: motions(:)   !< prescribed ones
          type(step_type), intent(in) :: step  !< the present one
          real(wp), intent(inout) :: load(:,:)          !< [6,blocks] N/m …
@@ -50,7 +50,7 @@ module dda_element
       subroutine budget_interface(self, blocks, motions, step, d, energy)
          import :: element_type, blocks_type, motion_type, step_type, energy_type, wp
          class(element_type), intent(in) :: self  !< elements of this kind
-         type(blocks_type), intent(in) :: blocks       !< at the start of the step
+         type(blocks_type), intent(in) :: blocks       !< blocks at the start of the step
          type(motion_type), intent(in) :: motions(:)   !< prescribed ones
          type(step_type), intent(in) :: step  !< the present one
          real(wp), intent(in) :: d(:,:)                !< [6,blocks] increments of the coordinates
@@ -63,7 +63,7 @@ contains
    !> Append springs and dashpots in the present geometry; default: none.
    subroutine add_no_linear(self, blocks, step, terms)
       class(element_type), intent(in) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present one
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
    end subroutine add_no_linear
@@ -71,7 +71,7 @@ contains
    !> Add the energy stored in the present state; default: none.
    subroutine add_no_stored(self, blocks, motions, step, energy)
       class(element_type), intent(in) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)   !< prescribed ones
       type(step_type), intent(in) :: step           !< the next one
       type(energy_type), intent(inout) :: energy    !< J per metre of thickness
@@ -80,7 +80,7 @@ contains
    !> Accept the step: update the state of the element; default: none.
    subroutine accept_nothing(self, blocks, motions, step, d)
       class(element_type), intent(inout) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks       !< at the start of the step
+      type(blocks_type), intent(in) :: blocks       !< blocks at the start of the step
       type(motion_type), intent(in) :: motions(:)   !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(in) :: d(:,:)                !< [6,blocks] increments of the coordinates
@@ -89,7 +89,7 @@ contains
    !> Prepare a step, or forces in equilibrium: linearise about an increment; default: linear.
    subroutine prepare_nothing(self, blocks, step, d)
       class(element_type), intent(inout) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks       !< at the start of the step
+      type(blocks_type), intent(in) :: blocks       !< blocks at the start of the step
       type(step_type), intent(in) :: step           !< the present one
       real(wp), intent(in) :: d(:,:)                !< [6,blocks] increments of the coordinates
    end subroutine prepare_nothing
@@ -97,7 +97,7 @@ contains
    !> Revise assumed states after a converged solution, which is then repeated; default: none.
    subroutine revise_nothing(self, blocks, step, d, changed)
       class(element_type), intent(inout) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks       !< at the start of the step
+      type(blocks_type), intent(in) :: blocks       !< blocks at the start of the step
       type(step_type), intent(in) :: step           !< the present one
       real(wp), intent(in) :: d(:,:)                !< [6,blocks] increments of the coordinates
       integer, intent(inout) :: changed             !< states that have changed
@@ -107,7 +107,7 @@ contains
    !> It is taken at a fraction of the path; default: none.
    real(wp) function no_slope(self, blocks, step, from, to, share)
       class(element_type), intent(in) :: self     !< elements of this kind
-      type(blocks_type), intent(in) :: blocks     !< at the start of the step
+      type(blocks_type), intent(in) :: blocks     !< blocks at the start of the step
       type(step_type), intent(in) :: step         !< the present one
       real(wp), intent(in) :: from(:,:), to(:,:)  !< [6,blocks] increments of the coordinates
       real(wp), intent(in) :: share               !< 0 … 1
@@ -118,7 +118,7 @@ contains
    !> Match initial velocities to those that a stiff element admits; default: all are admitted.
    subroutine match_nothing(self, blocks, motions, step, velocity)
       class(element_type), intent(in) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)   !< prescribed ones
       type(step_type), intent(in) :: step           !< the next one
       real(wp), intent(inout) :: velocity(:,:)      !< [6,blocks] per s
@@ -127,7 +127,7 @@ contains
    !> Freeze loads and prescribed positions from a time on; default: none depends on time.
    subroutine freeze_nothing(self, blocks, motions, time)
       class(element_type), intent(inout) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks       !< in their present state
+      type(blocks_type), intent(in) :: blocks       !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)   !< prescribed ones
       real(wp), intent(in) :: time  !< time at which loads and prescribed positions are frozen, s
    end subroutine freeze_nothing
@@ -136,7 +136,7 @@ contains
    subroutine inherit_nothing(self, before, blocks)
       class(element_type), intent(inout) :: self  !< elements of this kind
       class(element_type), intent(in) :: before     !< former element, of the same type
-      type(blocks_type), intent(in) :: blocks       !< in their present state
+      type(blocks_type), intent(in) :: blocks       !< blocks in their present state
    end subroutine inherit_nothing
 
    !> Balance after statics: add the unbalanced forces to constant reactions; default: none.

@@ -55,7 +55,7 @@ contains
    subroutine set_elements(elements, model, blocks, time)
       type(elements_type), intent(inout) :: elements  !< replaced; their states are retained
       type(model_type), intent(in) :: model  !< model with the changes of the stages so far
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: time  !< time from which they act, s
       type(kind_type), allocatable :: before(:)
 
@@ -115,7 +115,7 @@ contains
    subroutine inherit_states(elements, before, blocks)
       type(elements_type), intent(inout) :: elements  !< new ones
       type(kind_type), intent(in) :: before(:)        !< those before
-      type(blocks_type), intent(in) :: blocks         !< in their present state
+      type(blocks_type), intent(in) :: blocks         !< blocks in their present state
       integer :: i, k
 
       do i = 1, size(elements%kind)
@@ -129,7 +129,7 @@ contains
    !> Append a kind of elements.
    subroutine register(elements, element)
       type(elements_type), intent(inout) :: elements  !< of the model
-      class(element_type), intent(in) :: element  !< all of a kind
+      class(element_type), intent(in) :: element  !< elements of a kind
       type(kind_type), allocatable :: more(:)
       integer :: i
 
@@ -144,7 +144,7 @@ contains
    !> List all springs and dashpots in the present geometry.
    subroutine linear_terms_of(elements, blocks, step, terms)
       type(elements_type), intent(in) :: elements  !< of the model
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present one
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       integer :: i
@@ -158,7 +158,7 @@ contains
    !> Add all forces of a step at d = 0 to f̂.
    subroutine add_forces(elements, blocks, step, load)
       type(elements_type), intent(in) :: elements  !< of the model
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
       integer :: i
@@ -171,7 +171,7 @@ contains
    !> Sum the energy that elements store in the present state.
    subroutine update_stored(elements, blocks, step, energy)
       type(elements_type), intent(in) :: elements  !< of the model
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step         !< the next one
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       integer :: i
@@ -185,7 +185,7 @@ contains
    !> Account for work, losses and stored energy of the converged increment d, before the update.
    subroutine account_elements(elements, blocks, step, d, energy)
       type(elements_type), intent(in) :: elements  !< of the model
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(in) :: d(:,:)              !< [6,blocks]
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
@@ -200,7 +200,7 @@ contains
    !> Prepare a step: linearise nonlinear terms about an increment.
    subroutine prepare_elements(elements, blocks, step, d)
       type(elements_type), intent(inout) :: elements  !< of the model
-      type(blocks_type), intent(in) :: blocks  !< at the start of the step
+      type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
       type(step_type), intent(in) :: step      !< the present one
       real(wp), intent(in) :: d(:,:)           !< [6,blocks]
       integer :: i
@@ -213,7 +213,7 @@ contains
    !> Number of states of elements that differ from those assumed for the converged increment d.
    subroutine revise_elements(elements, blocks, step, d, changed)
       type(elements_type), intent(inout) :: elements  !< of the model
-      type(blocks_type), intent(in) :: blocks  !< at the start of the step
+      type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
       type(step_type), intent(in) :: step      !< the present one
       real(wp), intent(in) :: d(:,:)           !< [6,blocks]
       integer, intent(out) :: changed          !< states that have changed
@@ -229,10 +229,10 @@ contains
    !> Unit: J per metre of thickness.
    real(wp) function slope_beyond(elements, blocks, step, from, to, share) result(slope)
       type(elements_type), intent(in) :: elements  !< prepared for the step
-      type(blocks_type), intent(in) :: blocks      !< at the start of the step
+      type(blocks_type), intent(in) :: blocks      !< blocks at the start of the step
       type(step_type), intent(in) :: step          !< the present one
       real(wp), intent(in) :: from(:,:), to(:,:)   !< [6,blocks]
-      real(wp), intent(in) :: share                !< of the path, 0 … 1
+      real(wp), intent(in) :: share                !< share of the path, 0 … 1
       integer :: i
 
       slope = 0.0_wp
@@ -305,8 +305,8 @@ contains
    !> The increment d of the step is known.
    function face_forces(elements, face, blocks, step, d) result(force)
       type(elements_type), intent(in) :: elements  !< of the model
-      integer, intent(in) :: face                  !< of each tie and weld, 1 or 2
-      type(blocks_type), intent(in) :: blocks      !< at the start of the step
+      integer, intent(in) :: face                  !< face of each tie and weld, 1 or 2
+      type(blocks_type), intent(in) :: blocks      !< blocks at the start of the step
       type(step_type), intent(in) :: step          !< the present one
       real(wp), intent(in) :: d(:,:)               !< [6,blocks]
       real(wp) :: force(6, blocks%n)               !< N/m …
@@ -328,7 +328,7 @@ contains
    !> Stress (σx, σy, τxy) of all blocks in the model's axes, Pa; of cells the mean over their area.
    function block_stress(elements, blocks) result(stress)
       type(elements_type), intent(in) :: elements  !< of the model
-      type(blocks_type), intent(in) :: blocks      !< in their present state
+      type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       real(wp), allocatable :: stress(:,:)         !< [3,blocks]
       real(wp), allocatable :: of_faces(:,:)
       integer :: i, b
@@ -357,7 +357,7 @@ contains
    !> It is a uniaxial stress with the energy of the jumps about the cell, for zero lateral strain.
    function stress_error(elements, blocks) result(stress)
       type(elements_type), intent(in) :: elements  !< of the model
-      type(blocks_type), intent(in) :: blocks      !< in their present state
+      type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       real(wp) :: stress(blocks%n), stored
       integer :: b
 
@@ -370,7 +370,7 @@ contains
    !> Largest plastic strain within each block whose material yields.
    function plastic_strain(elements, blocks) result(strain)
       type(elements_type), intent(in) :: elements  !< of the model
-      type(blocks_type), intent(in) :: blocks      !< in their present state
+      type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       real(wp) :: strain(blocks%n)
       integer :: i
 
@@ -387,7 +387,7 @@ contains
    !> Unit of the energy: J per metre of thickness.
    subroutine add_up_jumps(elements, blocks, error, stored)
       type(elements_type), intent(in) :: elements  !< of the model
-      type(blocks_type), intent(in) :: blocks      !< in their present state
+      type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       real(wp), intent(out) :: error(:), stored    !< [blocks]; all
       integer :: i
 
@@ -405,7 +405,7 @@ contains
    !> The energy of the jumps estimates the error of stresses.
    function body_energies(elements, blocks) result(energies)
       type(elements_type), intent(in) :: elements  !< of the model
-      type(blocks_type), intent(in) :: blocks      !< in their present state
+      type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       real(wp) :: energies(2), error(blocks%n)
       integer :: b
 
@@ -423,7 +423,7 @@ contains
    !> Pass the step of the column of a free field to its side.
    subroutine follow_free_field(elements, number, block, column, d, force)
       type(elements_type), intent(inout) :: elements  !< of the model
-      integer, intent(in) :: number                   !< of the free field
+      integer, intent(in) :: number                   !< number of the free field
       integer, intent(in) :: block(:)                 !< [n] blocks of the model that the column has
       type(blocks_type), intent(in) :: column  !< blocks of the column at the start of the step
       real(wp), intent(in) :: d(:,:)  !< [6,n] increments of these blocks in the step
@@ -441,7 +441,7 @@ contains
    !> Accept the step: move the states of elements to its end.
    subroutine accept_elements(elements, blocks, step, d)
       type(elements_type), intent(inout) :: elements  !< of the model
-      type(blocks_type), intent(in) :: blocks  !< at the start of the step
+      type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer :: i
@@ -454,7 +454,7 @@ contains
    !> Match initial velocities to those that stiff elements admit.
    subroutine match_velocities(elements, blocks, step)
       type(elements_type), intent(in) :: elements  !< of the model
-      type(blocks_type), intent(inout) :: blocks  !< in their present state
+      type(blocks_type), intent(inout) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step         !< the next one
       real(wp) :: velocity(6, blocks%n)
       integer :: i
@@ -469,7 +469,7 @@ contains
    !> Freeze loads and prescribed positions at a time for statics; base motions do not act.
    subroutine freeze_elements(elements, blocks, time)
       type(elements_type), intent(inout) :: elements  !< of the model
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: time  !< s
       integer :: i
 

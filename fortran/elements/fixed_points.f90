@@ -54,7 +54,7 @@ contains
    pure subroutine get_spring(self, i, blocks, spring)
       class(fixed_points_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i                 !< number, from 1
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(spring_type), intent(out) :: spring !< to the ground
       real(wp) :: shape(2, 6), offset(2)
 
@@ -76,7 +76,7 @@ contains
    pure function reaction_of(self, i, blocks) result(force)
       type(fixed_points_type), intent(in) :: self  !< all points
       integer, intent(in) :: i  !< number, from 1
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp) :: force(6)
       type(spring_type) :: spring
 
@@ -87,7 +87,7 @@ contains
    !> Accept the step: end velocities of motions become start velocities of the next step.
    subroutine accept(self, blocks, motions, step, d)
       class(fixed_points_type), intent(inout) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< at the start of the step
+      type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
@@ -102,7 +102,7 @@ contains
    !> Minimum of ½ |v − v₀|² in M plus ½ (1 − χ) c Δt Σ [w + y/((1 − χ)Δt)]².
    subroutine match_velocity(self, blocks, motions, step, velocity)
       class(fixed_points_type), intent(in) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(inout) :: velocity(:,:)  !< [6,blocks] per s
@@ -128,7 +128,7 @@ contains
    !> Match the velocity of block b.
    pure subroutine match_block(self, blocks, step, b, wanted, velocity)
       class(fixed_points_type), intent(in) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present one
       integer, intent(in) :: b  !< number of the block
       real(wp), intent(in) :: wanted(:,:)  !< [2,points] m/s
@@ -159,7 +159,7 @@ contains
    !> Freeze the prescribed positions at their values at a time.
    subroutine freeze(self, blocks, motions, time)
       class(fixed_points_type), intent(inout) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       real(wp), intent(in) :: time  !< s
       integer :: i

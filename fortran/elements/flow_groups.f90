@@ -175,7 +175,7 @@ contains
 
    !> Factorise M = L Lᵀ, and compute G = B L⁻ᵀ.
    pure subroutine factorise(group)
-      type(group_type), intent(inout) :: group  !< with M and B; becomes L and G
+      type(group_type), intent(inout) :: group  !< group with M and B; becomes L and G
       integer :: n, info
 
       n = size(group%node)

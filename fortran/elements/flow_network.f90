@@ -38,7 +38,7 @@ contains
    !> Create the network of a model.
    pure type(network_type) function new_network(flow, blocks) result(network)
       type(flow_type), intent(in) :: flow      !< of the model
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       integer :: c, k
 
       network%flow = flow
@@ -106,7 +106,7 @@ contains
 
    !> Move the rows together, without unused memory between them.
    pure subroutine close_up(network, count, block)
-      type(network_type), intent(inout) :: network  !< with rows numbered within each node
+      type(network_type), intent(inout) :: network  !< network with rows numbered within each node
       integer, intent(in) :: count(:)               !< [nodes+1] blocks of each node
       integer, intent(in) :: block(:)               !< blocks of each node, from `first` on
       integer :: first(size(count)), c, k, node
@@ -133,7 +133,7 @@ contains
    !> Update the network to the present geometry.
    pure subroutine update_network(network, blocks)
       type(network_type), intent(inout) :: network  !< of the model
-      type(blocks_type), intent(in) :: blocks       !< in their present state
+      type(blocks_type), intent(in) :: blocks       !< blocks in their present state
       real(wp), parameter :: sign(2) = [-1.0_wp, 1.0_wp]  !< sign of the gap change, by side
       real(wp) :: normal(2), gap(6, 2)
       integer :: c, k, side
@@ -166,7 +166,7 @@ contains
    !> Height n·x of the material point ρ of block b, m.
    pure real(wp) function height_of(normal, blocks, b, reference) result(height)
       real(wp), intent(in) :: normal(2)        !< n
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       integer, intent(in) :: b                 !< block
       real(wp), intent(in) :: reference(2)     !< m, offset ρ
 
@@ -179,7 +179,7 @@ contains
    !> Row nᵀT of the material point ρ, T as in `shape_matrix`.
    pure function row_along(normal, blocks, b, reference) result(row)
       real(wp), intent(in) :: normal(2)        !< n
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       integer, intent(in) :: b                 !< block
       real(wp), intent(in) :: reference(2)     !< m, offset ρ
       real(wp) :: row(6), local(2)
@@ -205,7 +205,7 @@ contains
    !> Normal of channel c, outward from its first block.
    pure function normal_of(network, blocks, c) result(normal)
       type(network_type), intent(in) :: network  !< of the model
-      type(blocks_type), intent(in) :: blocks    !< in their present state
+      type(blocks_type), intent(in) :: blocks    !< blocks in their present state
       integer, intent(in) :: c                   !< channel
       real(wp) :: normal(2)
 
@@ -217,7 +217,7 @@ contains
    !> Find apertures at the ends of channels, and volumes and storage of nodes.
    pure subroutine find_storage(network, blocks, aperture, volume, storage)
       type(network_type), intent(in) :: network  !< of the model
-      type(blocks_type), intent(in) :: blocks    !< in their present state
+      type(blocks_type), intent(in) :: blocks    !< blocks in their present state
       real(wp), intent(out) :: aperture(:,:)     !< [ends,channels] m
       real(wp), intent(out) :: volume(:), storage(:)  !< [nodes] m³; m³/Pa, per metre of thickness
       real(wp) :: normal(2), share

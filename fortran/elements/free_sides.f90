@@ -78,7 +78,7 @@ contains
    !> Freeze the sides for statics: deactivate their dashpots.
    subroutine freeze(self, blocks, motions, time)
       class(free_sides_type), intent(inout) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks        !< in their present state
+      type(blocks_type), intent(in) :: blocks        !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)    !< prescribed ones
       real(wp), intent(in) :: time                   !< s
 

@@ -68,8 +68,8 @@ module dda_joint_flow
       real(wp), allocatable :: after(:)       !< [nodes] p₁ of the last solution, Pa
       real(wp), allocatable :: growth(:)      !< [nodes] Bᵀd of that, m³ per metre of thickness
       ! Of the last accepted step
-      real(wp), allocatable :: inflow(:)      !< [nodes] from outside, m²/s
-      real(wp), allocatable :: flux(:)        !< [channels] from the first node to the second, m²/s
+      real(wp), allocatable :: inflow(:)      !< [nodes] inflow from outside, m²/s
+      real(wp), allocatable :: flux(:)  !< [channels] flux from the first node to the second, m²/s
    contains
       procedure :: add_linear
       procedure :: add_force
@@ -91,7 +91,7 @@ contains
    type(joint_flow_type) function new_joint_flow(flow, loads, blocks) result(self)
       type(flow_type), intent(in) :: flow      !< of the model
       type(edge_load_type), intent(in) :: loads(:)  !< of the model
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       integer :: n
 
       self%network = new_network(flow, blocks)
@@ -138,7 +138,7 @@ contains
    !> Prepare a step: apertures, boundaries, and pressures for d = 0.
    subroutine prepare(self, blocks, step, d)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< at the start of the step
+      type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
       type(step_type), intent(in) :: step      !< the present one
       real(wp), intent(in) :: d(:,:)           !< [6,blocks] increments of the coordinates
 
@@ -262,7 +262,7 @@ contains
    !> Append the springs of enclosed water.
    subroutine add_linear(self, blocks, step, terms)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present one
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
 
@@ -273,7 +273,7 @@ contains
    !> Add the forces B p₁ at d = 0.
    subroutine add_force(self, blocks, motions, step, load)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
@@ -284,7 +284,7 @@ contains
    !> Add the energy ½ pᵀSp.
    subroutine add_stored(self, blocks, motions, step, energy)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the next one
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
@@ -297,7 +297,7 @@ contains
    !> Account for the terms of the identity in the header of this module.
    subroutine account(self, blocks, motions, step, d, energy)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< at the start of the step
+      type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
@@ -330,7 +330,7 @@ contains
    !> empty volume they are full.
    subroutine revise(self, blocks, step, d, changed)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< at the start of the step
+      type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
       type(step_type), intent(in) :: step           !< the present one
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer, intent(inout) :: changed  !< number of nodes with another state
@@ -362,7 +362,7 @@ contains
    !> Accept the step: pressures, volumes without water and flow at its end.
    subroutine accept(self, blocks, motions, step, d)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< at the start of the step
+      type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
@@ -389,7 +389,7 @@ contains
    !> Freeze the water: a static stage begins.
    subroutine freeze(self, blocks, motions, time)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       real(wp), intent(in) :: time  !< s
 
@@ -402,7 +402,7 @@ contains
    subroutine inherit(self, before, blocks)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       class(element_type), intent(in) :: before  !< former element, of the same type
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
 
       select type (before)
       type is (joint_flow_type)

@@ -76,7 +76,7 @@ contains
    pure real(wp) function stored(self, point, state, strain)
       class(jump_law_type), intent(in) :: self      !< law
       type(strain_point_type), intent(in) :: point  !< at its position
-      real(wp), intent(in) :: state(:)              !< [any] of the point
+      real(wp), intent(in) :: state(:)              !< [any] state of the point
       real(wp), intent(in) :: strain(3)             !< jump, m
 
       associate (elastic => strain(1:2) - state(1:2))

@@ -90,7 +90,7 @@ contains
    !> Append a term.
    pure subroutine add_term(terms, term)
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
-      type(linear_term_type), intent(in) :: term  !< one of the list
+      type(linear_term_type), intent(in) :: term  !< term of the list
 
       call reserve_term(terms)
       terms%term(terms%n) = term
@@ -105,6 +105,7 @@ contains
       if (size(terms%term) < terms%n) call widen(terms)
    end subroutine reserve_term
 
+   !> Double the memory of the list.
    pure subroutine widen(terms)
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       type(linear_term_type), allocatable :: more(:)
@@ -117,7 +118,7 @@ contains
    !> Set the blocks and the vector u of a term of two or more points.
    !> Rows of points of the same block are added.
    pure subroutine set_rows(term, block, row)
-      type(linear_term_type), intent(inout) :: term  !< one of the list
+      type(linear_term_type), intent(inout) :: term  !< term of the list
       integer, intent(in) :: block(:)   !< [points] not all the same
       real(wp), intent(in) :: row(:,:)  !< [6,points] of u
       integer :: first(size(block)), n, k
@@ -153,7 +154,7 @@ contains
 
    !> Number of blocks that a term acts on.
    pure integer function blocks_in(term) result(n)
-      type(linear_term_type), intent(in) :: term  !< one of the list
+      type(linear_term_type), intent(in) :: term  !< term of the list
 
       n = merge(1, 2, term%block_b == 0)
       if (allocated(term%further)) n = n + size(term%further)
@@ -161,7 +162,7 @@ contains
 
    !> Number of the k-th block of a term.
    pure integer function block_of(term, k) result(block)
-      type(linear_term_type), intent(in) :: term  !< one of the list
+      type(linear_term_type), intent(in) :: term  !< term of the list
       integer, intent(in) :: k          !< 1 … `blocks_in`
 
       select case (k)
@@ -176,7 +177,7 @@ contains
 
    !> Number of the k-th block of a term, and its part of u.
    pure subroutine get_row(term, k, block, row)
-      type(linear_term_type), intent(in) :: term  !< one of the list
+      type(linear_term_type), intent(in) :: term  !< term of the list
       integer, intent(in) :: k          !< 1 … `blocks_in`
       integer, intent(out) :: block     !< number of the block
       real(wp), intent(out) :: row(6)   !< of u
@@ -203,7 +204,7 @@ contains
 
    !> Extension u·x of a term in a motion x of all blocks.
    pure real(wp) function stretch_of(term, x) result(stretch)
-      type(linear_term_type), intent(in) :: term  !< one of the list
+      type(linear_term_type), intent(in) :: term  !< term of the list
       real(wp), intent(in) :: x(:,:)  !< [6,blocks]
       real(wp) :: row(6)
       integer :: k, b
@@ -282,7 +283,7 @@ contains
 
    !> Add c u uᵀ of a term with any number of blocks.
    pure subroutine add_rows(term, c, matrix)
-      type(linear_term_type), intent(in) :: term  !< one of the list
+      type(linear_term_type), intent(in) :: term  !< term of the list
       real(wp), intent(in) :: c  !< factor, N/m per metre of thickness
       type(block_matrix_type), intent(inout) :: matrix  !< block matrix
       real(wp) :: row_a(6), row_b(6)

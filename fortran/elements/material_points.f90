@@ -26,7 +26,7 @@ module dda_material_points
       total_strain, present_stress, shape_stress, beyond_elastic, take_step, take_over, &
       crack_points, places
 
-   integer, parameter :: crack_points = 3            !< of a broken face, by Lobatto
+   integer, parameter :: crack_points = 3            !< Lobatto points of a broken face
    real(wp), parameter :: places(crack_points) = [-1.0_wp, 0.0_wp, 1.0_wp]  !< ξ of them
 
    real(wp), parameter :: arc_share = 2.0_wp/3.0_wp  !< 1 − (1/24)/(1/8)
@@ -50,10 +50,10 @@ module dda_material_points
       real(wp), allocatable :: area(:)                   !< [n] m²; of jumps 1
       type(strain_point_type), allocatable :: point(:)   !< [n]
       type(weld_type), allocatable :: face(:)            !< [n]
-      real(wp), allocatable :: map(:,:,:)                !< [3,deformations,n] its strain by these
+      real(wp), allocatable :: map(:,:,:) !< [3,deformations,n] strain as a function of deformations
       real(wp), allocatable :: reference(:,:)            !< [3,n] strain at the start of the law
       real(wp), allocatable :: carried(:,:)              !< [3,n] c retained from earlier laws, Pa
-      real(wp), allocatable :: state(:,:)                !< [any,n] of the laws
+      real(wp), allocatable :: state(:,:)                !< [any,n] state of the laws
       logical :: static = .false.                        !< laws are inactive in this static stage
       real(wp), allocatable :: rest(:,:)  !< [3,n] ε at which laws became inactive, else 0
       real(wp), allocatable :: kept(:,:)                 !< [3,n] c of inactive laws, Pa
@@ -68,9 +68,9 @@ contains
    subroutine set_points(self, welds, blocks, materials, cracks, plane_strain)
       class(material_points_type), intent(inout) :: self  !< gets its points
       type(weld_type), intent(in) :: welds(:)          !< of the model
-      type(blocks_type), intent(in) :: blocks          !< in their present state
+      type(blocks_type), intent(in) :: blocks          !< blocks in their present state
       type(material_type), intent(in) :: materials(:)  !< of the model
-      type(crack_law_type), intent(in) :: cracks(:)    !< [joints] of faces that break
+      type(crack_law_type), intent(in) :: cracks(:)    !< [joints] cracks of faces that break
       logical, intent(in) :: plane_strain              !< else plane stress
       real(wp) :: moduli(3, 3, size(materials))
       integer :: m, most
@@ -125,7 +125,7 @@ contains
    !> Create points of blocks, and of the remainders of cells beside welded faces.
    subroutine set_block_points(self, blocks, moduli)
       class(material_points_type), intent(inout) :: self  !< with its arrays
-      type(blocks_type), intent(in) :: blocks           !< in their present state
+      type(blocks_type), intent(in) :: blocks           !< blocks in their present state
       real(wp), intent(in) :: moduli(:,:,:)             !< [3,3,materials] D, Pa
       integer :: b
 
@@ -140,7 +140,7 @@ contains
    subroutine set_face_points(self, welds, blocks, moduli)
       class(material_points_type), intent(inout) :: self  !< with its arrays
       type(weld_type), intent(in) :: welds(:)           !< of the model
-      type(blocks_type), intent(in) :: blocks           !< in their present state
+      type(blocks_type), intent(in) :: blocks           !< blocks in their present state
       real(wp), intent(in) :: moduli(:,:,:)             !< [3,3,materials] D, Pa
       real(wp) :: map(3, n_deformations, 2), mean(3)
       integer :: i, k, p
@@ -166,7 +166,7 @@ contains
    subroutine set_jump_points(self, welds, blocks, moduli)
       class(material_points_type), intent(inout) :: self  !< points with arrays and other points
       type(weld_type), intent(in) :: welds(:)           !< of the model
-      type(blocks_type), intent(in) :: blocks           !< in their present state
+      type(blocks_type), intent(in) :: blocks           !< blocks in their present state
       real(wp), intent(in) :: moduli(:,:,:)             !< [3,3,materials] D, Pa
       real(wp) :: stiffness(2)
       integer :: i, j, k, p
@@ -247,7 +247,7 @@ contains
    subroutine begin_point(self, p, blocks, material, moduli, initial)
       class(material_points_type), intent(inout) :: self  !< points; blocks, area and map are set
       integer, intent(in) :: p                          !< point
-      type(blocks_type), intent(in) :: blocks           !< in their present state
+      type(blocks_type), intent(in) :: blocks           !< blocks in their present state
       integer, intent(in) :: material                   !< of the point
       real(wp), intent(in) :: moduli(:,:,:)             !< [3,3,materials] D, Pa
       real(wp), intent(in) :: initial(3)                !< stress at no strain, Pa
@@ -267,7 +267,7 @@ contains
    pure function total_strain(self, p, blocks) result(strain)
       class(material_points_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: p                       !< point
-      type(blocks_type), intent(in) :: blocks        !< in their present state
+      type(blocks_type), intent(in) :: blocks        !< blocks in their present state
       real(wp) :: strain(3)
 
       if (self%block(2, p) == 0) then
@@ -281,7 +281,7 @@ contains
    pure logical function acts(self, p, blocks)
       class(material_points_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: p                       !< point
-      type(blocks_type), intent(in) :: blocks        !< in their present state
+      type(blocks_type), intent(in) :: blocks        !< blocks in their present state
 
       acts = self%active(p) .and. .not. blocks%removed(self%block(1, p))
       if (.not. acts .or. self%block(2, p) == 0) return
@@ -329,7 +329,7 @@ contains
    pure function present_stress(self, p, blocks) result(stress)
       class(material_points_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: p                       !< point
-      type(blocks_type), intent(in) :: blocks        !< in their present state
+      type(blocks_type), intent(in) :: blocks        !< blocks in their present state
       real(wp) :: stress(3), tangent(3, 3)
 
       call respond(self, p, total_strain(self, p, blocks) - self%reference(:, p), &
@@ -367,7 +367,7 @@ contains
    pure real(wp) function beyond_elastic(self, p, state, strain) result(energy)
       class(material_points_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: p                       !< point
-      real(wp), intent(in) :: state(:)               !< [any] of its law
+      real(wp), intent(in) :: state(:)               !< [any] state of its law
       real(wp), intent(in) :: strain(3)              !< ε
       real(wp) :: at(3)
 
@@ -389,7 +389,7 @@ contains
    pure subroutine take_step(self, p, state, change, step, loss)
       class(material_points_type), intent(in) :: self  !< prepared for the step
       integer, intent(in) :: p                       !< point
-      real(wp), intent(inout) :: state(:)            !< [any] of its law
+      real(wp), intent(inout) :: state(:)            !< [any] state of its law
       real(wp), intent(in) :: change(3)              !< Δε
       type(step_type), intent(in) :: step            !< the present one
       real(wp), intent(out) :: loss(losses)          !< J/m³
@@ -408,7 +408,7 @@ contains
       class(material_points_type), intent(inout) :: self  !< elements of this kind
       integer, intent(in) :: p, old                     !< point, and former point
       class(material_points_type), intent(in) :: before   !< elements before
-      type(blocks_type), intent(in) :: blocks           !< in their present state
+      type(blocks_type), intent(in) :: blocks           !< blocks in their present state
       real(wp) :: moved(3)
       logical :: other
 

@@ -26,7 +26,7 @@ contains
    !> Add the forces Tᵀ f.
    subroutine add_force(self, blocks, motions, step, load)
       class(point_loads_type), intent(in) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
@@ -43,7 +43,7 @@ contains
    !> Account for the work f·Td.
    subroutine account(self, blocks, motions, step, d, energy)
       class(point_loads_type), intent(in) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
@@ -61,7 +61,7 @@ contains
    !> Freeze the forces at their values at a time.
    subroutine freeze(self, blocks, motions, time)
       class(point_loads_type), intent(inout) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       real(wp), intent(in) :: time  !< s
       real(wp), parameter :: ever = 0.5_wp*huge(1.0_wp)

@@ -15,7 +15,7 @@ contains
 
    !> Create springs that act from a time on.
    pure type(fixed_points_type) function new_spring_beds(points, motions, time) result(self)
-      type(fixed_point_type), intent(in) :: points(:)  !< [points] with their stiffness
+      type(fixed_point_type), intent(in) :: points(:)  !< [points] points with their stiffness
       type(motion_type), intent(in) :: motions(:)      !< prescribed ones
       real(wp), intent(in) :: time                     !< s
 

@@ -58,7 +58,7 @@ module dda_spring_element
          import :: spring_element_type, blocks_type, spring_type
          class(spring_element_type), intent(in) :: self  !< elements of this kind
          integer, intent(in) :: i                        !< number, from 1
-         type(blocks_type), intent(in) :: blocks         !< in their present state
+         type(blocks_type), intent(in) :: blocks         !< blocks in their present state
          type(spring_type), intent(out) :: spring        !< both
       end subroutine springs_interface
    end interface
@@ -78,7 +78,7 @@ contains
    !> Dashpot coefficient c, N s/m per metre of thickness.
    pure function dashpots_of(self, spring, step) result(dashpot)
       class(spring_element_type), intent(in) :: self  !< elements of this kind
-      type(spring_type), intent(in) :: spring         !< of one of them
+      type(spring_type), intent(in) :: spring         !< spring of one of them
       type(step_type), intent(in) :: step             !< the present one
       real(wp) :: dashpot(2)
 
@@ -114,7 +114,7 @@ contains
    !> Append springs and their dashpots; rows of a block on both sides are added.
    subroutine add_linear(self, blocks, step, terms)
       class(spring_element_type), intent(in) :: self   !< elements of this kind
-      type(blocks_type), intent(in) :: blocks          !< in their present state
+      type(blocks_type), intent(in) :: blocks          !< blocks in their present state
       type(step_type), intent(in) :: step              !< the present one
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       type(linear_term_type) :: term
@@ -152,7 +152,7 @@ contains
    !> Add the forces −k (s₀ − u) + c [(1/χ − 1) v₀ + u̇₁], with u at the instant of the spring.
    subroutine add_force(self, blocks, motions, step, load)
       class(spring_element_type), intent(in) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks         !< in their present state
+      type(blocks_type), intent(in) :: blocks         !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)     !< prescribed ones
       type(step_type), intent(in) :: step             !< the present one
       real(wp), intent(inout) :: load(:,:)            !< [6,blocks] N/m …
@@ -180,7 +180,7 @@ contains
    !> Add the energy of springs and dashpots in the present state.
    subroutine add_stored(self, blocks, motions, step, energy)
       class(spring_element_type), intent(in) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks         !< in their present state
+      type(blocks_type), intent(in) :: blocks         !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)     !< prescribed ones
       type(step_type), intent(in) :: step             !< the next one
       type(energy_type), intent(inout) :: energy      !< J per metre of thickness
@@ -199,7 +199,7 @@ contains
    !> Energy ½ k y² + ½ (1 − χ) c Δt w², J per metre of thickness.
    pure real(wp) function stored(self, spring, step, y, w)
       class(spring_element_type), intent(in) :: self  !< elements of this kind
-      type(spring_type), intent(in) :: spring         !< of one of them
+      type(spring_type), intent(in) :: spring         !< spring of one of them
       type(step_type), intent(in) :: step             !< the present one
       real(wp), intent(in) :: y(2), w(2)  !< extension, m, and its rate, m/s, relative to the motion
 
@@ -210,7 +210,7 @@ contains
    !> Account for work −k y·Δu − c w₁·Δt [(1 − χ) u̇₀ + χ u̇₁] of the motions, and for losses.
    subroutine account(self, blocks, motions, step, d, energy)
       class(spring_element_type), intent(in) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks         !< in their present state
+      type(blocks_type), intent(in) :: blocks         !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)     !< prescribed ones
       type(step_type), intent(in) :: step             !< the present one
       real(wp), intent(in) :: d(:,:)                  !< [6,blocks] increments of the coordinates

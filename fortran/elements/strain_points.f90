@@ -71,9 +71,9 @@ contains
    type(strain_points_type) function new_strain_points(welds, blocks, materials, cracks, &
       plane_strain) result(self)
       type(weld_type), intent(in) :: welds(:)          !< of the model
-      type(blocks_type), intent(in) :: blocks          !< in their present state
+      type(blocks_type), intent(in) :: blocks          !< blocks in their present state
       type(material_type), intent(in) :: materials(:)  !< of the model
-      type(crack_law_type), intent(in) :: cracks(:)    !< [joints] of faces that break
+      type(crack_law_type), intent(in) :: cracks(:)    !< [joints] cracks of faces that break
       logical, intent(in) :: plane_strain              !< else plane stress
 
       call set_points(self, welds, blocks, materials, cracks, plane_strain)
@@ -85,7 +85,7 @@ contains
    !> Largest plastic strain of all points of each block.
    pure function largest_plastic_strain(self, blocks) result(strain)
       class(strain_points_type), intent(in) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks        !< in their present state
+      type(blocks_type), intent(in) :: blocks        !< blocks in their present state
       real(wp) :: strain(blocks%n), own
       integer :: p, k
 
@@ -105,7 +105,7 @@ contains
    !> Prepare a step: strains at its start, and c about an increment.
    subroutine prepare(self, blocks, step, d)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks           !< at the start of the step
+      type(blocks_type), intent(in) :: blocks           !< blocks at the start of the step
       type(step_type), intent(in) :: step               !< the present one
       real(wp), intent(in) :: d(:,:)                    !< [6,blocks] increments of the coordinates
       integer :: p
@@ -148,7 +148,7 @@ contains
    subroutine set_operator(self, p, blocks, step)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
       integer, intent(in) :: p                          !< point
-      type(blocks_type), intent(in) :: blocks           !< at the start of the step
+      type(blocks_type), intent(in) :: blocks           !< blocks at the start of the step
       type(step_type), intent(in) :: step               !< the present one
       real(wp) :: g(n_deformations, 6, 2)
       integer :: i, k
@@ -181,7 +181,7 @@ contains
    !> Append the tangents of all points, A T = Σ c u uᵀ.
    subroutine add_linear(self, blocks, step, terms)
       class(strain_points_type), intent(in) :: self    !< elements of this kind
-      type(blocks_type), intent(in) :: blocks          !< in their present state
+      type(blocks_type), intent(in) :: blocks          !< blocks in their present state
       type(step_type), intent(in) :: step              !< the present one
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       type(linear_term_type) :: term
@@ -233,7 +233,7 @@ contains
    !> Add the forces −A Bᵀ(c − T Δε) of each point.
    subroutine add_force(self, blocks, motions, step, load)
       class(strain_points_type), intent(in) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks        !< in their present state
+      type(blocks_type), intent(in) :: blocks        !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)    !< prescribed ones
       type(step_type), intent(in) :: step            !< the present one
       real(wp), intent(inout) :: load(:,:)           !< [6,blocks] N/m …
@@ -254,8 +254,8 @@ contains
    !> Add the forces of images on the cells of one side due to c, in a step with known increment d.
    subroutine add_face_force(self, side, blocks, step, d, load)
       class(strain_points_type), intent(in) :: self  !< prepared for the step
-      integer, intent(in) :: side                    !< of each face, 1 or 2
-      type(blocks_type), intent(in) :: blocks        !< at the start of the step
+      integer, intent(in) :: side                    !< side of each face, 1 or 2
+      type(blocks_type), intent(in) :: blocks        !< blocks at the start of the step
       type(step_type), intent(in) :: step            !< the present one
       real(wp), intent(in) :: d(:,:)                 !< [6,blocks] increments of the coordinates
       real(wp), intent(inout) :: load(:,:)           !< [6,blocks] N/m …
@@ -277,7 +277,7 @@ contains
    !> It is taken at a fraction of the path.
    real(wp) function slope_beyond(self, blocks, step, from, to, share) result(slope)
       class(strain_points_type), intent(in) :: self  !< prepared for the step
-      type(blocks_type), intent(in) :: blocks        !< at the start of the step
+      type(blocks_type), intent(in) :: blocks        !< blocks at the start of the step
       type(step_type), intent(in) :: step            !< the present one
       real(wp), intent(in) :: from(:,:), to(:,:)     !< [6,blocks] increments of the coordinates
       real(wp), intent(in) :: share                  !< 0 … 1
@@ -303,7 +303,7 @@ contains
    !> Revise: linearise all points about a solution if c there differs from that of the solve.
    subroutine revise(self, blocks, step, d, changed)
       class(strain_points_type), intent(inout) :: self  !< prepared for the step
-      type(blocks_type), intent(in) :: blocks           !< at the start of the step
+      type(blocks_type), intent(in) :: blocks           !< blocks at the start of the step
       type(step_type), intent(in) :: step               !< the present one
       real(wp), intent(in) :: d(:,:)                    !< [6,blocks] increments of the coordinates
       integer, intent(inout) :: changed                 !< states that have changed
@@ -372,7 +372,7 @@ contains
    !> Add the energy of all points minus that of elastic points.
    subroutine add_stored(self, blocks, motions, step, energy)
       class(strain_points_type), intent(in) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks        !< in their present state
+      type(blocks_type), intent(in) :: blocks        !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)    !< prescribed ones
       type(step_type), intent(in) :: step            !< the next one
       type(energy_type), intent(inout) :: energy     !< J per metre of thickness
@@ -390,7 +390,7 @@ contains
    !> Account for the energy at the end of the step, and for losses.
    subroutine account(self, blocks, motions, step, d, energy)
       class(strain_points_type), intent(in) :: self  !< prepared for the step
-      type(blocks_type), intent(in) :: blocks        !< at the start of the step
+      type(blocks_type), intent(in) :: blocks        !< blocks at the start of the step
       type(motion_type), intent(in) :: motions(:)    !< prescribed ones
       type(step_type), intent(in) :: step            !< the present one
       real(wp), intent(in) :: d(:,:)                 !< [6,blocks] increments of the coordinates
@@ -422,7 +422,7 @@ contains
    !> Accept the step: set the states at its end.
    subroutine accept(self, blocks, motions, step, d)
       class(strain_points_type), intent(inout) :: self  !< prepared for the step
-      type(blocks_type), intent(in) :: blocks           !< at the start of the step
+      type(blocks_type), intent(in) :: blocks           !< blocks at the start of the step
       type(motion_type), intent(in) :: motions(:)       !< prescribed ones
       type(step_type), intent(in) :: step               !< the present one
       real(wp), intent(in) :: d(:,:)                    !< [6,blocks] increments of the coordinates
@@ -454,7 +454,7 @@ contains
    !> Freeze laws in static stages: inactive laws retain their inelastic part.
    subroutine freeze(self, blocks, motions, time)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks           !< in their present state
+      type(blocks_type), intent(in) :: blocks           !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)       !< prescribed ones
       real(wp), intent(in) :: time  !< time at which loads and prescribed positions are frozen, s
       integer :: p
@@ -473,7 +473,7 @@ contains
    subroutine inherit(self, before, blocks)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
       class(element_type), intent(in) :: before         !< former element, of the same type
-      type(blocks_type), intent(in) :: blocks           !< in their present state
+      type(blocks_type), intent(in) :: blocks           !< blocks in their present state
       integer :: p
 
       select type (before)
@@ -520,7 +520,7 @@ contains
    !> Add the contribution of points to the mean stress of blocks, Pa, in the axes of the block.
    subroutine add_point_stress(self, blocks, stress)
       class(strain_points_type), intent(in) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks        !< in their present state
+      type(blocks_type), intent(in) :: blocks        !< blocks in their present state
       real(wp), intent(inout) :: stress(:,:)         !< [3,blocks] Pa
       real(wp) :: own(3)
       integer :: p, i, k

@@ -53,7 +53,7 @@ contains
    pure subroutine get_spring(self, i, blocks, spring)
       class(ties_type), intent(in) :: self      !< elements of this kind
       integer, intent(in) :: i                  !< number, from 1
-      type(blocks_type), intent(in) :: blocks   !< in their present state
+      type(blocks_type), intent(in) :: blocks   !< blocks in their present state
       type(spring_type), intent(out) :: spring  !< block of the vertex, block of the edge
       integer :: face
 
@@ -69,7 +69,7 @@ contains
 
    !> Face whose corner is used, 1 or 2.
    pure integer function face_of(blocks, tie) result(face)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(tie_type), intent(in) :: tie        !< of the list
       real(wp) :: beyond(2), least
 
@@ -84,9 +84,9 @@ contains
 
    !> Distance of the foot of a corner beyond the other face, m.
    pure real(wp) function overshoot(blocks, tie, face)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(tie_type), intent(in) :: tie        !< of the list
-      integer, intent(in) :: face              !< of the corner, 1 or 2
+      integer, intent(in) :: face              !< face of the corner, 1 or 2
       real(wp) :: foot
 
       associate (e => tie%edge(3 - face))
@@ -97,9 +97,9 @@ contains
 
    !> Vector from the first vertex of the other face to the corner of a face, m.
    pure function apart(blocks, tie, face)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(tie_type), intent(in) :: tie        !< of the list
-      integer, intent(in) :: face              !< of the corner, 1 or 2
+      integer, intent(in) :: face              !< face of the corner, 1 or 2
       real(wp) :: apart(2)
 
       apart = blocks%vertex(:, tie%corner(face)) - blocks%vertex(:, tie%edge(3 - face)) &
@@ -108,9 +108,9 @@ contains
 
    !> Set the geometry of a corner of one face on the other face.
    pure subroutine set_geometry(blocks, tie, face, spring)
-      type(blocks_type), intent(in) :: blocks     !< in their present state
+      type(blocks_type), intent(in) :: blocks     !< blocks in their present state
       type(tie_type), intent(in) :: tie           !< of the list
-      integer, intent(in) :: face                 !< of the corner, 1 or 2
+      integer, intent(in) :: face                 !< face of the corner, 1 or 2
       type(spring_type), intent(inout) :: spring  !< receives blocks, rows and the gap
       real(wp) :: normal(2), from(2), reference(2), gradient(6, 2)
       integer :: side
@@ -138,8 +138,8 @@ contains
    !> Add the forces of the ties on the blocks of one face, at t₀ + θΔt of a step with known d.
    subroutine add_face_force(self, face, blocks, step, d, load)
       class(ties_type), intent(in) :: self     !< elements of this kind
-      integer, intent(in) :: face              !< of each tie, 1 or 2
-      type(blocks_type), intent(in) :: blocks  !< at the start of the step
+      integer, intent(in) :: face              !< face of each tie, 1 or 2
+      type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
       type(step_type), intent(in) :: step      !< the present one
       real(wp), intent(in) :: d(:,:)           !< [6,blocks] increments of the coordinates
       real(wp), intent(inout) :: load(:,:)     !< [6,blocks] N/m …
@@ -162,7 +162,7 @@ contains
    !> Accept the step: update the slips.
    subroutine accept(self, blocks, motions, step, d)
       class(ties_type), intent(inout) :: self      !< elements of this kind
-      type(blocks_type), intent(in) :: blocks      !< at the start of the step
+      type(blocks_type), intent(in) :: blocks      !< blocks at the start of the step
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step          !< the present one
       real(wp), intent(in) :: d(:,:)               !< [6,blocks] increments of the coordinates
@@ -182,7 +182,7 @@ contains
    subroutine inherit(self, before, blocks)
       class(ties_type), intent(inout) :: self    !< elements of this kind
       class(element_type), intent(in) :: before  !< former element, of the same type
-      type(blocks_type), intent(in) :: blocks    !< in their present state
+      type(blocks_type), intent(in) :: blocks    !< blocks in their present state
 
       select type (before)
       class is (ties_type)

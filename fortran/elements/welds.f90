@@ -33,7 +33,7 @@ module dda_welds
       type(weld_type), allocatable :: weld(:)
       type(weld_springs_type), allocatable :: springs(:)  !< [faces]
       real(wp), allocatable :: force(:,:)                 !< [deformations,faces] f₀
-      integer, allocatable :: material(:,:)               !< [2,faces] of both cells
+      integer, allocatable :: material(:,:)               !< [2,faces] material of both cells
       real(wp), allocatable :: share(:,:)  !< [2,faces] fractions that the materials damp in steps
       real(wp), allocatable :: small_share(:,:)  !< [2,faces] shares, damping of laws included
       real(wp), allocatable :: rest(:,:)                  !< [deformations,faces] after statics
@@ -93,7 +93,7 @@ contains
    !> Reset the memory of springs: extensions count from the present ones.
    pure subroutine begin_memory(self, blocks)
       class(welds_type), intent(inout) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks   !< in their present state
+      type(blocks_type), intent(in) :: blocks   !< blocks in their present state
       integer :: i
 
       if (allocated(self%memory)) deallocate (self%memory, self%rest)
@@ -113,7 +113,7 @@ contains
    pure logical function damps(self, i, blocks)
       class(welds_type), intent(in) :: self    !< elements of this kind
       integer, intent(in) :: i                 !< face
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
 
       damps = blocks%damps .and. any(self%share(:, i) > 0.0_wp)
    end function damps
@@ -122,7 +122,7 @@ contains
    pure function damping_force(self, i, blocks, q, step) result(force)
       class(welds_type), intent(in) :: self    !< elements of this kind
       integer, intent(in) :: i                 !< face
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: q(n_deformations) !< deformations
       type(step_type), intent(in), optional :: step  !< the present one
       real(wp) :: force(n_deformations), stretch, e
@@ -153,9 +153,9 @@ contains
    pure function damping_energies(self, i, blocks, q, change, time_step) result(energy)
       class(welds_type), intent(in) :: self    !< elements of this kind
       integer, intent(in) :: i                 !< face
-      type(blocks_type), intent(in) :: blocks  !< at the start of the step
+      type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
       real(wp), intent(in) :: q(n_deformations)  !< deformations at the start
-      real(wp), intent(in), optional :: change(n_deformations)  !< their increment in a step
+      real(wp), intent(in), optional :: change(n_deformations)  !< increment of q in a step
       real(wp), intent(in), optional :: time_step               !< Δt of that step, s
       real(wp) :: energy(3), after(size(self%memory, 1)), e, moved
       integer :: j, k
@@ -189,7 +189,7 @@ contains
    !> σ_f is the mean of the initial stresses, weighted by area.
    pure function initial_force(weld, stress) result(force)
       type(weld_type), intent(in) :: weld    !< face
-      real(wp), intent(in) :: stress(3, 2)   !< of both cells, Pa
+      real(wp), intent(in) :: stress(3, 2)   !< stress of both cells, Pa
       real(wp) :: force(n_deformations), mean(3)
       integer :: k
 
@@ -206,7 +206,7 @@ contains
    !> .true. if the face is intact and both cells exist.
    pure logical function acts(weld, blocks)
       type(weld_type), intent(in) :: weld      !< face
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
 
       acts = is_whole(weld) .and. .not. any(blocks%removed(weld%block))
    end function acts
@@ -214,7 +214,7 @@ contains
    !> Deformations of a face in the present state.
    pure function deformations_of(weld, blocks) result(q)
       type(weld_type), intent(in) :: weld      !< face
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp) :: q(n_deformations)             !< m, strains
       type(configuration_type) :: placed
       integer :: k
@@ -230,7 +230,7 @@ contains
    !> Both cells at a later time, predicted with their present rates.
    pure type(configuration_type) function configuration_of(weld, blocks, ahead) result(placed)
       type(weld_type), intent(in) :: weld      !< face
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: ahead            !< s
       real(wp) :: coordinates(6, 2), angle
       integer :: k
@@ -261,7 +261,7 @@ contains
    !> If a body turns at a rate ω, the increment of q, and so its momentum, is accurate to (ωΔt)³.
    pure function derivatives_of(weld, blocks, step) result(g)
       type(weld_type), intent(in) :: weld      !< face
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step      !< the present one
       real(wp) :: g(n_deformations, 6, 2)
       type(configuration_type) :: placed
@@ -322,7 +322,7 @@ contains
    !> Append the springs of all faces.
    subroutine add_linear(self, blocks, step, terms)
       class(welds_type), intent(in) :: self            !< elements of this kind
-      type(blocks_type), intent(in) :: blocks          !< in their present state
+      type(blocks_type), intent(in) :: blocks          !< blocks in their present state
       type(step_type), intent(in) :: step              !< the present one
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       type(linear_term_type) :: term
@@ -368,7 +368,7 @@ contains
    !> Add the forces −Gᵀf of each face.
    subroutine add_force(self, blocks, motions, step, load)
       class(welds_type), intent(in) :: self        !< elements of this kind
-      type(blocks_type), intent(in) :: blocks      !< in their present state
+      type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step          !< the present one
       real(wp), intent(inout) :: load(:,:)         !< [6,blocks] N/m …
@@ -392,8 +392,8 @@ contains
    !> Add the forces of images on the cells of one side, at t₀ + θΔt of a step with known d.
    subroutine add_face_force(self, side, blocks, step, d, load)
       class(welds_type), intent(in) :: self    !< elements of this kind
-      integer, intent(in) :: side              !< of each face, 1 or 2
-      type(blocks_type), intent(in) :: blocks  !< at the start of the step
+      integer, intent(in) :: side              !< side of each face, 1 or 2
+      type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
       type(step_type), intent(in) :: step      !< the present one
       real(wp), intent(in) :: d(:,:)           !< [6,blocks] increments of the coordinates
       real(wp), intent(inout) :: load(:,:)     !< [6,blocks] N/m …
@@ -431,7 +431,7 @@ contains
    !> Add the energy of all faces.
    subroutine add_stored(self, blocks, motions, step, energy)
       class(welds_type), intent(in) :: self        !< elements of this kind
-      type(blocks_type), intent(in) :: blocks      !< in their present state
+      type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step          !< the next one
       type(energy_type), intent(inout) :: energy   !< J per metre of thickness
@@ -451,7 +451,7 @@ contains
    !> Account for the energy at the end of the step, and for the loss (θ − ½) Σ c Δs² of the scheme.
    subroutine account(self, blocks, motions, step, d, energy)
       class(welds_type), intent(in) :: self        !< elements of this kind
-      type(blocks_type), intent(in) :: blocks      !< in their present state
+      type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step          !< the present one
       real(wp), intent(in) :: d(:,:)               !< [6,blocks] increments of the coordinates
@@ -483,7 +483,7 @@ contains
    !> Accept the step: update the memories of the springs.
    subroutine accept(self, blocks, motions, step, d)
       class(welds_type), intent(inout) :: self     !< elements of this kind
-      type(blocks_type), intent(in) :: blocks      !< at the start of the step
+      type(blocks_type), intent(in) :: blocks      !< blocks at the start of the step
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step          !< the present one
       real(wp), intent(in) :: d(:,:)               !< [6,blocks] increments of the coordinates
@@ -523,7 +523,7 @@ contains
    subroutine inherit(self, before, blocks)
       class(welds_type), intent(inout) :: self   !< elements of this kind
       class(element_type), intent(in) :: before  !< former element, of the same type
-      type(blocks_type), intent(in) :: blocks    !< in their present state
+      type(blocks_type), intent(in) :: blocks    !< blocks in their present state
       real(wp) :: q(n_deformations), none(n_deformations)
       integer :: i
 
@@ -560,7 +560,7 @@ contains
    pure function weld_force(self, i, blocks) result(force)
       class(welds_type), intent(in) :: self    !< elements of this kind
       integer, intent(in) :: i                 !< face
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp) :: force(n_deformations), q(n_deformations)
 
       q = deformations_of(self%weld(i), blocks)
@@ -571,7 +571,7 @@ contains
    !> It is the force on the strains of the cell over its area.
    pure subroutine add_face_stress(self, blocks, stress)
       class(welds_type), intent(in) :: self    !< elements of this kind
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(inout) :: stress(:,:)   !< [3,blocks] Pa
       real(wp) :: force(n_deformations)
       integer :: i, k
@@ -591,7 +591,7 @@ contains
    !> The energy of all faces, ½ Σ c s², is added too; J per metre of thickness.
    pure subroutine add_jump_energies(self, blocks, error, stored)
       type(welds_type), intent(in) :: self       !< elements of this kind
-      type(blocks_type), intent(in) :: blocks    !< in their present state
+      type(blocks_type), intent(in) :: blocks    !< blocks in their present state
       real(wp), intent(inout) :: error(:)        !< [blocks] η²
       real(wp), intent(inout) :: stored          !< by all faces
       real(wp) :: q(n_deformations), none(n_deformations), half

@@ -55,7 +55,7 @@ contains
 
    !> Check a run before it begins: damping, resolution, ringing, cost.
    subroutine check_input(analysis, report, passes, error)
-      type(analysis_type), intent(in) :: analysis  !< whose input has been read
+      type(analysis_type), intent(in) :: analysis  !< analysis whose input has been read
       character(len=:), allocatable, intent(out) :: report  !< lines for a person
       logical, intent(out) :: passes               !< no line of the report is a failure
       type(error_type), allocatable, intent(out) :: error  !< the check could not be performed
@@ -77,7 +77,7 @@ contains
 
    !> Begin the run of the input, or continue a run that ended early.
    subroutine begin_analysis(analysis, error, output, resume)
-      type(analysis_type), intent(inout) :: analysis  !< whose input has been read
+      type(analysis_type), intent(inout) :: analysis  !< analysis whose input has been read
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       !> path of the output, instead of that in the input; blank: no output is written
       character(len=*), intent(in), optional :: output
@@ -164,7 +164,7 @@ contains
 
    !> Read a history from the output of an analysis that has ended.
    subroutine read_history(analysis, quantity, time, values, error, point, axis)
-      type(analysis_type), intent(in) :: analysis  !< whose output is complete
+      type(analysis_type), intent(in) :: analysis  !< analysis whose output is complete
       !> name in the output: displacement, velocity, acceleration; energy_kinetic …
       character(len=*), intent(in) :: quantity
       real(wp), allocatable, intent(out) :: time(:)    !< [samples] s
@@ -191,10 +191,10 @@ contains
 
    !> Number of a measured point.
    subroutine find_point(model, name, point, error)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       character(len=*), intent(in) :: name   !< of the point
       integer, intent(out) :: point          !< from 1
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       point = findloc(model%points%name == name, .true., 1)
       call require(point > 0, model%file//': there is no measured point '//quoted(name)// &
@@ -205,7 +205,7 @@ contains
    subroutine require(holds, message, error)
       logical, intent(in) :: holds
       character(len=*), intent(in) :: message  !< of the error
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       if (.not. (holds .or. allocated(error))) call fail(error, error_input, message)
    end subroutine require

@@ -26,7 +26,7 @@ module dda_block_file
 
    integer, parameter :: name_length = 64
    integer(long), parameter :: bytes_of_number = 8         !< bytes in memory; at least 1 in a file
-   character(len=3), parameter :: mark = 'CDF'             !< of the classic format
+   character(len=3), parameter :: mark = 'CDF'             !< mark of the classic format
    integer(long), parameter :: longest_header = 2_long**20 !< bytes; ten variables need hundreds
 
    !> The blocks of a file.
@@ -40,7 +40,7 @@ module dda_block_file
       character(len=name_length), allocatable :: materials(:)  !< [materials]
       character(len=name_length), allocatable :: joints(:)     !< [joints]
       character(len=name_length), allocatable :: bodies(:)     !< [bodies]
-      integer(long) :: checksum = 0            !< of all of these
+      integer(long) :: checksum = 0            !< checksum of all of these
    end type block_file_type
 
    !> An open file and its length.
@@ -76,7 +76,7 @@ contains
 
    !> Check the length of the file, which must have the classic format.
    subroutine allow(reader, error)
-      type(reader_type), intent(inout) :: reader  !< with the name of its file
+      type(reader_type), intent(inout) :: reader  !< reader with the name of its file
       type(error_type), allocatable, intent(out) :: error  !< there is no such file
       type(byte_file_type) :: bytes
       integer(int8), allocatable :: head(:)
@@ -324,7 +324,7 @@ contains
       type(reader_type), intent(inout) :: reader  !< open; keeps the first error
       character(len=*), intent(in) :: name  !< of the variable
       integer, intent(in) :: n  !< values that it must have
-      character(len=*), intent(in) :: names(:)  !< its list of names, numbered from 1
+      character(len=*), intent(in) :: names(:)  !< list of names, numbered from 1
       integer, allocatable, intent(out) :: numbers(:)  !< [n]
       integer :: i
 
@@ -341,7 +341,7 @@ contains
 
    !> Checksum of all values that a run reads from the file.
    integer(long) function checksum_of_blocks(blocks) result(checksum)
-      type(block_file_type), intent(inout) :: blocks  !< as read; only read here
+      type(block_file_type), intent(inout) :: blocks  !< blocks as read; only read here
       type(archive_type) :: archive
       character(len=:), allocatable :: text
       integer :: i

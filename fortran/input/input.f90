@@ -117,8 +117,8 @@ contains
    !> Check that every group is known, and that groups that cannot repeat appear once.
    subroutine check_names(file, groups, error)
       character(len=*), intent(in) :: file  !< path
-      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer :: i, g, seen(size(input_groups))
 
       seen = 0
@@ -140,7 +140,7 @@ contains
 
    !> Return the error for a missing group that every input must have.
    subroutine missing(error, file, group)
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       character(len=*), intent(in) :: file, group  !< path; name of the group
 
       if (.not. allocated(error)) call fail(error, error_input, file//': '//group//' is missing')
@@ -150,9 +150,9 @@ contains
    subroutine read_settings(model, file, groups, control, error)
       type(model_type), intent(inout) :: model  !< filled group by group
       character(len=*), intent(in) :: file  !< path
-      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(control_values), intent(out) :: control  !< of &control
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(run_values) :: run
       logical :: staged
       integer :: i
@@ -211,8 +211,8 @@ contains
    subroutine read_substances(model, file, folder, groups, error)
       type(model_type), intent(inout) :: model  !< filled group by group
       character(len=*), intent(in) :: file, folder  !< path; its folder, '' or ending in '/'
-      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer, allocatable :: own(:)
       integer :: i
 
@@ -251,10 +251,10 @@ contains
 
    !> Check that the contact rules permit the law of a joint.
    subroutine check_rules(group, joint, contact, error)
-      type(group_type), intent(in) :: group  !< of the joint's group
+      type(group_type), intent(in) :: group  !< group of the joint's group
       type(joint_type), intent(in) :: joint  !< as read
       type(contact_settings_type), intent(in) :: contact  !< of the model
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       if (allocated(error)) return
       if (joint%is_plain()) return
@@ -270,8 +270,8 @@ contains
    subroutine refuse_damping(group, joints, contact, error)
       type(group_type), intent(in) :: group  !< of the input
       type(joint_type), intent(in) :: joints(:)  !< so far
-      type(contact_settings_type), intent(in) :: contact  !< of the same input
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(contact_settings_type), intent(in) :: contact  !< contact of the same input
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       character(len=:), allocatable :: variable
       integer :: j
 
@@ -294,7 +294,7 @@ contains
    subroutine refuse_velocities(file, model, error)
       character(len=*), intent(in) :: file  !< path
       type(model_type), intent(in) :: model  !< with its materials
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer :: m
 
       do m = 1, size(model%materials)
@@ -319,9 +319,9 @@ contains
    !> Find the motions of the base by name.
    subroutine resolve_base_motion(model, groups, control, error)
       type(model_type), intent(inout) :: model  !< filled group by group
-      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(control_values), intent(in) :: control  !< of &control
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer :: axis
 
       associate (group => groups(minval(positions(groups, 'control'))), &
@@ -344,9 +344,9 @@ contains
    !> Find the displaced block by its name or number.
    subroutine resolve_displaced(model, groups, control, error)
       type(model_type), intent(inout) :: model  !< with its blocks
-      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(control_values), intent(in) :: control  !< of &control
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       if (control%displaced_block /= '') model%control%displaced = number_of_block( &
          groups(minval(positions(groups, 'control'))), 'displaced_block', model%block_names, &
@@ -356,8 +356,8 @@ contains
    !> Read fixed points, loads and measured points.
    subroutine read_points(model, groups, error)
       type(model_type), intent(inout) :: model  !< filled group by group
-      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(fixed_point_type) :: fixed
       type(load_type) :: load
       type(point_type) :: point
@@ -387,9 +387,9 @@ contains
 
    !> Read rules that end the run early, and output times at which steps must end.
    subroutine read_ends(model, groups, error)
-      type(model_type), intent(inout) :: model  !< with its blocks and stages
-      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(model_type), intent(inout) :: model  !< model with its blocks and stages
+      type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer :: i
 
       do i = 1, size(groups)
@@ -402,8 +402,8 @@ contains
    !> Read the amplifications that are printed after the run.
    subroutine read_amplifications(model, groups, error)
       type(model_type), intent(inout) :: model  !< filled group by group
-      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer, allocatable :: own(:)
       integer :: i
 

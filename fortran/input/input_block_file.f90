@@ -19,10 +19,10 @@ contains
    subroutine read_block_group(group, source, folder, model, outlines, error)
       type(group_type), intent(in) :: group      !< of the group
       integer, intent(in) :: source              !< number of the group
-      character(len=*), intent(in) :: folder     !< of the input, '' or ending in '/'
+      character(len=*), intent(in) :: folder     !< folder of the input, '' or ending in '/'
       type(model_type), intent(inout) :: model !< model with materials and joints; receives the file
       type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(block_file_type) :: found
       type(error_type), allocatable :: failure
       type(blocks_values) :: own
@@ -46,13 +46,13 @@ contains
    !> Add the blocks of a file, each a valid polygon.
    subroutine add_blocks(group, path, found, source, m, j, model, outlines, error)
       type(group_type), intent(in) :: group          !< of the group
-      character(len=*), intent(in) :: path           !< of the file, for messages
+      character(len=*), intent(in) :: path           !< path of the file, for messages
       type(block_file_type), intent(in) :: found     !< content of the file
       integer, intent(in) :: source                  !< number of the group
       integer, intent(in) :: m, j                    !< material and joint of blocks that name none
-      type(model_type), intent(in) :: model          !< with its materials and joints
+      type(model_type), intent(in) :: model          !< model with its materials and joints
       type(outlines_type), intent(inout) :: outlines !< the new blocks are added
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer, allocatable :: materials(:), joints(:)
       character(len=:), allocatable :: failure
       integer :: b
@@ -96,7 +96,7 @@ contains
       character(len=*), intent(in) :: known(:)   !< of the model
       integer, intent(in) :: usual               !< position for 0
       integer, allocatable, intent(out) :: positions(:)      !< [0:names]
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       character(len=:), allocatable :: hint
       integer :: i, near
 

@@ -33,10 +33,10 @@ contains
    subroutine read_blocks(group, source, folder, model, outlines, error)
       type(group_type), intent(in) :: group      !< of the group
       integer, intent(in) :: source              !< number of the group
-      character(len=*), intent(in) :: folder     !< of the input, '' or ending in '/'
-      type(model_type), intent(inout) :: model   !< with its materials and joints
+      character(len=*), intent(in) :: folder     !< folder of the input, '' or ending in '/'
+      type(model_type), intent(inout) :: model   !< model with its materials and joints
       type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       select case (group%name)
       case ('block')
@@ -55,8 +55,8 @@ contains
    !> Check that the name of generated blocks leaves space for their number.
    subroutine check_stem(group, name, error)
       type(group_type), intent(in) :: group      !< of the input
-      character(len=*), intent(in) :: name       !< as the input has it
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      character(len=*), intent(in) :: name       !< text as in the input
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       if (len_trim(name) > longest_stem) call input_error(error, group, 'name = '//quoted(name)// &
          ' is too long: at most '//to_text(longest_stem)// &
@@ -67,9 +67,9 @@ contains
    subroutine read_block(group, source, model, outlines, error)
       type(group_type), intent(in) :: group      !< of the input
       integer, intent(in) :: source              !< number of the group
-      type(model_type), intent(in) :: model      !< with its materials and joints
+      type(model_type), intent(in) :: model      !< model with its materials and joints
       type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(block_values) :: own
       integer, allocatable :: joints(:)
       integer :: m, j
@@ -90,7 +90,7 @@ contains
       type(block_values), intent(in) :: own   !< its values
       integer, intent(in) :: material, joints(:), source !< positions in the model; of the group
       type(outlines_type), intent(inout) :: outlines         !< gets the block
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       character(len=:), allocatable :: failure
 
       failure = outline_failure(own%vertices)
@@ -107,10 +107,10 @@ contains
       type(group_type), intent(in) :: group          !< of the input
       type(model_type), intent(in) :: model          !< with its joints
       integer, intent(in) :: edges                   !< of the block
-      integer, intent(in) :: joint                   !< of the block, position in the model's list
-      character(len=*), intent(in) :: names(:)       !< of the first edges, or blank
+      integer, intent(in) :: joint  !< joint of the block, position in the model's list
+      character(len=*), intent(in) :: names(:)       !< names of the first edges, or blank
       integer, allocatable, intent(out) :: joints(:) !< [edges] positions in the model's list
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer :: i
 
       if (size(names) > edges) call input_error(error, group, 'edge_joints: '// &
@@ -127,9 +127,9 @@ contains
       type(group_type), intent(in) :: group      !< of the input
       type(rest_values), intent(in) :: rest      !< value of the variable for that
       type(model_type), intent(in) :: model      !< with its gravity
-      type(outlines_type), intent(inout) :: outlines         !< with the new blocks
+      type(outlines_type), intent(inout) :: outlines         !< outlines with the new blocks
       integer, intent(in) :: first               !< of the new blocks
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       if (allocated(error) .or. .not. rest%geostatic) return
       associate (gravity => model%control%gravity)
@@ -144,9 +144,9 @@ contains
    subroutine read_layers(group, source, model, outlines, error)
       type(group_type), intent(in) :: group      !< of the input
       integer, intent(in) :: source              !< number of the group
-      type(model_type), intent(in) :: model      !< with its materials and joints
+      type(model_type), intent(in) :: model      !< model with its materials and joints
       type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(layers_values) :: own
       integer :: m, j, first
 
@@ -164,9 +164,9 @@ contains
    subroutine read_drums(group, source, model, outlines, error)
       type(group_type), intent(in) :: group      !< of the input
       integer, intent(in) :: source              !< number of the group
-      type(model_type), intent(in) :: model      !< with its materials and joints
+      type(model_type), intent(in) :: model      !< model with its materials and joints
       type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(drums_values) :: own
       integer :: m, j
 
@@ -182,9 +182,9 @@ contains
    subroutine read_wall(group, source, model, outlines, error)
       type(group_type), intent(in) :: group      !< of the input
       integer, intent(in) :: source              !< number of the group
-      type(model_type), intent(in) :: model      !< with its materials and joints
+      type(model_type), intent(in) :: model      !< model with its materials and joints
       type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(wall_values) :: own
       integer :: m, j, first
 

@@ -34,8 +34,8 @@ contains
    subroutine read_bodies(model, file, folder, groups, error)
       type(model_type), intent(inout) :: model  !< filled group by group
       character(len=*), intent(in) :: file, folder  !< path; its folder, '' or ending in '/'
-      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(outlines_type) :: outlines
       integer :: i
 
@@ -70,8 +70,8 @@ contains
 
    !> Name the block files in an error, since rejected blocks may be from them.
    subroutine name_block_files(error, model)
-      type(error_type), intent(inout) :: error  !< of the blocks as a whole
-      type(model_type), intent(in) :: model  !< with its block files
+      type(error_type), intent(inout) :: error  !< error of the blocks as a whole
+      type(model_type), intent(in) :: model  !< model with its block files
       integer :: i
 
       do i = 1, size(model%block_files)
@@ -95,9 +95,9 @@ contains
 
    !> Check that positions and sizes preserve the shape of every block in spite of rounding.
    subroutine check_sizes(groups, outlines, error)
-      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(outlines_type), intent(in) :: outlines  !< of all blocks
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       character(len=:), allocatable :: failure
       real(wp) :: extent
       integer :: b
@@ -163,10 +163,10 @@ contains
 
    !> Check that no two blocks overlap.
    subroutine check_overlap(model, groups, source, error)
-      type(model_type), intent(in) :: model  !< as read from the input
-      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      type(model_type), intent(in) :: model  !< model as read from the input
+      type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       integer, intent(in) :: source(:)  !< [blocks] number of the group of each
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(neighbours_type) :: near
       real(wp) :: depth
       integer :: p

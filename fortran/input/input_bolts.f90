@@ -21,8 +21,8 @@ contains
    !> Read all bolts of an input.
    subroutine read_bolts(model, groups, error)
       type(model_type), intent(inout) :: model  !< with its blocks
-      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(bolt_values) :: own
       type(bolt_type), allocatable :: new(:)
       integer, allocatable :: bolts(:)
@@ -47,7 +47,7 @@ contains
    subroutine check_values(own, group, error)
       type(bolt_values), intent(in) :: own   !< as read
       type(group_type), intent(in) :: group  !< of the input
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       associate (n => size(own%through, 2))
          if (any(own%through_block(n + 1:) /= '')) call input_error(error, group, &
@@ -64,7 +64,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(bolt_values), intent(in) :: own   !< as read
       type(bolt_type), allocatable, intent(out) :: new(:)  !< the springs
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(bolt_type) :: bolt
       real(wp) :: point(2, size(own%through, 2) + 2)
       character(len=name_length) :: names(size(point, 2))
@@ -105,7 +105,7 @@ contains
       type(group_type), intent(in) :: group  !< of the group
       real(wp), intent(in) :: point(:,:)  !< [2,points] m, in the coordinates of the engine
       integer, intent(in) :: owner(:)     !< [points] block of each
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer :: k
 
       if (allocated(error)) return
@@ -145,7 +145,7 @@ contains
       real(wp), intent(in) :: from(2), to(2)  !< ends, m
       integer, intent(in) :: ends(2)  !< blocks that contain the ends
       type(bolt_type), allocatable, intent(out) :: new(:)  !< the springs
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       real(wp), allocatable :: cut(:)
       real(wp) :: at
       integer :: k, b, last

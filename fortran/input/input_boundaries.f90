@@ -56,9 +56,9 @@ contains
 
    !> Read all boundaries of an input.
    subroutine read_boundaries(model, groups, error)
-      type(model_type), intent(inout) :: model  !< with blocks, motions and fixed points
-      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(model_type), intent(inout) :: model  !< model with blocks, motions and fixed points
+      type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(reading_type) :: reading
       type(edge_piece_type), allocatable :: pieces(:)
       integer, allocatable :: own(:)
@@ -111,9 +111,9 @@ contains
 
    !> Reject dashpots alone under gravity in a dynamic stage: the model would sink without limit.
    subroutine check_rest(model, groups, error)
-      type(model_type), intent(in) :: model  !< with boundaries and stages
-      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(model_type), intent(in) :: model  !< model with boundaries and stages
+      type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer :: i
 
       if (allocated(error)) return
@@ -131,7 +131,7 @@ contains
    subroutine read_boundary(group, reading, error)
       type(group_type), intent(in) :: group  !< of the input
       type(reading_type), intent(out) :: reading  !< as read
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer :: k
 
       call read_values(group, reading%boundary_values, error)
@@ -151,10 +151,10 @@ contains
 
    !> Check the values of a kind of boundary, and what it needs of the model.
    subroutine check_words(reading, group, model, error)
-      type(reading_type), intent(inout) :: reading  !< as read; defaults are set
+      type(reading_type), intent(inout) :: reading  !< reading as read; defaults are set
       type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(in) :: model  !< with its motions
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       if (reading%direction == '') reading%direction = reading%is%direction
       if (reading%kind == 'roller' .and. reading%direction == 'xy') call input_error(error, group, &
@@ -177,7 +177,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(reading_type), intent(in) :: reading  !< as read
       type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< both sides
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(edge_piece_type), allocatable :: left(:), right(:)
       type(weld_type), allocatable :: welds(:)
       real(wp) :: width
@@ -210,7 +210,7 @@ contains
    !> Reject a model with both tied sides and free fields.
    subroutine refuse_both(group, error)
       type(group_type), intent(in) :: group  !< of the input
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       call input_error(error, group, "kind = 'tied' and kind = 'free_field' are two ways to "// &
          'go on with the ground: leave out one of them')
@@ -222,7 +222,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(reading_type), intent(in) :: reading  !< as read
       type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< the side
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(free_field_type) :: field
 
       field%side = reading%edges%side(:len(field%side))
@@ -266,7 +266,7 @@ contains
    !> The name of a group, or a substitute.
    pure character(len=name_length) function label(reading, words)
       type(reading_type), intent(in) :: reading  !< as read
-      character(len=*), intent(in) :: words      !< of a nameless one
+      character(len=*), intent(in) :: words      !< words of a nameless one
 
       label = reading%name
       if (label == '') label = words
@@ -278,7 +278,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(reading_type), intent(in) :: reading  !< as read
       type(edge_piece_type), intent(in) :: pieces(:)  !< edges
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(boundary_type) :: new
       type(fixed_point_type), allocatable :: points(:)
       integer :: motion(2), i
@@ -362,10 +362,10 @@ contains
    !> Set normals, and dashpots of the half-space; default: the material of each block.
    subroutine set_half_space(boundary, model, reading, group, error)
       type(boundary_type), intent(inout) :: boundary  !< with its pieces
-      type(model_type), intent(in) :: model  !< with its blocks and materials
+      type(model_type), intent(in) :: model  !< model with its blocks and materials
       type(reading_type), intent(in) :: reading  !< as read
       type(group_type), intent(in) :: group  !< of the input
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(material_type) :: own
       real(wp) :: density, speed(2)
       integer :: i

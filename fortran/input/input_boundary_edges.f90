@@ -25,7 +25,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(edge_piece_type), intent(in) :: pieces(:)  !< that it takes
       character(len=*), intent(in) :: direction  !< its direction, see `boundary_edge_type`
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       logical :: taken(size(model%blocks%owner))
       integer :: i, k
 
@@ -66,7 +66,7 @@ contains
    !> Direction of a boundary that acts in one direction.
    pure function unit_vector(blocks, piece, direction) result(vector)
       type(blocks_type), intent(in) :: blocks      !< of the model
-      type(edge_piece_type), intent(in) :: piece   !< that it acts on
+      type(edge_piece_type), intent(in) :: piece   !< piece that it acts on
       character(len=*), intent(in) :: direction    !< 'x', 'y' or 'normal'
       real(wp) :: vector(2)
 

@@ -62,7 +62,7 @@ contains
 
    !> Message for an unknown group, or a group for `sitedda build`: the closest name, or all.
    pure function unknown_group(name, file) result(message)
-      character(len=*), intent(in) :: name            !< as the input has it
+      character(len=*), intent(in) :: name            !< text as in the input
       character(len=*), intent(in) :: file            !< path of the input
       character(len=:), allocatable :: message
       integer :: g
@@ -83,7 +83,7 @@ contains
    !> Message for an unknown variable: the groups that have it, or the closest and all names.
    pure function unknown_variable(group, name) result(message)
       character(len=*), intent(in) :: group           !< that exists
-      character(len=*), intent(in) :: name            !< as the input has it
+      character(len=*), intent(in) :: name            !< text as in the input
       character(len=:), allocatable :: message
       type(variable_type), allocatable :: own(:)
       integer, allocatable :: homes(:)

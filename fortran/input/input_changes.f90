@@ -15,7 +15,7 @@ module dda_input_changes
    public :: change_type, change_text, typed_change
 
    character, parameter :: newline = achar(10), carriage_return = achar(13)
-   integer, parameter :: most_names = 8  !< that a message lists
+   integer, parameter :: most_names = 8  !< number of names that a message lists
 
    !> A variable by its path, and its new value.
    type :: change_type
@@ -47,7 +47,7 @@ contains
       character(len=*), intent(in) :: file                  !< path, for messages
       character(len=:), allocatable, intent(inout) :: text  !< of the input
       type(change_type), intent(inout) :: changes(:)        !< find their variables
-      type(error_type), allocatable, intent(inout) :: error !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error !< error, set on the first failure
       type(group_type), allocatable :: groups(:)
       integer :: i
 
@@ -63,7 +63,7 @@ contains
       type(change_type), intent(in) :: change       !< with its variable
       type(group_type), intent(inout) :: groups(:)  !< groups of the text; some receive values
       character(len=:), allocatable, intent(inout) :: text   !< of the input
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer, allocatable :: own(:)
       logical, allocatable :: chosen(:)
       type(spans_type), allocatable :: spans(:)
@@ -97,17 +97,17 @@ contains
    pure subroutine refuse(change, message, error)
       type(change_type), intent(in) :: change  !< with its path
       character(len=*), intent(in) :: message  !< sentence without the full stop
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       if (.not. allocated(error)) call fail(error, error_input, change%path//': '//message)
    end subroutine refuse
 
    !> Find group, name and variable of a path.
    subroutine find(change, groups, text, error)
-      type(change_type), intent(inout) :: change  !< with its path and value
+      type(change_type), intent(inout) :: change  !< change with its path and value
       type(group_type), intent(in) :: groups(:)   !< of the text
       character(len=*), intent(in) :: text        !< of the input
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer :: dot, last
 
       if (change%path == '') then
@@ -139,10 +139,10 @@ contains
 
    !> Find the only group to which a variable without a group can belong.
    subroutine find_home(change, groups, text, error)
-      type(change_type), intent(inout) :: change  !< with the name of its variable
+      type(change_type), intent(inout) :: change  !< change with the name of its variable
       type(group_type), intent(in) :: groups(:)   !< of the text
       character(len=*), intent(in) :: text        !< of the input
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(group_entry_type), allocatable :: homes(:)
       character(len=2*len(input_variables%name)), allocatable :: paths(:)
       logical, allocatable :: counts(:)
@@ -215,7 +215,7 @@ contains
 
    !> Text that suggests the most similar name; otherwise the known names.
    pure function meant(word, words, otherwise) result(hint)
-      character(len=*), intent(in) :: word, words(:)  !< not known; known ones
+      character(len=*), intent(in) :: word, words(:)  !< unknown word; known words
       character(len=*), intent(in) :: otherwise  !< words before the list of known ones, or none
       character(len=:), allocatable :: hint
       integer :: i
@@ -241,7 +241,7 @@ contains
    !> Find the named variable in an existing group.
    subroutine find_variable(change, error)
       type(change_type), intent(inout) :: change  !< with its group
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer :: g, v
 
       if (allocated(error)) return
@@ -262,7 +262,7 @@ contains
 
    !> Value as written in an input: texts in quotes, logical values with dots.
    pure function value_text(change) result(text)
-      type(change_type), intent(in) :: change  !< with its value and variable
+      type(change_type), intent(in) :: change  !< change with its value and variable
       character(len=:), allocatable :: text
       character(len=8) :: kind
       integer :: i
@@ -280,10 +280,10 @@ contains
 
    !> Mark the groups that a change selects: the only one, one by name or number, or all (*).
    subroutine choose(change, names, chosen, error)
-      type(change_type), intent(in) :: change   !< with group and name
+      type(change_type), intent(in) :: change   !< change with group and name
       character(len=*), intent(in) :: names(:)  !< names of the groups of its kind, or blank
       logical, allocatable, intent(out) :: chosen(:)  !< [groups] selected; none: add the group
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       character(len=max(len(names), 16)) :: known(size(names))
       integer :: i
 

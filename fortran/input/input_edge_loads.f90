@@ -26,8 +26,8 @@ contains
    !> Read all groups &traction and &water of an input.
    subroutine read_edge_loads(model, groups, error)
       type(model_type), intent(inout) :: model  !< with its blocks
-      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(edge_load_type) :: new
       integer :: i
 
@@ -52,7 +52,7 @@ contains
 
    !> Set the initial ends of the parts.
    pure subroutine mark_ends(blocks, load)
-      type(blocks_type), intent(in) :: blocks  !< in their initial state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their initial state
       type(edge_load_type), intent(inout) :: load  !< with its pieces
       integer :: k, i
 
@@ -71,7 +71,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(in) :: model  !< with its blocks
       type(edge_load_type), intent(out) :: new  !< by the group
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       type(traction_values) :: own
 
@@ -97,7 +97,7 @@ contains
       type(model_type), intent(in) :: model  !< with its blocks
       type(group_type), intent(in) :: group  !< of the input
       real(wp), intent(in) :: depth          !< as given, m
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       real(wp) :: wet, along(2)
       integer :: k
 
@@ -125,7 +125,7 @@ contains
       type(edge_load_type), intent(inout) :: load  !< its times
       real(wp), intent(in) :: time(:)        !< as given, s
       type(group_type), intent(in) :: group  !< of the input
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       load%held = size(time) == 0
       load%time = time
@@ -140,7 +140,7 @@ contains
       character(len=*), intent(in) :: name  !< of the variable
       real(wp), intent(in) :: given_values(:)  !< one at least
       real(wp), allocatable, intent(out) :: values(:)  !< [times]
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       values = given_values
       if (size(values) == 1) values = spread(values(1), 1, size(load%time))
@@ -153,7 +153,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(in) :: model  !< with its blocks
       type(edge_load_type), intent(out) :: new  !< by the group
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(water_values) :: own
 
       call read_values(group, own, error)
@@ -179,7 +179,7 @@ contains
       type(group_type), intent(in) :: group  !< of the group
       type(water_values), intent(in) :: own  !< its values
       type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< of edges
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       logical :: all_blocks(model%blocks%n), wanted(size(model%joints))
       type(edge_piece_type), allocatable :: free(:)
       integer :: v
@@ -239,8 +239,8 @@ contains
       type(edge_load_type), intent(inout) :: load  !< with its pieces
       type(model_type), intent(in) :: model  !< with its blocks
       type(group_type), intent(in) :: group  !< of the group
-      real(wp), intent(in) :: points(:,:)    !< [2,points] of the line, m
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      real(wp), intent(in) :: points(:,:)    !< [2,points] points of the line, m
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       real(wp), allocatable :: line(:,:)
       real(wp) :: low, high, rounding
       integer :: j
@@ -277,7 +277,7 @@ contains
       type(model_type), intent(in) :: model  !< with its blocks
       type(group_type), intent(in) :: group  !< of the group
       type(water_values), intent(in) :: own  !< its values
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       real(wp), allocatable :: line(:,:), values(:)
       type(edge_piece_type), allocatable :: all(:), found(:)
       integer :: j, n
@@ -303,7 +303,7 @@ contains
    !> Add pressures at the ends of parts on a segment.
    pure subroutine add_pressures(load, blocks, segment, values, pieces)
       type(edge_load_type), intent(inout) :: load  !< load with the earlier pieces
-      type(blocks_type), intent(in) :: blocks  !< in their initial state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their initial state
       real(wp), intent(in) :: segment(2, 2), values(2)  !< its ends, m; pressures there, Pa
       type(edge_piece_type), intent(in) :: pieces(:)  !< on it
       real(wp) :: more(2, size(pieces))
@@ -321,7 +321,7 @@ contains
 
    !> Position of an end of a part along a segment: 0 at its first point, 1 at its second.
    pure real(wp) function share_of(blocks, piece, i, segment) result(share)
-      type(blocks_type), intent(in) :: blocks     !< in their initial state
+      type(blocks_type), intent(in) :: blocks     !< blocks in their initial state
       type(edge_piece_type), intent(in) :: piece  !< of an edge
       integer, intent(in) :: i                    !< 1 or 2, end of the piece
       real(wp), intent(in) :: segment(2, 2)       !< its ends, m
@@ -338,7 +338,7 @@ contains
       type(group_type), intent(in) :: group  !< of the group
       real(wp), intent(in) :: segment(2, 2)  !< its ends, m
       type(edge_piece_type), intent(in) :: pieces(:)  !< on it
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       real(wp) :: along(2), done, reach, share(2)
       logical :: further
       integer :: k, i

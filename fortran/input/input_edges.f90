@@ -26,7 +26,7 @@ contains
       type(edges_values), intent(in) :: edges        !< what the group says of edges
       type(model_type), intent(in) :: model          !< with its blocks
       type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< in the order of the blocks
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       character(len=*), intent(in), optional :: side !< side, instead of that of the group
       logical :: wanted(model%blocks%n)
       character(len=name_length) :: own
@@ -55,10 +55,10 @@ contains
    subroutine take_polyline(group, name, points, origin, line, error)
       type(group_type), intent(in) :: group  !< of the input
       character(len=*), intent(in) :: name  !< of the variable
-      real(wp), intent(in) :: points(:,:)   !< [2,points] its value, m
-      real(wp), intent(in) :: origin(2)  !< of the engine's coordinates, m
+      real(wp), intent(in) :: points(:,:)   !< [2,points] positions, m
+      real(wp), intent(in) :: origin(2)  !< origin of the engine's coordinates, m
       real(wp), allocatable, intent(out) :: line(:,:)  !< [2,points] m
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       if (size(points, 2) < 2) call input_error(error, group, name//' has '// &
          to_text(size(points))//' values; it needs x and y of two points at least')
@@ -69,7 +69,7 @@ contains
    subroutine check_numbers(group, edges, error)
       type(group_type), intent(in) :: group  !< of the input
       type(edges_values), intent(in) :: edges  !< what the group says of edges
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer :: i
 
       do i = 1, size(edges%edges)
@@ -82,7 +82,7 @@ contains
    pure function numbered(blocks, pieces, numbers) result(found)
       type(blocks_type), intent(in) :: blocks          !< of the model
       type(edge_piece_type), intent(in) :: pieces(:)   !< to choose from
-      integer, intent(in) :: numbers(:)                !< of edges, from 1
+      integer, intent(in) :: numbers(:)                !< numbers of edges, from 1
       type(edge_piece_type), allocatable :: found(:)
       integer :: i
 

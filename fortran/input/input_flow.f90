@@ -30,9 +30,9 @@ contains
 
    !> Read everything in an input on water that flows.
    subroutine read_flow(model, groups, error)
-      type(model_type), intent(inout) :: model  !< with its blocks and edge loads
-      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(model_type), intent(inout) :: model  !< model with its blocks and edge loads
+      type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(flow_values), allocatable :: own(:)
       type(flow_boundary_values) :: unused
       integer :: law_of(size(model%joints)), i
@@ -71,7 +71,7 @@ contains
    subroutine limit_nodes(flow, group, error)
       type(flow_type), intent(in) :: flow    !< with its nodes
       type(group_type), intent(in) :: group  !< of the input
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer :: n
 
       n = size(flow%place, 2)
@@ -88,7 +88,7 @@ contains
       integer, intent(in) :: i                   !< its number
       type(flow_values), intent(out) :: own      !< its values
       integer, intent(inout) :: law_of(:)        !< [joints] group of each joint; 0: none
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       logical :: wanted(size(law_of))
 
       if (allocated(error)) return
@@ -119,8 +119,8 @@ contains
 
    !> Find channels wherever edges of two blocks lie along each other.
    subroutine find_channels(flow, blocks, law_of, longest)
-      type(flow_type), intent(inout) :: flow   !< gets channels and positions of nodes
-      type(blocks_type), intent(in) :: blocks  !< in their initial state
+      type(flow_type), intent(inout) :: flow   !< flow; receives channels and positions of nodes
+      type(blocks_type), intent(in) :: blocks  !< blocks in their initial state
       integer, intent(in) :: law_of(:)         !< [joints] group of each joint; 0: none
       real(wp), intent(in) :: longest(:)       !< [groups] channel, m
       type(neighbours_type) :: neighbours
@@ -153,8 +153,8 @@ contains
    subroutine add_channels(channels, count, blocks, edges, law, longest)
       type(channel_type), allocatable, intent(inout) :: channels(:)  !< lengthened where needed
       integer, intent(inout) :: count          !< of them
-      type(blocks_type), intent(in) :: blocks  !< in their initial state
-      integer, intent(in) :: edges(2)          !< by their first vertices
+      type(blocks_type), intent(in) :: blocks  !< blocks in their initial state
+      integer, intent(in) :: edges(2)          !< edges by their first vertices
       integer, intent(in) :: law               !< group &flow
       real(wp), intent(in) :: longest          !< channel, m
       type(channel_type) :: channel
@@ -189,8 +189,8 @@ contains
    !> Number the ends of channels; ends at the same position are one node.
    !> Cells of a grid contain their nodes as linked lists.
    pure subroutine number_nodes(flow, blocks)
-      type(flow_type), intent(inout) :: flow   !< gets nodes and their positions
-      type(blocks_type), intent(in) :: blocks  !< in their initial state
+      type(flow_type), intent(inout) :: flow   !< flow; receives nodes and their positions
+      type(blocks_type), intent(in) :: blocks  !< blocks in their initial state
       real(wp) :: place(2, 2*size(flow%channel)), low(2), extent(2), cell, reach
       integer, allocatable :: first(:,:)  ! node of each cell
       integer :: next(size(place, 2))     ! next node of the same cell
@@ -264,7 +264,7 @@ contains
    subroutine read_boundary(model, group, error)
       type(model_type), intent(inout) :: model  !< with flow
       type(group_type), intent(in) :: group     !< of the input
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(flow_boundary_values) :: own
       type(flow_boundary_type) :: new
       real(wp), allocatable :: line(:,:)
@@ -339,9 +339,9 @@ contains
    !> Set heads of nodes on faces under water, by &water or a level of &traction.
    !> In joints, the water is that of &flow.
    subroutine set_water(model, groups, error)
-      type(model_type), intent(inout) :: model   !< with flow and edge loads
-      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(model_type), intent(inout) :: model   !< model with flow and edge loads
+      type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer, allocatable :: at(:)
       integer :: i, k, load
 
@@ -367,7 +367,7 @@ contains
 
    !> .true. if no channel has an edge on which a load acts as a whole.
    pure logical function faces_alone(model, load)
-      type(model_type), intent(in) :: model  !< with flow and edge loads
+      type(model_type), intent(in) :: model  !< model with flow and edge loads
       integer, intent(in) :: load            !< number
       integer :: c, k
 
@@ -386,7 +386,7 @@ contains
 
    !> Add the head of a node that lies on part k of the faces under water.
    subroutine add_node(model, load, k, node)
-      type(model_type), intent(inout) :: model  !< with flow and edge loads
+      type(model_type), intent(inout) :: model  !< model with flow and edge loads
       integer, intent(in) :: load, k, node      !< numbers
       type(flow_boundary_type) :: new
       real(wp) :: head, along(2)

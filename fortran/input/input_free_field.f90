@@ -28,7 +28,7 @@ contains
       type(model_type), intent(in) :: model  !< with its blocks
       type(group_type), intent(in) :: group  !< of the input
       type(free_field_type), intent(inout) :: field  !< with its side
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(blocks_type) :: column
       type(edge_piece_type), allocatable :: left(:), right(:)
       type(weld_type), allocatable :: within(:)
@@ -62,7 +62,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(blocks_type), intent(in) :: blocks  !< that are tied
       type(tie_type), intent(in) :: ties(:)    !< all of them
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer :: i, k
 
       do i = 1, size(ties)
@@ -130,8 +130,8 @@ contains
    !> Check that no removal and no edge load acts on blocks of columns, which do not support them.
    subroutine check_columns(model, groups, error)
       type(model_type), intent(in) :: model  !< complete
-      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(boundary_values) :: boundary
       integer, allocatable :: own(:)
       integer :: i, k, g

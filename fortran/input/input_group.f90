@@ -48,7 +48,7 @@ contains
 
    !> Positions of the groups with a given name.
    pure function positions(groups, name) result(list)
-      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       character(len=*), intent(in) :: name       !< of groups
       integer, allocatable :: list(:)
       integer :: i
@@ -61,7 +61,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       integer, intent(in) :: v               !< position in `input_variables`
       integer, intent(out) :: i              !< position in `group%values`
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       do i = size(group%values), 1, -1
          if (group%values(i)%variable == v .and. group%values(i)%n > 0) return
@@ -75,7 +75,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       integer, intent(in) :: v               !< position in `input_variables`
       real(wp), intent(inout) :: value       !< value in its unit; unchanged if not given
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer :: i
 
       call find(group, v, i, error)
@@ -89,7 +89,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       integer, intent(in) :: v               !< position in `input_variables`
       integer, intent(inout) :: value        !< value; unchanged if not given
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       real(wp) :: number
 
       number = unset
@@ -103,7 +103,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       integer, intent(in) :: v               !< position in `input_variables`
       logical, intent(inout) :: value        !< value; unchanged if not given
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer :: i
 
       call find(group, v, i, error)
@@ -115,7 +115,7 @@ contains
       type(group_type), intent(in) :: group     !< of the input
       integer, intent(in) :: v                  !< position in `input_variables`
       character(len=*), intent(inout) :: value  !< value; unchanged if not given or blank
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(variable_type) :: variable
       character(len=:), allocatable :: text
       integer :: i
@@ -137,7 +137,7 @@ contains
       type(group_type), intent(in) :: group   !< of the input
       integer, intent(in) :: v                !< position in `input_variables`
       character(len=:), allocatable, intent(out) :: text  !< text; the default if not given
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer :: i
 
       text = trim(input_variables(v)%usual)
@@ -152,7 +152,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       integer, intent(in) :: v               !< position in `input_variables`
       real(wp), allocatable, intent(out) :: values(:)  !< values; none, or the default, if not given
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(variable_type) :: variable
       integer :: i
 
@@ -176,7 +176,7 @@ contains
       type(group_type), intent(in) :: group   !< of the input
       integer, intent(in) :: v                !< position in `input_variables`
       real(wp), intent(inout) :: values(:)    !< values; unchanged if not given
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       real(wp), allocatable :: own(:)
 
       call take_numbers(group, v, own, error)
@@ -188,7 +188,7 @@ contains
       type(group_type), intent(in) :: group   !< of the input
       integer, intent(in) :: v                !< position in `input_variables`
       real(wp), allocatable, intent(out) :: points(:,:)  !< [2, points] m; none if not given
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       real(wp), allocatable :: values(:)
 
       call take_numbers(group, v, values, error)
@@ -202,7 +202,7 @@ contains
       type(group_type), intent(in) :: group   !< of the input
       integer, intent(in) :: v                !< position in `input_variables`
       character(len=name_length), allocatable, intent(out) :: values(:)  !< as given
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       character(len=:), allocatable :: text
       integer :: i, k, n
 
@@ -220,7 +220,7 @@ contains
 
    !> Check that names do not exceed the largest length.
    pure subroutine check_length(error, group, name, text)
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(group_type), intent(in) :: group     !< of the input
       character(len=*), intent(in) :: name, text  !< of the variable; its value
 
@@ -230,9 +230,9 @@ contains
 
    !> Require numbers to be given and to be within the limits of the schema.
    pure subroutine require(error, group, names, values)
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(group_type), intent(in) :: group                  !< of the input
-      character(len=*), intent(in) :: names                  !< of the variables: 'x y …'
+      character(len=*), intent(in) :: names                  !< names of the variables: 'x y …'
       real(wp), intent(in) :: values(:)  !< one value per variable, in their units
       integer :: i, first, last
 
@@ -251,7 +251,7 @@ contains
 
    !> Check that a number is within the limits of its variable.
    pure subroutine check_number(error, group, variable, value)
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(group_type), intent(in) :: group                  !< of the input
       type(variable_type), intent(in) :: variable            !< of the schema
       real(wp), intent(in) :: value                          !< in its unit
@@ -274,10 +274,10 @@ contains
 
    !> Check that a word is one of those that the schema allows.
    pure subroutine check_word(error, group, variable, value)
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(group_type), intent(in) :: group                  !< of the input
       type(variable_type), intent(in) :: variable            !< of the schema
-      character(len=*), intent(in) :: value                  !< as the input has it
+      character(len=*), intent(in) :: value                  !< text as in the input
 
       if (scan(value, "'") > 0 .or. index(variable%allowed, "'"//trim(value)//"'") == 0) &
          call input_error(error, group, trim(variable%name)//' = '//quoted(value)// &
@@ -286,7 +286,7 @@ contains
 
    !> Require that a name is not used twice.
    pure subroutine require_new_name(error, group, name, others)
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(group_type), intent(in) :: group                  !< of the input
       character(len=*), intent(in) :: name                   !< that it gives
       character(len=*), intent(in) :: others(:)              !< earlier names of this kind
@@ -297,10 +297,10 @@ contains
 
    !> Find a name among those that may be referred to; otherwise 0 and an input error.
    pure subroutine require_name(error, group, name, value, names, kind, position)
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(group_type), intent(in) :: group                  !< of the input
       character(len=*), intent(in) :: name                   !< of the variable
-      character(len=*), intent(in) :: value                  !< as the input has it
+      character(len=*), intent(in) :: value                  !< text as in the input
       character(len=*), intent(in) :: names(:)               !< known ones
       character(len=*), intent(in) :: kind                   !< whose names they are: 'material', …
       integer, intent(out) :: position  !< in `names`

@@ -22,7 +22,7 @@ contains
       !> folder to which file names are relative, '' or ending in '/'
       character(len=*), intent(in) :: folder
       type(motion_type), intent(out) :: new  !< by the group
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(motion_values) :: own
       type(record_type) :: record
 
@@ -53,7 +53,7 @@ contains
       character(len=*), intent(in) :: path   !< of the record
       type(motion_values), intent(in) :: own !< of the group
       type(record_type), intent(out) :: record  !< as read
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(error_type), allocatable :: failure
 
       call read_record(record, path, trim(own%format), trim(own%quantity), trim(own%unit), &
@@ -66,7 +66,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(motion_values), intent(in) :: own !< of the group
       type(record_type), intent(out) :: record  !< as read
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       if (size(own%values) < 2) call input_error(error, group, &
          'values holds too few samples: at least 2 are needed')
@@ -88,7 +88,7 @@ contains
       type(record_type), intent(in) :: record  !< as read
       type(motion_values), intent(in) :: own !< of the group
       type(motion_type), intent(inout) :: new  !< gets its curves
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(error_type), allocatable :: failure
       type(baseline_type) :: baseline
 
@@ -113,10 +113,10 @@ contains
    !> Find a material and a joint by name; without a name the only or first one.
    subroutine find_substances(group, names, model, m, j, error)
       type(group_type), intent(in) :: group      !< of the input
-      type(naming_values), intent(in) :: names   !< that it has, or blank
-      type(model_type), intent(in) :: model      !< with its materials and joints
+      type(naming_values), intent(in) :: names   !< names that it has, or blank
+      type(model_type), intent(in) :: model      !< model with its materials and joints
       integer, intent(out) :: m, j               !< positions in the model's lists
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       m = 1
       j = 1

@@ -17,8 +17,8 @@ contains
    !> Read all measured joints of an input.
    subroutine read_measured_joints(model, groups, error)
       type(model_type), intent(inout) :: model   !< with its blocks
-      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(measured_joint_type) :: new
       integer, allocatable :: joints(:)
       integer :: i
@@ -38,9 +38,9 @@ contains
    !> Read one group; if no blocks are named against, all others are.
    subroutine read_measured_joint(group, names, new, error)
       type(group_type), intent(in) :: group    !< of the input
-      character(len=*), intent(in) :: names(:) !< [n] of the blocks
+      character(len=*), intent(in) :: names(:) !< [n] names of the blocks
       type(measured_joint_type), intent(out) :: new          !< by the group
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(measured_joint_values) :: own
       logical :: one(size(names)), other(size(names))
 

@@ -16,7 +16,7 @@ contains
       character(len=*), intent(in) :: names(:)        !< known ones
       type(group_type), intent(in) :: group           !< of the group
       logical, intent(inout) :: marked(:)             !< [names] named in the list, or marked before
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       character(len=:), allocatable :: rest, entry
       integer :: comma, star, i
       logical :: found

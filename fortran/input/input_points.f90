@@ -30,7 +30,7 @@ contains
       character(len=*), intent(in) :: wanted     !< name or number of a block, or blank
       real(wp), intent(in) :: point(2)           !< m
       integer, intent(out) :: b  !< its number; 0 on failure
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       character(len=:), allocatable :: words
 
       b = 0
@@ -58,9 +58,9 @@ contains
    integer function number_of_block(group, variable, names, wanted, error) result(b)
       type(group_type), intent(in) :: group      !< of the input
       character(len=*), intent(in) :: variable   !< that says which
-      character(len=*), intent(in) :: names(:)   !< [n] of the blocks
+      character(len=*), intent(in) :: names(:)   !< [n] names of the blocks
       character(len=*), intent(in) :: wanted     !< name or number of a block
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer :: status
 
       b = findloc(names == wanted, .true., 1)
@@ -90,7 +90,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(in) :: model  !< with its blocks
       type(fixed_point_type), intent(out) :: new  !< by the group
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(fixed_point_values) :: own
 
       call read_values(group, own, error)
@@ -109,7 +109,7 @@ contains
       type(point_values), intent(in) :: point  !< of the group
       real(wp), intent(out) :: place(2), reference(2)  !< m; offset from the block's centroid, m
       integer, intent(out) :: b          !< its number; 0 on failure
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       place = [point%x, point%y] - model%origin
       call find_block(group, model, point%block, place, b, error)
@@ -123,7 +123,7 @@ contains
       character(len=*), intent(in) :: names(2)     !< or blank
       type(motion_type), intent(in) :: motions(:)  !< of the model
       integer, intent(inout) :: found(2)           !< positions; unchanged without a name
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       character(len=*), intent(in), optional :: stem  !< stem of the variables; default: motion_
       character(len=:), allocatable :: variable
       integer :: i
@@ -141,7 +141,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(in) :: model  !< with its blocks
       type(load_type), intent(out) :: new  !< by the group
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(load_values) :: own
       real(wp) :: place(2)
       integer :: n
@@ -163,7 +163,7 @@ contains
 
    !> Check the times of a load: at least two, not descending.
    subroutine check_times(error, group, time)
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(group_type), intent(in) :: group      !< of the input
       real(wp), intent(in) :: time(:)            !< as given, s
 
@@ -177,7 +177,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(in) :: model  !< with its blocks
       type(point_type), intent(out) :: new  !< by the group
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(measured_point_values) :: own
 
       call read_values(group, own, error)
@@ -205,7 +205,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(point_type), intent(in) :: points(:)  !< measured points of the model
       type(amplification_type), intent(out) :: new  !< points, axis, band (Hz)
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(amplification_values) :: own
 
       call read_values(group, own, error)

@@ -33,7 +33,7 @@ contains
    !> Text of all values: {"group": [{"variable": value, …}, …], …}.
    pure function resolved_values(model, groups) result(text)
       type(model_type), intent(in) :: model      !< of the input
-      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
+      type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       character(len=:), allocatable :: text
       type(page_type) :: page
       integer, allocatable :: small(:), own(:)

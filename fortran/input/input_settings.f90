@@ -22,7 +22,7 @@ contains
       logical, intent(in) :: staged  !< the input has groups &stage
       type(control_type), intent(out) :: settings  !< by the group
       type(control_values), intent(out) :: own     !< its values
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       call read_values(group, own, error)
       if (.not. staged) call count_steps(error, group, own%time_step, own%duration, own%steps)
@@ -41,7 +41,7 @@ contains
 
    !> Require plane strain or plane stress if waves matter, since wave velocities depend on it.
    pure subroutine require_analysis(error, group, control, what)
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(group_type), intent(in) :: group        !< name of the group that requires it
       type(control_type), intent(in) :: control    !< as read
       character(len=*), intent(in) :: what         !< text on waves in that group
@@ -53,7 +53,7 @@ contains
 
    !> Reject steps in &control if stages have their own.
    subroutine refuse_steps(error, group, own)
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(group_type), intent(in) :: group     !< of the group
       type(control_values), intent(in) :: own   !< its values
 
@@ -64,7 +64,7 @@ contains
 
    !> Find the number of steps from `steps` or `duration`.
    subroutine count_steps(error, group, time_step, duration, steps)
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(group_type), intent(in) :: group  !< of the group
       real(wp), intent(in) :: time_step, duration  !< s, or `unset`
       real(wp), intent(inout) :: steps  !< `unset` if `duration` is given
@@ -86,7 +86,7 @@ contains
    subroutine read_contact(group, settings, error)
       type(group_type), intent(in) :: group  !< of the input
       type(contact_settings_type), intent(out) :: settings  !< by the group
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       call read_values(group, settings%contact_values, error)
       settings%original_rules = settings%contact_rules == 'original'
@@ -96,7 +96,7 @@ contains
    subroutine read_output(group, settings, error)
       type(group_type), intent(in) :: group  !< of the input
       type(output_settings_type), intent(inout) :: settings  !< on entry with the default file
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(output_values) :: own
 
       call read_values(group, own, error)
@@ -110,10 +110,10 @@ contains
 
    !> Check that an output interval is a multiple of fixed time steps.
    pure subroutine check_output_times(error, group, settings, stages)
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
-      type(group_type), intent(in) :: group                  !< of the group &output
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(group_type), intent(in) :: group                  !< group of the group &output
       type(output_settings_type), intent(in) :: settings     !< as read
-      type(stage_type), intent(in) :: stages(:)              !< of the model, with fixed steps
+      type(stage_type), intent(in) :: stages(:)  !< stages of the model, with fixed steps
       real(wp) :: seconds, ratio
       integer :: kind, s
 

@@ -23,9 +23,9 @@ contains
    !> Read the stages of an input; without &stage, they follow from &control.
    !> They are a static stage, if the model settles, and a dynamic stage.
    subroutine read_stages(model, groups, error)
-      type(model_type), intent(inout) :: model  !< with blocks, supports, motions, materials
-      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(model_type), intent(inout) :: model  !< model with blocks, supports, motions, materials
+      type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer, allocatable :: own(:)
       integer :: s
 
@@ -48,7 +48,7 @@ contains
 
    !> Stages of a run without &stage groups.
    pure subroutine stages_of_control(model)
-      type(model_type), intent(inout) :: model  !< as read from the input
+      type(model_type), intent(inout) :: model  !< model as read from the input
       integer :: s
 
       associate (control => model%control)
@@ -74,7 +74,7 @@ contains
 
    !> Stage without changes of the model.
    pure subroutine change_nothing(model, stage)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       type(stage_type), intent(inout) :: stage
       integer :: i
 
@@ -104,7 +104,7 @@ contains
 
    !> Deactivate fixed points and loads until the stage that adds them.
    pure subroutine wait_for_stages(model)
-      type(model_type), intent(inout) :: model  !< with all its stages
+      type(model_type), intent(inout) :: model  !< model with all its stages
       integer :: s, i
 
       do s = 1, size(model%stages)
@@ -127,7 +127,7 @@ contains
 
    !> Copy the settings of the first dynamic stage, which checks use.
    pure subroutine begin_control(model)
-      type(model_type), intent(inout) :: model  !< as read from the input
+      type(model_type), intent(inout) :: model  !< model as read from the input
       integer :: dynamic
 
       dynamic = findloc(model%stages%static, .false., 1)
@@ -143,9 +143,9 @@ contains
    !> Read one &stage.
    subroutine read_stage(group, model, s, error)
       type(group_type), intent(in) :: group  !< of the input
-      type(model_type), intent(inout) :: model  !< as read from the input
+      type(model_type), intent(inout) :: model  !< model as read from the input
       integer, intent(in) :: s  !< number of the stage
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(stage_values) :: own
 
       call read_values(group, own, error)
@@ -163,11 +163,11 @@ contains
 
    !> Find the items that the lists of a stage name.
    subroutine read_lists(model, group, own, stage, error)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       type(group_type), intent(in) :: group  !< of the input
       type(stage_values), intent(in) :: own  !< its values
       type(stage_type), intent(inout) :: stage
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       character(len=64) :: names(size(stage%added))
 
       names(:size(model%bolts)) = model%bolts%name
@@ -190,7 +190,7 @@ contains
       type(stage_values), intent(inout) :: own       !< values of the group
       type(control_type), intent(in) :: control      !< defaults
       type(group_type), intent(in) :: group          !< of the input
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(control_type) :: settings
 
       if (allocated(error)) return
@@ -215,7 +215,7 @@ contains
       character(len=*), intent(in) :: list, kind     !< list as read; 'joint' or 'material'
       character(len=*), intent(in) :: names(:)       !< known ones
       integer, intent(inout) :: new(:)               !< [names] replacement of each
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       character(len=:), allocatable :: variable, rest, entry
       integer :: comma, arrow, from, to
 
@@ -241,10 +241,10 @@ contains
 
    !> Check that items are removed once and motions begin once.
    subroutine check_history(model, s, group, error)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       integer, intent(in) :: s  !< stage just read
       type(group_type), intent(in) :: group
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       logical :: gone(model%blocks%n)
       integer :: k
 

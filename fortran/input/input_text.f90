@@ -40,7 +40,7 @@ contains
 
    !> Return an input error at the position of a group.
    pure subroutine input_error(error, group, message)
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(group_type), intent(in) :: group    !< group of the message
       character(len=*), intent(in) :: message  !< sentence without the full stop
 
@@ -51,7 +51,7 @@ contains
    pure subroutine parse_group(text, group, error, spans)
       character(len=*), intent(in) :: text           !< of the input
       type(group_type), intent(inout) :: group       !< a known group, with its position in the text
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       !> positions of its assignments, which may change
       type(span_type), allocatable, intent(inout), optional :: spans(:)
       type(value_type), allocatable :: values(:)
@@ -127,7 +127,7 @@ contains
       type(group_type), intent(in) :: group  !< with its values
       integer, intent(in) :: g               !< its position in `input_groups`
       logical, intent(in) :: words  !< check only exclusions by words: the group may be incomplete
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer :: r, at, first
       logical :: met
 
@@ -259,7 +259,7 @@ contains
    subroutine split_groups(file, text, groups, error)
       character(len=*), intent(in) :: file  !< for messages
       character(len=*), intent(in) :: text  !< of the input
-      type(group_type), allocatable, intent(out) :: groups(:)  !< in the order of the text
+      type(group_type), allocatable, intent(out) :: groups(:)  !< groups in the order of the text
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: at, line, count
 

@@ -381,7 +381,7 @@ contains
 
    !> Text at a position of the list, if one is given there.
    pure subroutine text_at(value, i, text)
-      class(value_type), intent(in) :: value  !< of a name, word or text
+      class(value_type), intent(in) :: value  !< value of a name, word or text
       integer, intent(in) :: i                !< position
       character(len=:), allocatable, intent(inout) :: text  !< text as given, or unchanged
 

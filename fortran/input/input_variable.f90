@@ -8,7 +8,7 @@ module dda_input_variable
    public :: group_entry_type, rule_type, variable_type, above_zero, unset, usable
 
    real(wp), parameter :: usable = 1.0e30_wp           !< no input number is larger
-   real(wp), parameter :: above_zero = tiny(1.0_wp)    !< as `lowest`: any positive number
+   real(wp), parameter :: above_zero = tiny(1.0_wp)    !< `lowest` for any positive number
 
    !> A group of the input.
    type :: group_entry_type
@@ -25,7 +25,7 @@ module dda_input_variable
       integer :: size             !< largest number of values; 0: a single value, no list
       real(wp) :: lowest = -usable, highest = usable  !< of each number
       real(wp) :: preset = unset  !< default of a number
-      character(len=128) :: allowed = ''  !< of a word: "'one', 'another'"
+      character(len=128) :: allowed = ''  !< allowed words: "'one', 'another'"
       logical :: required = .false.
       character(len=16) :: usual = ''    !< default of a word
       character(len=12) :: switch = ''   !< variable on which it depends, if any

@@ -21,9 +21,9 @@ contains
    !> Weld cells of bodies at their common faces.
    subroutine weld_cells(model, groups, outlines, error)
       type(model_type), intent(inout) :: model     !< with its blocks
-      type(group_type), intent(in) :: groups(:)    !< of the input, in its order
+      type(group_type), intent(in) :: groups(:)    !< groups of the input, in its order
       type(outlines_type), intent(in) :: outlines  !< of all blocks
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer :: b, other
 
       if (allocated(error)) return
@@ -56,8 +56,8 @@ contains
    !> The joint is that between their materials, else the one of both with less tensile strength.
    subroutine set_fracture(model, groups, error)
       type(model_type), intent(inout) :: model   !< with its welds
-      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer :: joint(size(model%materials)), own(size(model%materials)), i, m
 
       joint = 0
@@ -86,8 +86,8 @@ contains
    !> Set the joint that replaces faces between two materials, if one is named for them.
    subroutine set_interfaces(model, groups, error)
       type(model_type), intent(inout) :: model   !< with its welds
-      type(group_type), intent(in) :: groups(:)  !< of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer :: own(size(model%joints)), pair(2), i, j, k
 
       own = positions(groups, 'joint')
@@ -177,7 +177,7 @@ contains
    !> Remaining cells would have faces without welds and edges that are not sides.
    subroutine check_bodies(model, error)
       type(model_type), intent(in) :: model  !< with its stages
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer :: s, i
 
       if (allocated(error)) return
@@ -198,7 +198,7 @@ contains
    !> Text of a block in a message: number and name.
    pure function block_title(b, name) result(title)
       integer, intent(in) :: b  !< number of the block
-      character(len=*), intent(in) :: name  !< of the block, or blank
+      character(len=*), intent(in) :: name  !< name of the block, or blank
       character(len=:), allocatable :: title
 
       title = trim('block '//to_text(b)//' '//name)

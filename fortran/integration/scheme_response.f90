@@ -26,7 +26,7 @@ module dda_scheme_response
       complex(wp) :: end_stiffness  !< factor of stiffness at the end of the step
       complex(wp) :: mean_dashpot   !< factor of dashpots on d/Δt, 1/s
       complex(wp) :: end_dashpot    !< factor of dashpots on the end velocity, 1/s
-      complex(wp) :: load           !< of forces at t₀ + θΔt
+      complex(wp) :: load           !< factor of forces at t₀ + θΔt
    end type steady_type
 
 contains

@@ -86,10 +86,10 @@ contains
 
    !> Create the blocks from polygons, unstrained in their reference shape.
    subroutine set_blocks(blocks, first, vertices, material, joint, materials, plane_strain)
-      type(blocks_type), intent(out) :: blocks !< in their initial state
+      type(blocks_type), intent(out) :: blocks !< blocks in their initial state
       integer, intent(in) :: first(:)         !< [n+1] first vertex of each polygon
       real(wp), intent(in) :: vertices(:,:)   !< [2, any] counter-clockwise, m
-      integer, intent(in) :: material(:)               !< [n] of each block
+      integer, intent(in) :: material(:)               !< [n] material of each block
       integer, intent(in) :: joint(:)  !< [vertices] joint of the edge that begins there
       type(material_type), intent(in) :: materials(:)  !< [materials]
       logical, intent(in) :: plane_strain              !< else plane stress
@@ -110,8 +110,9 @@ contains
       blocks%half_size = 0.5_wp*maxval(maxval(blocks%vertex, 2) - minval(blocks%vertex, 2))
    end subroutine set_blocks
 
+   !> Allocate the arrays of blocks and vertices.
    pure subroutine allocate_blocks(blocks, n, vertices)
-      type(blocks_type), intent(inout) :: blocks  !< gets all arrays of a model
+      type(blocks_type), intent(inout) :: blocks  !< blocks; receives all arrays of a model
       integer, intent(in) :: n, vertices          !< numbers of blocks and of vertices
 
       blocks%n = n
@@ -133,7 +134,7 @@ contains
 
    !> Allocate the additional arrays of blocks that steps need.
    pure subroutine begin_motion(blocks)
-      type(blocks_type), intent(inout) :: blocks  !< in their initial state
+      type(blocks_type), intent(inout) :: blocks  !< blocks in their initial state
 
       allocate (blocks%acceleration(6, blocks%n), blocks%mean_velocity(6, 4, blocks%n), &
          source=0.0_wp)
@@ -152,7 +153,7 @@ contains
 
    !> Set the damping of the materials; strains count from the present ones.
    subroutine set_damping(blocks, damping)
-      type(blocks_type), intent(inout) :: blocks  !< in their initial state
+      type(blocks_type), intent(inout) :: blocks  !< blocks in their initial state
       type(damping_type), intent(in) :: damping(:)  !< [materials] fitted
 
       if (.not. any(is_damped(damping))) return
@@ -173,7 +174,7 @@ contains
 
    !> Reset the Maxwell bodies of all blocks: strains count from the present ones.
    pure subroutine begin_memory(blocks)
-      type(blocks_type), intent(inout) :: blocks  !< in their present state
+      type(blocks_type), intent(inout) :: blocks  !< blocks in their present state
 
       if (.not. has_memory(blocks)) return
       blocks%rest_strain = blocks%position(4:6, :)
@@ -182,7 +183,7 @@ contains
 
    !> Strain (r − 1) e − r Σ ζ_l that the Maxwell body of block b adds to the elastic strain.
    pure function memory_strain(blocks, b) result(strain)
-      type(blocks_type), intent(in) :: blocks  !< in their present state
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       integer, intent(in) :: b                 !< number of the block
       real(wp) :: strain(3)
       integer :: l
@@ -232,9 +233,9 @@ contains
    !> Give block b another material in its present state; its stress does not change.
    !> A new Maxwell body counts strains from the present one.
    pure subroutine change_material(blocks, b, number, material, plane_strain)
-      type(blocks_type), intent(inout) :: blocks  !< in their present state
+      type(blocks_type), intent(inout) :: blocks  !< blocks in their present state
       integer, intent(in) :: b       !< number of the block
-      integer, intent(in) :: number  !< of the new material
+      integer, intent(in) :: number  !< number of the new material
       type(material_type), intent(in) :: material  !< the new one
       logical, intent(in) :: plane_strain          !< else plane stress
       real(wp) :: stiffness(3, 3)
@@ -257,7 +258,7 @@ contains
 
    !> Remove block b from the model: it retains position and inertia, but nothing acts on it.
    pure subroutine remove_block(blocks, b)
-      type(blocks_type), intent(inout) :: blocks  !< in their present state
+      type(blocks_type), intent(inout) :: blocks  !< blocks in their present state
       integer, intent(in) :: b  !< number of the block
 
       blocks%removed(b) = .true.
@@ -320,6 +321,7 @@ contains
       end do
    end subroutine update_geometry
 
+   !> Update the geometry of blocks first … last.
    pure subroutine update_geometry_range(blocks, first, last)
       type(blocks_type), intent(inout) :: blocks  !< coordinates; geometry is replaced
       integer, intent(in) :: first, last          !< blocks
@@ -473,7 +475,7 @@ contains
 
    !> Smaller side of a bounding box of block b along the axes of the model, m.
    pure real(wp) function smaller_side(blocks, b) result(side)
-      type(blocks_type), intent(in) :: blocks  !< with their reference shapes
+      type(blocks_type), intent(in) :: blocks  !< blocks with their reference shapes
       integer, intent(in) :: b                 !< block
 
       associate (shape => blocks%reference(:, blocks%first(b):blocks%first(b + 1) - 1))

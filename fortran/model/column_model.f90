@@ -60,9 +60,9 @@ contains
 
    !> Copy some blocks of a model, in their initial state, and their welds.
    subroutine take_blocks(model, list, blocks, welds)
-      type(model_type), intent(in) :: model  !< with its blocks and materials
+      type(model_type), intent(in) :: model  !< model with its blocks and materials
       integer, intent(in) :: list(:)         !< [any] numbers of blocks, ascending
-      type(blocks_type), intent(out) :: blocks  !< in their initial state
+      type(blocks_type), intent(out) :: blocks  !< blocks in their initial state
       type(weld_type), allocatable, intent(out) :: welds(:)  !< between them
       integer, allocatable :: vertex(:)
       integer :: number(model%blocks%n), of_vertex(size(model%blocks%owner))
@@ -135,7 +135,7 @@ contains
    !> Copy a stage without objects that the column does not have.
    pure type(stage_type) function column_stage(stage, block, kept) result(own)
       type(stage_type), intent(in) :: stage  !< of the model
-      integer, intent(in) :: block(:)        !< [any] of the column
+      integer, intent(in) :: block(:)        !< [any] block of the column
       logical, intent(in) :: kept(:)         !< [fixed points] .true. if the column has the point
 
       own = stage

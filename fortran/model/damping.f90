@@ -131,7 +131,7 @@ contains
    subroutine fit_body(damping, limit, error)
       type(damping_type), intent(inout) :: damping  !< given: ratio, reference, band, n
       real(wp), intent(in) :: limit  !< largest ω_l that all stages admit, rad/s
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer :: n
 
       if (.not. damping%band(2) > 0.0_wp) damping%band = [automatic_band(1), &
@@ -174,7 +174,7 @@ contains
 
    !> Fit the body with a given number of mechanisms; those without weight are omitted.
    subroutine fit_mechanisms(damping, n, limit)
-      type(damping_type), intent(inout) :: damping  !< gets ω_l, Y_l, r and misfit
+      type(damping_type), intent(inout) :: damping  !< damping; receives ω_l, Y_l, r and misfit
       integer, intent(in) :: n      !< mechanisms
       real(wp), intent(in) :: limit !< rad/s
       real(wp) :: matrix(samples*n, n), right(samples*n), weight(n), own(n), omega(samples*n)

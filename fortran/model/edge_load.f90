@@ -20,7 +20,7 @@ module dda_edge_load
       integer :: kind = load_uniform
       logical :: present = .true.                    !< present; a stage may add or remove it
       logical :: follows = .true.  !< load follows the moving edges; .false.: initial edges
-      type(edge_piece_type), allocatable :: piece(:) !< that it acts on
+      type(edge_piece_type), allocatable :: piece(:) !< piece that it acts on
       real(wp), allocatable :: ends(:,:,:)           !< [2,2,pieces] initial ends of the pieces, m
       real(wp), allocatable :: at_ends(:,:)          !< [2,pieces] pressures of `load_line`, Pa
       real(wp), allocatable :: line(:,:)             !< [2,points] phreatic line, x ascending, m

@@ -11,7 +11,7 @@ module dda_edge_piece
 
    !> A part of an edge; it moves and strains with its block.
    type :: edge_piece_type
-      integer :: block = 0              !< that owns the edge
+      integer :: block = 0              !< block that owns the edge
       integer :: edge = 0               !< edge, given by its first vertex, counter-clockwise
       real(wp) :: from = 0.0_wp         !< fraction of the edge length at its start, 0 … 1
       real(wp) :: to = 1.0_wp           !< and ends
@@ -35,7 +35,7 @@ contains
 
    !> Present length of the part, m.
    pure real(wp) function piece_length(blocks, piece)
-      type(blocks_type), intent(in) :: blocks      !< in their present state
+      type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       type(edge_piece_type), intent(in) :: piece   !< of an edge
 
       piece_length = (piece%to - piece%from)*blocks%length(piece%edge)
@@ -43,7 +43,7 @@ contains
 
    !> Present outward normal of the part; turned by +90° it points from its first to its last end.
    pure function piece_normal(blocks, piece) result(normal)
-      type(blocks_type), intent(in) :: blocks      !< in their present state
+      type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       type(edge_piece_type), intent(in) :: piece   !< of an edge
       real(wp) :: normal(2)
 

@@ -41,7 +41,7 @@ module dda_flow
 
    !> Head, pressure or inflow at nodes over time (group &flow_boundary).
    type :: flow_boundary_type
-      integer, allocatable :: node(:)       !< that it acts on
+      integer, allocatable :: node(:)       !< node that it acts on
       logical :: inflow = .false.           !< values are inflows; .false.: pressures at y = 0
       logical :: head = .false.  !< values are heads: pressures are hydrostatic below them
       logical :: dry_above = .false.        !< nodes above the level are open to the air: p = 0
@@ -57,8 +57,8 @@ module dda_flow
       type(channel_type), allocatable :: channel(:)
       type(flow_boundary_type), allocatable :: boundary(:)
       real(wp), allocatable :: place(:,:)      !< [2,nodes] initial positions, m
-      real(wp), allocatable :: pressure(:)     !< [nodes] at the start, Pa
-      real(wp), allocatable :: saturation(:)   !< [nodes] at the start, 0 … 1
+      real(wp), allocatable :: pressure(:)     !< [nodes] pressure at the start, Pa
+      real(wp), allocatable :: saturation(:)   !< [nodes] saturation at the start, 0 … 1
       integer :: state(2) = [flow_steady, flow_undrained]  !< state in static and dynamic stages
    end type flow_type
 

@@ -87,7 +87,7 @@ module dda_material_law
          import :: material_law_type, strain_point_type, wp
          class(material_law_type), intent(in) :: self  !< law
          type(strain_point_type), intent(in) :: point  !< at its position
-         real(wp), intent(in) :: state(:)              !< [any] of the point
+         real(wp), intent(in) :: state(:)              !< [any] state of the point
          real(wp), intent(in) :: strain(3)             !< ε
       end function stored_interface
    end interface
@@ -116,7 +116,7 @@ contains
    !> Size of the plastic strain of a point; default: 0.
    pure real(wp) function no_plastic_strain(self, state)
       class(material_law_type), intent(in) :: self  !< law
-      real(wp), intent(in) :: state(:)              !< [any] of a point
+      real(wp), intent(in) :: state(:)              !< [any] state of a point
 
       no_plastic_strain = 0.0_wp
    end function no_plastic_strain
@@ -132,7 +132,7 @@ contains
    pure real(wp) function no_cap(self, point, state, strain)
       class(material_law_type), intent(in) :: self  !< law
       type(strain_point_type), intent(in) :: point  !< of the face
-      real(wp), intent(in) :: state(:)              !< [any] of the point
+      real(wp), intent(in) :: state(:)              !< [any] state of the point
       real(wp), intent(in) :: strain(3)             !< ε at the start of the step
 
       no_cap = huge(1.0_wp)
@@ -142,7 +142,7 @@ contains
    !> strains are small.
    pure function no_shape_stress(self, state) result(stress)
       class(material_law_type), intent(in) :: self  !< law
-      real(wp), intent(in) :: state(:)              !< [any] of the point
+      real(wp), intent(in) :: state(:)              !< [any] state of the point
       real(wp) :: stress(3)
 
       stress = 0.0_wp
@@ -151,7 +151,7 @@ contains
    !> Mean in-plane pressure at the end of the last step, Pa; default: 0.
    pure real(wp) function no_pressure(self, state)
       class(material_law_type), intent(in) :: self  !< law
-      real(wp), intent(in) :: state(:)              !< [any] of the point
+      real(wp), intent(in) :: state(:)              !< [any] state of the point
 
       no_pressure = 0.0_wp
    end function no_pressure

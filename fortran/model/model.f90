@@ -88,7 +88,7 @@ contains
 
    !> .true. if a support fixes the boundary in static stages.
    pure logical function is_held(model)  ! total
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
 
       is_held = size(model%fixed_points) > 0 .or. size(model%boundaries) > 0
    end function is_held
@@ -96,7 +96,7 @@ contains
    !> Velocity, m/s, of all supports and boundaries after their motions, along x and y.
    !> It is zero if they do not continue with the same velocity.
    pure function drift_velocity(model) result(velocity)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       real(wp) :: velocity(2)
       real(wp) :: own, after(0:size(model%motions))
       logical :: found
@@ -123,21 +123,21 @@ contains
 
    !> Number of steps of all stages, without repeated steps.
    pure integer(long) function run_steps(model)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
 
       run_steps = sum(model%stages%steps)
    end function run_steps
 
    !> Duration of all stages, s; static stages have none.
    pure real(wp) function run_duration(model)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
 
       run_duration = sum(model%stages%steps*model%stages%time_step)
    end function run_duration
 
    !> Text of the block files and the checksums of their contents, one per line.
    pure function block_sources(model) result(text)  ! total
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       character(len=:), allocatable :: text
       character(len=16) :: digits
       integer :: i
@@ -155,7 +155,7 @@ contains
 
    !> Contact force due to rounding of positions, N/m.
    pure real(wp) function force_noise(model, stiffness)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       real(wp), intent(in) :: stiffness  !< stiffness of joints that are stiffer than contacts, N/m
 
       force_noise = 16*epsilon(1.0_wp)*half_size(model%blocks) &

@@ -17,7 +17,7 @@ contains
 
    !> Text: one line on the elastic law, and one line per motion.
    pure function model_description(model) result(lines)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       character(len=line_length), allocatable :: lines(:)
       integer :: i
 

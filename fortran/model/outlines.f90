@@ -38,7 +38,7 @@ contains
       integer, intent(in) :: material, joint, source  !< see `outlines_type`
       character(len=*), intent(in) :: name            !< '' if it has none
       integer, intent(in), optional :: edge_joints(:) !< [edges] instead of `joint`
-      character(len=*), intent(in), optional :: body  !< that it is a cell of
+      character(len=*), intent(in), optional :: body  !< body that it is a cell of
       integer :: n, last
 
       n = outlines%n + 1

@@ -15,7 +15,7 @@ module dda_stage
       real(wp) :: time_step = 0.0_wp         !< Δt, s, of a dynamic stage
       integer(long) :: steps = 0             !< number of steps of a dynamic stage
       real(wp) :: duration = 0.0_wp          !< duration as given, s; 0: `steps` is given
-      character(len=16) :: integration = ''  !< of a dynamic stage
+      character(len=16) :: integration = ''  !< integration of a dynamic stage
       real(wp) :: theta = 0.75_wp            !< of integration 'theta'
       logical :: zero_displacements = .false. !< measured displacements count from its beginning
       logical, allocatable :: removed(:)     !< [blocks] removed

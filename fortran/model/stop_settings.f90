@@ -8,7 +8,7 @@ module dda_stop_settings
 
    !> Limits; each limit above 0 is active.
    type :: stop_settings_type
-      real(wp) :: displacement = 0.0_wp    !< of a centroid, m
+      real(wp) :: displacement = 0.0_wp    !< displacement of a centroid, m
       real(wp) :: tilt = 0.0_wp            !< tilt of a block in either direction, rad
       integer :: fallen = 0                !< number of blocks displaced by more than their size
       real(wp) :: rest_time = 0.0_wp       !< s without movement

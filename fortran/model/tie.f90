@@ -27,7 +27,7 @@ contains
       type(blocks_type), intent(in) :: blocks             !< at the start
       type(edge_piece_type), intent(in) :: first(:)       !< faces
       type(edge_piece_type), intent(in) :: second(:)      !< faces with opposite normals
-      real(wp), intent(in) :: shift(2)                    !< m, of the second ones
+      real(wp), intent(in) :: shift(2)                    !< shift of the second faces, m
       type(tie_type), allocatable, intent(out) :: ties(:)  !< two ties per pair of touching faces
       type(weld_type), allocatable, intent(out) :: welds(:)  !< one weld per pair of cells
       integer :: i, k
@@ -54,7 +54,7 @@ contains
    pure subroutine tie_pair(blocks, e, f, shift, ties, welds)
       type(blocks_type), intent(in) :: blocks             !< at the start
       integer, intent(in) :: e, f                         !< faces, given by their first vertices
-      real(wp), intent(in) :: shift(2)                    !< m, of the second one
+      real(wp), intent(in) :: shift(2)                    !< shift of the second face, m
       type(tie_type), allocatable, intent(inout) :: ties(:)
       type(weld_type), allocatable, intent(inout) :: welds(:)
       real(wp) :: low, high, length, small

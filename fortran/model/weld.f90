@@ -23,7 +23,7 @@ module dda_weld
       real(wp) :: length = 0.0_wp        !< L, m
       real(wp) :: along(2) = 0.0_wp      !< unit vector from a to b
       real(wp) :: middle(2, 2) = 0.0_wp  !< offsets ρ of its midpoint in both cells, m
-      real(wp) :: area(2) = 0.0_wp       !< of its triangles, m²
+      real(wp) :: area(2) = 0.0_wp       !< area of its triangles, m²
       !> m, added to positions of the second cell if it is an image in level ground; else 0
       real(wp) :: shift(2) = 0.0_wp
       integer :: joint = 0               !< joint material that replaces it when it breaks; 0: never
@@ -40,7 +40,7 @@ contains
       type(blocks_type), intent(in) :: blocks  !< at the start
       integer, intent(in) :: e, f              !< edges, given by their first vertices
       real(wp), intent(in) :: low, high        !< m
-      real(wp), intent(in) :: shift(2)         !< m, of the second edge
+      real(wp), intent(in) :: shift(2)         !< shift of the second edge, m
       real(wp) :: normal(2), middle(2)
       integer :: i
 
@@ -80,7 +80,7 @@ contains
 
    !> Store the size of the body in its cells.
    pure subroutine add_up_areas(blocks)
-      type(blocks_type), intent(inout) :: blocks  !< with the bodies of blocks
+      type(blocks_type), intent(inout) :: blocks  !< blocks with the bodies of blocks
       real(wp) :: total(maxval(blocks%body))
       integer :: b
 
@@ -176,7 +176,7 @@ contains
       type(blocks_type), intent(in) :: blocks    !< at the start
       type(weld_type), intent(in) :: weld        !< face
       integer, intent(inout) :: beyond(:,:)      !< [2, vertices] or 0
-      real(wp), parameter :: near = 1.0e-5_wp    !< of the smaller radius
+      real(wp), parameter :: near = 1.0e-5_wp    !< fraction of the smaller radius
       real(wp) :: least
 
       least = near*minval(blocks%radius(weld%block))

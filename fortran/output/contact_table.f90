@@ -16,9 +16,9 @@ contains
 
    !> Copy a variable of contacts, contact by contact.
    pure subroutine take_column(contacts, laws, variable, first, column)
-      type(contacts_type), intent(in) :: contacts  !< of the last step
+      type(contacts_type), intent(in) :: contacts  !< contacts of the last step
       type(laws_type), intent(in) :: laws          !< of the joints
-      integer, intent(in) :: variable  !< its position in the schema
+      integer, intent(in) :: variable  !< position of the variable in the schema
       integer, intent(in) :: first   !< contact
       real(wp), intent(out) :: column(:)  !< [contacts from the first]
       integer :: last
@@ -44,7 +44,7 @@ contains
 
    !> Table of the contacts of the last step; columns of laws that no joint has are 0.
    function contact_table(simulation) result(table)
-      type(simulation_type), intent(in) :: simulation  !< at its present time
+      type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       real(wp), allocatable :: table(:,:)   !< [contacts, columns]
       logical :: has(number_of_families)
       integer :: i
@@ -61,7 +61,7 @@ contains
 
    !> Contacts under compression: vertex and edge from 0, position, normal and shear force.
    function closed_contacts(simulation) result(table)
-      type(simulation_type), intent(in) :: simulation  !< at its present time
+      type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       real(wp), allocatable :: table(:,:)   !< [contacts, 5]
       integer, allocatable :: closed(:)
       logical :: has(number_of_families)

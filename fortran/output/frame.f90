@@ -23,8 +23,8 @@ contains
    !> Append a frame, variable by variable, in the order of the schema: blocks, then contacts.
    subroutine append_frame(journal, simulation, error)
       type(journal_type), intent(inout) :: journal  !< of the run
-      type(simulation_type), intent(in) :: simulation  !< at its present time
-      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
+      type(simulation_type), intent(in) :: simulation  !< simulation at its present time
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       logical :: has(number_of_families)
       integer :: i
 
@@ -45,9 +45,9 @@ contains
    !> Append a variable of the run or of its blocks.
    subroutine append_variable(journal, simulation, variable, error)
       type(journal_type), intent(inout) :: journal  !< of the run
-      type(simulation_type), intent(in) :: simulation  !< at its present time
-      integer, intent(in) :: variable               !< its position in the schema
-      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
+      type(simulation_type), intent(in) :: simulation  !< simulation at its present time
+      integer, intent(in) :: variable               !< position of the variable in the schema
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       associate (blocks => simulation%blocks, elements => simulation%elements, &
          origin => simulation%model%origin)
@@ -82,7 +82,7 @@ contains
       type(journal_type), intent(inout) :: journal  !< of the run
       real(wp), intent(in) :: columns(:,:)  !< [≤ 6, columns] m, …
       real(wp), intent(in) :: origin(2)  !< origin of the positions, m
-      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp) :: part(6*at_once)
       integer :: rows, first, n, i, at
 
@@ -101,9 +101,9 @@ contains
    !> Append a column of the contacts.
    subroutine append_column(journal, simulation, variable, error)
       type(journal_type), intent(inout) :: journal  !< of the run
-      type(simulation_type), intent(in) :: simulation  !< at its present time
-      integer, intent(in) :: variable  !< its position in the schema
-      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
+      type(simulation_type), intent(in) :: simulation  !< simulation at its present time
+      integer, intent(in) :: variable  !< position of the variable in the schema
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp) :: part(at_once)
       integer :: first, n
 

@@ -55,7 +55,7 @@ contains
    subroutine open_journal(journal, output, error)
       type(journal_type), intent(out) :: journal  !< open and locked
       character(len=*), intent(in) :: output  !< path of the output
-      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       logical :: locked
 
       call begin_checksum(journal%checksum)
@@ -70,7 +70,7 @@ contains
    !> It is an error if another file has its name.
    subroutine keep_name(journal, error)
       type(journal_type), intent(inout) :: journal  !< of the run
-      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(file_status_type) :: found
       type(byte_file_type) :: old, new
       logical :: locked
@@ -104,7 +104,7 @@ contains
    subroutine copy_bytes(from, to, bytes, error)
       type(byte_file_type), intent(in) :: from, to  !< open files, at their beginnings
       integer(long), intent(in) :: bytes            !< to be copied
-      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer(int8), allocatable :: part(:)
       integer(long) :: left, n
 
@@ -136,7 +136,7 @@ contains
    !> Cut the journal back to its state at a checkpoint; an error if earlier bytes have changed.
    subroutine return_to_mark(journal, error)
       type(journal_type), intent(inout) :: journal  !< of the run
-      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(byte_file_type) :: file
       type(checksum_type) :: checksum
       integer(int8), allocatable :: bytes(:)
@@ -165,7 +165,7 @@ contains
    subroutine begin_row(journal, kind, contacts, error)
       type(journal_type), intent(inout) :: journal  !< of the run
       integer, intent(in) :: kind, contacts  !< `row_sample` or `row_frame`; its contacts
-      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       call append_numbers(journal, [real(wp) :: kind, contacts], 2, error)
       if (kind == row_frame) then
@@ -182,7 +182,7 @@ contains
       type(journal_type), intent(inout) :: journal  !< of the run
       integer, intent(in) :: count  !< of the numbers
       real(wp), target, intent(in) :: numbers(count)  !< in their order
-      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer(int8), pointer, contiguous :: bytes(:)
 
       call c_f_pointer(c_loc(numbers), bytes, [word*count])
@@ -195,7 +195,7 @@ contains
    subroutine open_reader(reader, journal, error)
       type(reader_type), intent(out) :: reader  !< of the journal
       type(journal_type), intent(in) :: journal  !< of the run
-      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       call flush_stream(journal%file, .false., error)
       if (.not. allocated(error)) call open_again(reader%file, journal%file, error)
@@ -206,7 +206,7 @@ contains
    subroutine read_row(reader, kind, contacts, error)
       type(reader_type), intent(inout) :: reader  !< of the journal
       integer, intent(out) :: kind, contacts  !< `row_sample` or `row_frame`; its contacts
-      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp) :: head(2)
 
       kind = 0
@@ -221,8 +221,8 @@ contains
    !> Read the next numbers of a row.
    subroutine read_numbers(reader, numbers, error)
       type(reader_type), intent(inout) :: reader  !< of the journal
-      real(wp), contiguous, target, intent(out) :: numbers(:)  !< [numbers] of a row
-      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
+      real(wp), contiguous, target, intent(out) :: numbers(:)  !< [numbers] numbers of a row
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer(int8), pointer, contiguous :: bytes(:)
 
       call c_f_pointer(c_loc(numbers), bytes, [word*size(numbers)])

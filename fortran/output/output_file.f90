@@ -60,9 +60,9 @@ contains
    subroutine write_output(file, journal, simulation, complete, error)
       character(len=*), intent(in) :: file  !< path of the output
       type(journal_type), intent(in) :: journal  !< of the run
-      type(simulation_type), intent(in) :: simulation  !< at its present time
+      type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       logical, intent(in) :: complete  !< the run has reached its duration
-      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(output_type) :: output
       character(len=:), allocatable :: name
 
@@ -86,7 +86,7 @@ contains
    !> Upper bound on the size of the file, bytes.
    pure integer(long) function bytes_for(journal, simulation) result(bytes)
       type(journal_type), intent(in) :: journal  !< of the run
-      type(simulation_type), intent(in) :: simulation  !< at its present time
+      type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       integer :: i
 
       bytes = overhead + 2*(len(simulation%model%text) + len(simulation%model%values)) &
@@ -102,7 +102,7 @@ contains
    !> Upper bound on the memory of `write_output`, bytes.
    !> It contains two frames, samples and copies of parts of them, and texts.
    pure real(wp) function writing_memory(simulation) result(bytes)
-      type(simulation_type), intent(in) :: simulation  !< at its present time
+      type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       integer, parameter :: word = storage_size(1.0_wp)/8  ! bytes of a number
       real(wp) :: frame, samples
 
@@ -119,9 +119,9 @@ contains
    subroutine write_dataset(output, journal, simulation, complete, error)
       type(output_type), intent(inout) :: output  !< file being written
       type(journal_type), intent(in) :: journal  !< of the run
-      type(simulation_type), intent(in) :: simulation  !< at its present time
+      type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       logical, intent(in) :: complete  !< the run has reached its duration
-      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: unused
 
       associate (dataset => output%dataset)
@@ -194,7 +194,7 @@ contains
    !> Write attributes with everything needed to repeat the run.
    subroutine describe_run(dataset, simulation, complete)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
-      type(simulation_type), intent(in) :: simulation  !< at its present time
+      type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       character(len=*), intent(in) :: complete  !< 'yes' or 'no'
       character(len=:), allocatable :: audit
 
@@ -239,7 +239,7 @@ contains
 
    !> Text of the records of a model and their processing, one per line.
    pure function sources_of(model) result(text)  ! total
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       character(len=:), allocatable :: text
       integer :: i
 
@@ -253,7 +253,7 @@ contains
    !> .true. if the output exists, is complete, and belongs to this input and these records.
    logical function is_complete(file, model)
       character(len=*), intent(in) :: file      !< output
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       type(dataset_type) :: dataset
 
       dataset%file = file
@@ -271,7 +271,7 @@ contains
    !> Write values that do not depend on time.
    subroutine write_constants(dataset, simulation)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
-      type(simulation_type), intent(in) :: simulation  !< at its present time
+      type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       integer :: i
 
       associate (points => simulation%model%points, blocks => simulation%blocks)
@@ -318,7 +318,7 @@ contains
    !> Write the largest values of the run up to the present time.
    subroutine put_maxima(dataset, simulation)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
-      type(simulation_type), intent(in) :: simulation  !< at its present time
+      type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       integer, parameter :: n = number_of_maxima
       real(wp) :: who(2, n, 2)
       integer :: i
@@ -359,7 +359,7 @@ contains
    !> Write constants of the bolts.
    subroutine put_bolts(dataset, simulation)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
-      type(simulation_type), intent(in) :: simulation  !< at its present time
+      type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       integer :: i, k, at
 
       at = 0
@@ -385,7 +385,7 @@ contains
    !> Write names and edges of boundaries.
    subroutine put_boundaries(dataset, simulation)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
-      type(simulation_type), intent(in) :: simulation  !< at its present time
+      type(simulation_type), intent(in) :: simulation  !< simulation at its present time
 
       associate (edges => simulation%model%boundary_edges, &
          motions => simulation%model%boundary_motions)
@@ -417,8 +417,8 @@ contains
    subroutine copy_rows(output, journal, simulation, error)
       type(output_type), intent(inout) :: output  !< file being written
       type(journal_type), intent(in) :: journal  !< of the run
-      type(simulation_type), intent(in) :: simulation  !< at its present time
-      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
+      type(simulation_type), intent(in) :: simulation  !< simulation at its present time
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(reader_type) :: reader
       integer :: kind, contacts
 
@@ -473,7 +473,7 @@ contains
    subroutine put_row(output, variable, values, first, rows)
       type(output_type), intent(inout) :: output  !< file being written
       type(output_variable_type), intent(in) :: variable  !< of the schema
-      real(wp), contiguous, intent(in) :: values(:)  !< in the order of the file
+      real(wp), contiguous, intent(in) :: values(:)  !< values in the order of the file
       integer, intent(in) :: first, rows             !< of the slowest dimension
 
       integer :: starts(size(variable%dimensions)), counts(size(variable%dimensions)), n
@@ -491,7 +491,7 @@ contains
       type(output_type), intent(inout) :: output  !< file being written
       type(reader_type), intent(inout) :: reader  !< reader of the journal, after the row header
       integer, intent(in) :: contacts  !< number of contacts
-      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       output%frames = output%frames + 1
       call copy_variables(output, reader, each_frame, output%frames, 1, error)
@@ -508,7 +508,7 @@ contains
       type(reader_type), intent(inout) :: reader  !< of the journal
       integer, intent(in) :: row           !< each_frame or each_contact
       integer, intent(in) :: first, rows   !< of the slowest dimension
-      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp), allocatable :: part(:)
       integer :: i
 

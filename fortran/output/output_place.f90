@@ -42,9 +42,9 @@ contains
 
    !> Return an error if an output cannot be written, before anything is written.
    subroutine check_target(model, resumes, error)
-      type(model_type), intent(in) :: model  !< with the name of its output
+      type(model_type), intent(in) :: model  !< model with the name of its output
       logical, intent(in) :: resumes  !< the run resumes from checkpoints, which are checked later
-      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       logical :: folder
       integer :: i
 
@@ -75,7 +75,7 @@ contains
       !> Check the name of a checkpoint of the output.
       subroutine check_checkpoint(ending, error)
          character(len=*), intent(in) :: ending  !< of its name
-         type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
+         type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
          associate (name => checkpoint_name(model%output%file)//ending)
             if (resumes) then
@@ -91,8 +91,8 @@ contains
    subroutine check_name(name, kind, model, error)
       character(len=*), intent(in) :: name     !< path to be written
       type(own_kind_type), intent(in) :: kind  !< of the file
-      type(model_type), intent(in) :: model    !< as read from the input
-      type(error_type), allocatable, intent(inout) :: error  !< an earlier error is kept
+      type(model_type), intent(in) :: model    !< model as read from the input
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: i
 
       call refuse(model%file, 'the input')

@@ -22,7 +22,7 @@ contains
       !> similar variables
       integer, intent(in) :: at(:)
       real(wp), allocatable, intent(out) :: time(:)    !< [samples] s
-      real(wp), allocatable, intent(out) :: values(:)  !< [samples] in the unit of the output
+      real(wp), allocatable, intent(out) :: values(:)  !< [samples] values in the unit of the output
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(dataset_type) :: dataset
       integer :: unused

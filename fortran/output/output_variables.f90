@@ -15,7 +15,7 @@ contains
 
    !> Families of variables that a model has.
    pure function families_of(simulation) result(has)
-      type(simulation_type), intent(in) :: simulation  !< at its present time
+      type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       logical :: has(number_of_families)
       integer :: lengths(size(dimension_names)), i
 
@@ -44,7 +44,7 @@ contains
 
    !> Lengths of the dimensions; those of samples, frames and contacts are 1, as in a row.
    pure function lengths_of(simulation) result(lengths)
-      type(simulation_type), intent(in) :: simulation  !< at its present time
+      type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       integer :: lengths(size(dimension_names))
 
       lengths([dim_time, dim_frame, dim_contact]) = 1
@@ -73,7 +73,7 @@ contains
 
    !> Number of points of cables between their ends.
    pure integer function points_between(model) result(n)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       integer :: i
 
       n = sum([(size(model%bolts(i)%block) - 2, i=1, size(model%bolts))])
@@ -98,7 +98,7 @@ contains
 
    !> Number of values of a sample before those of a variable; after the last variable, of all.
    pure integer function place_in_sample(simulation, place) result(before)
-      type(simulation_type), intent(in) :: simulation  !< at its present time
+      type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       integer, intent(in) :: place                     !< in the schema
       integer :: lengths(size(dimension_names)), i
 
@@ -112,7 +112,7 @@ contains
 
    !> Number of values of a sample.
    pure integer function size_of_sample(simulation)
-      type(simulation_type), intent(in) :: simulation  !< at its present time
+      type(simulation_type), intent(in) :: simulation  !< simulation at its present time
 
       size_of_sample = place_in_sample(simulation, size(output_variables) + 1)
    end function size_of_sample

@@ -22,7 +22,7 @@ module dda_point_intensity
 
    !> Intensities of one point, along both axes.
    type :: intensity_type
-      real(wp) :: time = 0.0_wp         !< of the last sample, s
+      real(wp) :: time = 0.0_wp         !< time of the last sample, s
       real(wp) :: velocity(2) = 0.0_wp  !< largest, m/s
       type(shaking_type) :: raw(2)      !< unfiltered
       type(shaking_type) :: low(2)      !< below that frequency
@@ -42,8 +42,8 @@ contains
 
    !> Add a sample, in the order of the run.
    pure subroutine add_motion(intensity, time, velocity, acceleration)
-      type(intensity_type), intent(inout) :: intensity   !< of the samples so far
-      real(wp), intent(in) :: time                       !< of the sample, s
+      type(intensity_type), intent(inout) :: intensity   !< intensity of the samples so far
+      real(wp), intent(in) :: time                       !< time of the sample, s
       real(wp), intent(in) :: velocity(2)                !< m/s
       real(wp), intent(in) :: acceleration(2)            !< m/s²
       real(wp) :: step, low

@@ -19,7 +19,7 @@ contains
    !> Resolved frequency, Hz.  Blocks on rigid supports are omitted, since no wave travels in them.
    pure real(wp) function resolved_frequency(model, blocks) result(frequency)
       type(model_type), intent(in) :: model    !< of the run
-      type(blocks_type), intent(in) :: blocks  !< of the run, in any state
+      type(blocks_type), intent(in) :: blocks  !< blocks of the run, in any state
       logical :: held(blocks%n)
       real(wp) :: d(3, 3)
       integer :: b

@@ -17,7 +17,7 @@ contains
 
    !> .true. if the largest movement is rounding.
    pure logical function is_at_rest(simulation, largest)
-      type(simulation_type), intent(in) :: simulation  !< at its present time
+      type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       real(wp), intent(in) :: largest                  !< displacement of a block so far, m
 
       associate (model => simulation%model, size_of => 2*half_size(simulation%model%blocks))

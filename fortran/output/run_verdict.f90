@@ -57,7 +57,7 @@ contains
    !> Add samples in the order of the run, point by point.
    !> The oscillators of a point thus remain in the cache.
    pure subroutine add_samples(verdict, time, velocity, acceleration)
-      type(run_verdict_type), intent(inout) :: verdict   !< of the samples so far
+      type(run_verdict_type), intent(inout) :: verdict   !< verdict of the samples so far
       real(wp), intent(in) :: time(:)                    !< [samples] s
       real(wp), intent(in) :: velocity(:,:)              !< [2 × points, samples] m/s
       real(wp), intent(in) :: acceleration(:,:)          !< [2 × points, samples] m/s²
@@ -73,7 +73,7 @@ contains
 
    !> Add the same samples of measured joints.
    pure subroutine add_joint_samples(verdict, values)
-      type(run_verdict_type), intent(inout) :: verdict   !< of the samples so far
+      type(run_verdict_type), intent(inout) :: verdict   !< verdict of the samples so far
       real(wp), intent(in) :: values(:,:)                !< [joints × columns, samples]
       integer :: sample
 
@@ -103,7 +103,7 @@ contains
    !> Add events, the largest values of all steps, and warnings.
    subroutine judge_movement(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< gets words, figures and values
-      type(simulation_type), intent(in) :: simulation    !< at its present time
+      type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       character(len=:), allocatable :: words
       integer :: i
 
@@ -128,7 +128,7 @@ contains
    !> Warnings of the check before the run, without those that the run has answered.
    !> Nothing rings without motion, and the first mode assumes joints that stay closed.
    pure function remaining_doubts(simulation) result(standing)
-      type(simulation_type), intent(in) :: simulation    !< at its present time
+      type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       type(doubt_type), allocatable :: standing(:)
       logical :: at_rest, loose, answered
       integer :: i
@@ -149,8 +149,8 @@ contains
 
    !> Add one sentence on movement of blocks, contacts and bonds, and the end of the run.
    subroutine tell_movement(verdict, simulation)
-      type(run_verdict_type), intent(inout) :: verdict   !< gets words and values
-      type(simulation_type), intent(in) :: simulation    !< at its present time
+      type(run_verdict_type), intent(inout) :: verdict   !< verdict; receives words and values
+      type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       character(len=:), allocatable :: base
       integer :: moved(3)
 
@@ -191,8 +191,8 @@ contains
 
    !> Add a sentence on blocks whose joints have crushed, with the largest plastic closure.
    subroutine tell_crushed(verdict, simulation)
-      type(run_verdict_type), intent(inout) :: verdict   !< gets words and values
-      type(simulation_type), intent(in) :: simulation    !< at its present time
+      type(run_verdict_type), intent(inout) :: verdict   !< verdict; receives words and values
+      type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       integer, parameter :: most_named = 6
       logical :: named(simulation%blocks%n)
       character(len=:), allocatable :: names
@@ -225,7 +225,7 @@ contains
 
    !> .true. if no movement exceeds rounding.
    pure logical function rests(simulation)
-      type(simulation_type), intent(in) :: simulation    !< at its present time
+      type(simulation_type), intent(in) :: simulation    !< simulation at its present time
 
       rests = is_at_rest(simulation, simulation%maxima%largest(of_displacement)%value)
    end function rests
@@ -235,7 +235,7 @@ contains
    !> are written as numbers, but not shown in the table.
    subroutine tabulate(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< gets figures
-      type(simulation_type), intent(in) :: simulation    !< at its present time
+      type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       integer, parameter :: moving(*) = [of_displacement, of_tilt, of_velocity, &
          of_point_displacement, of_point_drift], loaded(*) = [of_strain, of_plastic_strain, &
          of_penetration, of_contact_force], along(*) = [of_slip, of_opening]
@@ -266,7 +266,7 @@ contains
 
    !> .true. if tilts move the corners of a block by more than rounding.
    pure logical function turns(simulation)
-      type(simulation_type), intent(in) :: simulation    !< at its present time
+      type(simulation_type), intent(in) :: simulation    !< simulation at its present time
 
       associate (maxima => simulation%maxima)
          turns = maxima%largest(of_tilt)%value*maxima%least_size > &
@@ -276,8 +276,8 @@ contains
 
    !> Add the error of the stresses of bodies at the end, estimated from jumps at faces of cells.
    subroutine add_bodies(verdict, simulation)
-      type(run_verdict_type), intent(inout) :: verdict   !< gets a figure and its value
-      type(simulation_type), intent(in) :: simulation    !< at its present time
+      type(run_verdict_type), intent(inout) :: verdict   !< verdict; receives a figure and its value
+      type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       character(len=*), parameter :: key = 'stress_error'
       real(wp) :: energies(2), share
 
@@ -292,7 +292,7 @@ contains
    !> Add a line to the table.
    subroutine add_maximum(verdict, simulation, k, ends)
       type(run_verdict_type), intent(inout) :: verdict   !< gets a figure
-      type(simulation_type), intent(in) :: simulation    !< at its present time
+      type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       integer, intent(in) :: k                           !< position in the list of maxima
       logical, intent(in) :: ends                        !< the value at the end is shown too
       character(len=32) :: keys(2)
@@ -322,8 +322,8 @@ contains
 
    !> Add the distance of blocks at the end from the input, if displacements count from equilibrium.
    subroutine add_drawn(verdict, simulation)
-      type(run_verdict_type), intent(inout) :: verdict   !< gets a value, and a figure
-      type(simulation_type), intent(in) :: simulation    !< at its present time
+      type(run_verdict_type), intent(inout) :: verdict   !< verdict; receives a value, and a figure
+      type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       character(len=*), parameter :: key = 'displacement_from_drawn_m'
       real(wp) :: way
       integer :: b
@@ -337,7 +337,7 @@ contains
 
    !> Text with the names of the blocks or points of a value.
    pure function who_text(simulation, k, who) result(text)
-      type(simulation_type), intent(in) :: simulation    !< at its present time
+      type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       integer, intent(in) :: k                           !< position in the list of maxima
       integer, intent(in) :: who(2)                      !< blocks or points; 0: none
       character(len=:), allocatable :: text
@@ -442,7 +442,7 @@ contains
    !> Add a variable of a measured joint: its last value and, for lengths, the largest.
    !> Components of forces are only in the samples.
    subroutine judge_joint(verdict, variable, joint, most_and_last)
-      type(run_verdict_type), intent(inout) :: verdict       !< gets figures and values
+      type(run_verdict_type), intent(inout) :: verdict       !< verdict; receives figures and values
       type(output_variable_type), intent(in) :: variable     !< of measured joints
       character(len=*), intent(in) :: joint                  !< its name
       real(wp), intent(in) :: most_and_last(2)  !< largest absolute value, last value; NaN: none

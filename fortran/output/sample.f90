@@ -25,7 +25,7 @@ contains
 
    !> Collect a sample, variable by variable, in the order of the schema.
    subroutine take_sample(simulation, iterations, sample)
-      type(simulation_type), intent(in) :: simulation  !< at its present time
+      type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       integer, intent(in) :: iterations  !< largest number in a step since the last sample
       real(wp), intent(out) :: sample(:)  !< [`size_of_sample`]
       real(wp) :: motion(2, 3), through(2, size(simulation%model%boundary_motions), &
@@ -69,7 +69,7 @@ contains
 
    !> Collect the values of water in joints.
    subroutine take_flow(simulation, sample, at)
-      type(simulation_type), intent(in) :: simulation  !< at its present time
+      type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       real(wp), intent(inout) :: sample(:)  !< [`size_of_sample`]
       integer, intent(inout) :: at          !< numbers before it
       real(wp) :: nodes(node_columns, size(simulation%model%flow%pressure)), &

@@ -85,7 +85,7 @@ contains
    pure subroutine add_figure(lines, name, keys, value, units, place)
       class(verdict_lines_type), intent(inout) :: lines  !< under construction
       character(len=*), intent(in) :: name               !< for a reader
-      character(len=*), intent(in) :: keys(2)            !< of its numbers, see `figure_type`
+      character(len=*), intent(in) :: keys(2)            !< keys of its numbers, see `figure_type`
       real(wp), intent(in) :: value(2)                   !< nothing for a blank key
       character(len=*), intent(in) :: units              !< of its numbers
       character(len=*), intent(in) :: place              !< position and time of the largest value
@@ -99,7 +99,7 @@ contains
 
    !> Unit for display of a value, and its factor.
    pure subroutine reader_unit(units, value, shown, scale)
-      character(len=*), intent(in) :: units  !< as in the list of maxima
+      character(len=*), intent(in) :: units  !< units as in the list of maxima
       real(wp), intent(in) :: value          !< not negative
       character(len=:), allocatable, intent(out) :: shown
       real(wp), intent(out) :: scale         !< factor from units to those shown
@@ -118,7 +118,7 @@ contains
    !> A value as displayed.
    pure function value_text(value, units) result(text)
       real(wp), intent(in) :: value          !< in its units
-      character(len=*), intent(in) :: units  !< as in the list of maxima
+      character(len=*), intent(in) :: units  !< units as in the list of maxima
       character(len=:), allocatable :: text, shown
       real(wp) :: scale
 

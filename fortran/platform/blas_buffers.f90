@@ -34,14 +34,14 @@ contains
 
    !> Bytes of addresses that simultaneous calls by a number of threads still need.
    real(wp) function missing_buffers(threads) result(bytes)  ! total
-      integer, intent(in) :: threads  !< within a call at the same time
+      integer, intent(in) :: threads  !< threads within a call at the same time
 
       bytes = buffer_bytes*max(0, threads - taken)
    end function missing_buffers
 
    !> Let OpenBLAS allocate the buffers for a number of threads, which must fit.
    subroutine take_buffers(threads)
-      integer, intent(in) :: threads  !< within a call at the same time
+      integer, intent(in) :: threads  !< threads within a call at the same time
       type(c_ptr) :: buffer(threads)
       integer :: i
 

@@ -35,7 +35,7 @@ contains
    subroutine begin_writing(name, archive, error)
       character(len=*), intent(in) :: name  !< path
       type(archive_type), intent(inout) :: archive  !< to be written
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(checked_stream_type), allocatable :: stream
       integer(int8) :: head(head_bytes)
 
@@ -52,8 +52,8 @@ contains
    !> End writing the archive; flush it to the disk or only to the system.
    subroutine end_writing(archive, to_disk, error)
       type(archive_type), intent(inout) :: archive  !< written
-      logical, intent(in) :: to_disk  !< else only to the system
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      logical, intent(in) :: to_disk  !< flush to disk; .false.: only to the system
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer(int8) :: word(length_bytes)
 
       select type (stream => archive%stream)
@@ -74,7 +74,7 @@ contains
    subroutine begin_reading(name, archive, error)
       character(len=*), intent(in) :: name  !< path
       type(archive_type), intent(inout) :: archive  !< to be read
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(checked_stream_type), allocatable :: stream
       integer(int8) :: head(head_bytes)
       integer(long) :: bytes
@@ -98,15 +98,15 @@ contains
    !> End reading the archive.
    subroutine end_reading(archive, error)
       type(archive_type), intent(inout) :: archive  !< read
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       call end_stream(archive, error)
    end subroutine end_reading
 
    !> Close the file and return its error.
    subroutine end_stream(archive, error)
-      type(archive_type), intent(inout) :: archive  !< gets rid of its stream
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(archive_type), intent(inout) :: archive  !< archive without its stream afterwards
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       select type (stream => archive%stream)
        type is (checked_stream_type)
@@ -145,7 +145,7 @@ contains
    subroutine check_head(name, head, error)
       character(len=*), intent(in) :: name  !< path
       integer(int8), intent(in) :: head(head_bytes)  !< of the file
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer(long) :: words(2)
 
       words = transfer(head, words)
@@ -162,8 +162,8 @@ contains
       character(len=*), intent(in) :: name           !< path
       type(byte_file_type), intent(in) :: file       !< behind its head
       integer(int8), intent(in) :: head(head_bytes)  !< of the file
-      integer(long), intent(in) :: bytes             !< between head and length
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      integer(long), intent(in) :: bytes             !< bytes between head and length
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer(int8), allocatable :: part(:)
       integer(int8) :: length(length_bytes), found(sum_bytes), again(head_bytes)
       type(checksum_type) :: checksum

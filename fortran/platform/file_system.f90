@@ -22,7 +22,7 @@ module dda_file_system
       logical :: exists = .false.
       logical :: regular = .false.  !< regular file: no folder, link, pipe or device
       logical :: link = .false.     !< a symbolic one
-      logical :: protected = .false. !< its owner may not write it
+      logical :: protected = .false. !< the owner has no permission to write it
       integer(long) :: names = 0    !< hard links
       integer(long) :: inode = 0, device(2) = 0
    end type file_status_type
@@ -122,7 +122,7 @@ contains
 
    !> Status of an open file.
    type(file_status_type) function status_of_descriptor(descriptor) result(status)
-      integer(c_int), intent(in) :: descriptor  !< of an open file
+      integer(c_int), intent(in) :: descriptor  !< descriptor of an open file
       type(statx_type) :: found
 
       if (c_statx(descriptor, c_null_char, of_descriptor, basic, found) == 0) &

@@ -53,9 +53,9 @@ contains
    !> Return an error if a given amount of memory is not free.
    subroutine require_memory(bytes, what, advice, error)
       real(wp), intent(in) :: bytes            !< needed
-      character(len=*), intent(in) :: what     !< what needs it, for the message
+      character(len=*), intent(in) :: what     !< user of the memory, for the message
       character(len=*), intent(in) :: advice   !< what to do
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       real(wp) :: free
 
       if (allocated(error)) return
@@ -80,9 +80,9 @@ contains
    subroutine require_for_factor(bytes, blocks, threads, what, error)
       real(wp), intent(in) :: bytes         !< of the factor
       integer, intent(in) :: blocks         !< of the matrix
-      integer, intent(in) :: threads        !< that call BLAS at the same time
-      character(len=*), intent(in) :: what  !< what needs it, for the message
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      integer, intent(in) :: threads        !< threads that call BLAS at the same time
+      character(len=*), intent(in) :: what  !< user of the memory, for the message
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       character(len=*), parameter :: room = ', with room for the steps'
       real(wp) :: needed, buffers
       integer(c_int) :: unused
@@ -100,7 +100,7 @@ contains
 
    !> Return an error if a call of BLAS or LAPACK by one thread cannot have its buffer.
    subroutine require_for_blas(error)
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       if (allocated(error) .or. missing_buffers(1) <= 0.0_wp) return
       call require_addresses(missing_buffers(1) + call_bytes, 'a call of BLAS', advice_on_limits, &
@@ -111,9 +111,9 @@ contains
    !> Return an error if the system refuses a number of addresses, few of which will be used.
    subroutine require_addresses(bytes, what, advice, error)
       real(wp), intent(in) :: bytes            !< of addresses
-      character(len=*), intent(in) :: what     !< what needs them, for the message
+      character(len=*), intent(in) :: what     !< user of the addresses, for the message
       character(len=*), intent(in) :: advice   !< what to do
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(reserve_type), volatile :: trial  ! prevents compilers from removing the unread array
 
       call make_reserve(trial, bytes, what, advice, error)
@@ -123,9 +123,9 @@ contains
    subroutine make_reserve(reserve, bytes, what, advice, error)
       type(reserve_type), intent(inout) :: reserve  !< reserve; allocated unless it exists
       real(wp), intent(in) :: bytes            !< to reserve
-      character(len=*), intent(in) :: what     !< what needs it, for the message
+      character(len=*), intent(in) :: what     !< user of the memory, for the message
       character(len=*), intent(in) :: advice   !< what to do
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer :: status
 
       if (allocated(error) .or. allocated(reserve%bytes)) return
@@ -137,7 +137,7 @@ contains
    !> Return the error of a factor for which the system has no memory.
    subroutine fail_allocation(bytes, what, error)
       real(wp), intent(in) :: bytes         !< needed
-      character(len=*), intent(in) :: what  !< what needs it, for the message
+      character(len=*), intent(in) :: what  !< user of the memory, for the message
       type(error_type), allocatable, intent(inout) :: error  !< allocated
 
       call fail(error, error_memory, what//' needs '//short_text(bytes/giga)// &

@@ -81,7 +81,7 @@ contains
 
    !> Request this thread to stop; 0 withdraws the request.
    subroutine request_stop(number)
-      integer(c_int), intent(in) :: number  !< of the signal that requires it
+      integer(c_int), intent(in) :: number  !< number of the signal that requires it
 
       request%signal = number
    end subroutine request_stop

@@ -29,7 +29,7 @@ module dda_netcdf_calls
       integer function nf_put_vara_double(id, variable, start, count, values)
          import :: wp
          integer, intent(in) :: id, variable, start(*), count(*)  !< of the netCDF library
-         real(wp), intent(in) :: values(*)  !< in the order of the file
+         real(wp), intent(in) :: values(*)  !< values in the order of the file
       end function nf_put_vara_double
    end interface
 
@@ -48,8 +48,8 @@ contains
    !> Record the error of a call, unless there was one before.
    subroutine checked(dataset, status, action)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
-      integer, intent(in) :: status  !< of a netCDF call
-      character(len=*), intent(in) :: action  !< for the message: "cannot …"
+      integer, intent(in) :: status  !< status of a netCDF call
+      character(len=*), intent(in) :: action  !< action for the message: "cannot …"
 
       if (status == nf90_noerr .or. allocated(dataset%error)) return
       call fail(dataset%error, error_file, dataset%file//': cannot '//action//': '// &
@@ -126,7 +126,7 @@ contains
    !> Write a number as an attribute of the file.
    subroutine describe_number(dataset, name, value)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
-      character(len=*), intent(in) :: name  !< of the attribute, with its unit
+      character(len=*), intent(in) :: name  !< name of the attribute, with its unit
       real(wp), intent(in) :: value  !< in that unit
 
       if (allocated(dataset%error)) return
@@ -152,7 +152,7 @@ contains
    subroutine put(dataset, name, values, start, count)
       type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
       character(len=*), intent(in) :: name  !< of the variable
-      real(wp), contiguous, intent(in) :: values(:)  !< in the order of the file
+      real(wp), contiguous, intent(in) :: values(:)  !< values in the order of the file
       integer, intent(in) :: start(:), count(:)  !< [dimensions] from 1
       integer :: variable
 

@@ -25,7 +25,7 @@ module dda_own_file
       achar(10), 'CDF'//achar(1), 'CDF'//achar(2), 'CDF'//achar(5)])
    type(own_kind_type), parameter :: checkpoint_file = own_kind_type('a checkpoint', &
       [character(len=mark_length) :: 'SITEDDA'//achar(26), '', '', ''])
-   !> Begins with a sample, without contacts: the numbers 1 and 0.
+   !> First row of a journal: a sample without contacts, numbers 1 and 0.
    type(own_kind_type), parameter :: journal_file = own_kind_type('a journal', &
       [character(len=mark_length) :: repeat(achar(0), 6)//achar(240)//achar(63)// &
       repeat(achar(0), 8), '', '', ''])
@@ -36,7 +36,7 @@ contains
    subroutine check_replaceable(name, kind, error)
       character(len=*), intent(in) :: name     !< path
       type(own_kind_type), intent(in) :: kind  !< that may be replaced
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(file_status_type) :: found
 
       if (allocated(error)) return
@@ -67,7 +67,7 @@ contains
    logical function begins_as(name, kind, error)
       character(len=*), intent(in) :: name     !< path of a regular file
       type(own_kind_type), intent(in) :: kind  !< asked about
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(byte_file_type) :: file
       integer(int8), allocatable :: bytes(:)
       character(len=mark_length) :: head

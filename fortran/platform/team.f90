@@ -23,7 +23,7 @@ module dda_team
 
    !> Threads of this process.
    type :: team_type
-      integer :: full = 1                   !< that the user allows
+      integer :: full = 1                   !< threads that the user allows
       integer :: now = 1
       integer(long) :: looked = 0           !< clock count of the last look
       real(wp) :: waited = -1.0_wp          !< s, all threads, at that time; < 0: unknown

@@ -106,7 +106,7 @@ contains
       type(record_type), intent(inout) :: record  !< filled from the file
       !> 'acceleration', 'velocity', 'displacement' or blank
       character(len=*), intent(in) :: quantity
-      integer, intent(in) :: section  !< of a COSMOS file, from 1
+      integer, intent(in) :: section  !< section of a COSMOS file, from 1
 
       if (section /= 1 .and. record%format /= 'cosmos') call refuse(reader, ': channel '// &
          to_text(section)//' was requested, but a file of the format '//record%format//' has one')
@@ -128,7 +128,7 @@ contains
 
    !> Set quantity, unit and time step from header or caller; they must not contradict.
    subroutine check_header(reader, record, wanted, unit, given, step)
-      type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       type(record_type), intent(inout) :: record  !< record, completed if its header is not
       character(len=*), intent(in) :: wanted, unit  !< quantity and unit of the caller, or blank
       type(unit_type), intent(in) :: given  !< unit that the caller names
@@ -161,7 +161,7 @@ contains
 
    !> Convert the samples to SI units.
    subroutine to_si(reader, record)
-      type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       type(record_type), intent(inout) :: record  !< with its unit
       type(unit_type) :: unit
       integer :: worst
@@ -176,7 +176,7 @@ contains
 
    !> Return an input error of the file as a whole, unless there was one before.
    subroutine refuse(reader, what)
-      type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       character(len=*), intent(in) :: what  !< follows the name of the file
 
       if (.not. allocated(reader%error)) call fail(reader%error, error_input, &

@@ -63,7 +63,7 @@ contains
 
    !> Read both styles of the line: `NPTS= number, DT= number` and `number number NPTS, DT`.
    subroutine read_counts(reader, text, samples, time_step)
-      type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       character(len=*), intent(in) :: text  !< line of the file, in lower case
       integer(long), intent(out) :: samples  !< declared by the header
       real(wp), intent(out) :: time_step  !< s
@@ -86,7 +86,7 @@ contains
 
    !> Read `name = number`.
    subroutine read_named(reader, text, name, value)
-      type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       character(len=*), intent(in) :: text, name  !< line in lower case; 'npts' or 'dt'
       real(wp), intent(out) :: value  !< as stated
       character(len=:), allocatable :: rest

@@ -28,7 +28,7 @@ module dda_record_cosmos
 
    !> State of the reader between sections.
    type :: state_type
-      integer :: wanted = 1                      ! which section of the quantity
+      integer :: wanted = 1                      ! number of the section of the quantity
       integer :: seen = 0                        ! sections of the quantity so far
       real(wp) :: time_step = 0.0_wp             ! s, from the last real header
       real(wp) :: duration = 0.0_wp              ! s, likewise; 0: unknown
@@ -159,8 +159,8 @@ contains
    !> Read the samples of a section.
    subroutine read_section(reader, count, record, state)
       type(line_reader_type), intent(inout) :: reader  !< of the file
-      real(wp), intent(in) :: count  !< of samples, as announced
-      type(record_type), intent(inout) :: record  !< with its quantity, unit and time step
+      real(wp), intent(in) :: count  !< count of samples, as announced
+      type(record_type), intent(inout) :: record  !< record with its quantity, unit and time step
       type(state_type), intent(in) :: state  !< of the reader
       type(unit_type) :: unit
       type(sample_list_type) :: list
@@ -208,7 +208,7 @@ contains
 
    !> Read the count at the beginning of an announcing line.
    pure subroutine announced(reader, lowered, what, count)
-      type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       !> line in lower case; what it counts, for messages
       character(len=*), intent(in) :: lowered, what
       integer(long), intent(out) :: count  !< count as stated in the line

@@ -45,7 +45,7 @@ contains
 
    !> Read one line of the header.
    subroutine read_item(reader, text, record, count, duration)
-      type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       character(len=*), intent(in) :: text  !< line `KEY: value`
       type(record_type), intent(inout) :: record  !< filled from the file
       real(wp), intent(inout) :: count, duration  !< samples, s

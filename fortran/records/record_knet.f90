@@ -77,7 +77,7 @@ contains
 
    !> Read a factor such as `2000(gal)/8388608`.
    subroutine read_factor(reader, text, factor)
-      type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       character(len=*), intent(in) :: text  !< of the line
       real(wp), intent(out) :: factor  !< gal per count
       real(wp) :: full_scale, counts

@@ -86,10 +86,10 @@ contains
 
    !> Read a declared number of samples, followed only by blank lines.
    subroutine read_trace(reader, expected, what, values)
-      type(line_reader_type), intent(inout) :: reader      !< before the first sample
+      type(line_reader_type), intent(inout) :: reader      !< reader before the first sample
       integer(long), intent(in) :: expected                !< number declared by the header
       character(len=*), intent(in) :: what                 !< 'samples', … for messages
-      real(wp), allocatable, intent(out) :: values(:)      !< [samples] in the file's unit
+      real(wp), allocatable, intent(out) :: values(:)      !< [samples] values in the file's unit
       type(sample_list_type) :: list
       character(len=:), allocatable :: text
       logical :: found
@@ -106,7 +106,7 @@ contains
 
    !> Read the numbers of one line.
    subroutine read_row(reader, text, commas, most, surplus, list)
-      type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       character(len=*), intent(in) :: text  !< line of the file
       logical, intent(in) :: commas  !< commas may separate numbers; .false.: numbers need no blanks
       integer(long), intent(in) :: most  !< numbers that the list may have
@@ -133,7 +133,7 @@ contains
 
    !> Quantity that a line of a header names; a spectrum is an error.
    pure subroutine read_quantity(reader, text, quantity)
-      type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       character(len=*), intent(in) :: text  !< line of the file
       character(len=:), allocatable, intent(out) :: quantity  !< of the record, blank on failure
 
@@ -147,7 +147,7 @@ contains
 
    !> Read the number at the start of a header text; a unit directly after it is ignored.
    pure subroutine first_number(reader, text, what, value)
-      type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       character(len=*), intent(in) :: text                 !< '100Hz', ' .005 SEC,', …
       character(len=*), intent(in) :: what                 !< name of the number, for the message
       real(wp), intent(out) :: value  !< as stated
@@ -172,7 +172,7 @@ contains
 
    !> Check a declared number of samples.
    pure subroutine check_count(reader, value, count)
-      type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       real(wp), intent(in) :: value                        !< value as stated in the header
       integer(long), intent(out) :: count                  !< samples
 
@@ -189,7 +189,7 @@ contains
    !> Check that a declared duration fits the declared samples.
    !> The tolerance includes rounding and counting n or n − 1 steps.
    pure subroutine check_duration(reader, count, time_step, duration)
-      type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       integer(long), intent(in) :: count                   !< samples
       real(wp), intent(in) :: time_step, duration          !< s
       real(wp), parameter :: rounding = 0.01_wp
@@ -203,7 +203,7 @@ contains
 
    !> Check that a time step is possible for a record.
    pure subroutine check_time_step(reader, time_step)
-      type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       real(wp), intent(in) :: time_step                    !< s
 
       if (time_step >= shortest_step .and. time_step <= longest_step) return

@@ -54,9 +54,9 @@ contains
 
    !> Read the names of the columns, or numbers.
    subroutine read_line(reader, text, column)
-      type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       character(len=*), intent(in) :: text  !< line of the file, without comment
-      type(column_type), intent(inout) :: column  !< of samples, so far
+      type(column_type), intent(inout) :: column  !< column of samples, so far
 
       if (text == '') return
       if (.not. column%begun) column%columns = heading_columns(text)
@@ -104,9 +104,9 @@ contains
 
    !> Add the numbers of a line to the column: time and value, or only the value.
    subroutine take_row(reader, text, column)
-      type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       character(len=*), intent(in) :: text  !< line of the file, without comment
-      type(column_type), intent(inout) :: column  !< of samples, so far
+      type(column_type), intent(inout) :: column  !< column of samples, so far
       type(sample_list_type) :: row
 
       call read_row(reader, text, .true., 2_long, &
@@ -123,9 +123,9 @@ contains
 
    !> Check that times increase by a constant step.
    subroutine check_time(reader, time, column)
-      type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       real(wp), intent(in) :: time  !< s
-      type(column_type), intent(inout) :: column  !< of samples, so far
+      type(column_type), intent(inout) :: column  !< column of samples, so far
       real(wp), parameter :: largest = 1.0e9_wp              ! s
       real(wp) :: step
 
@@ -147,7 +147,7 @@ contains
 
    !> Set time step and samples from the column.
    subroutine finish(reader, record, column)
-      type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       type(record_type), intent(inout) :: record  !< filled from the file
       type(column_type), intent(in) :: column  !< of samples, complete
 

@@ -114,7 +114,7 @@ contains
 
    !> Return an input error at the last line, with file and line number; keep an earlier error.
    pure subroutine fail_at(reader, what)
-      type(line_reader_type), intent(inout) :: reader  !< of the file; gets the error
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       character(len=*), intent(in) :: what                   !< sentence without the full stop
 
       if (.not. allocated(reader%error)) call fail(reader%error, error_input, &

@@ -30,7 +30,7 @@ contains
    !> Add probable mistakes in a model to the warnings of its run.
    subroutine doubt_as_read(simulation, model)
       type(simulation_type), intent(inout) :: simulation  !< of the model
-      type(model_type), intent(in) :: model               !< as read from the input
+      type(model_type), intent(in) :: model               !< model as read from the input
       type(report_type), allocatable :: report
 
       allocate (report)
@@ -40,7 +40,7 @@ contains
 
    !> Add lines of the check that are not ok to the warnings of a run that begins.
    subroutine doubt_as_begun(simulation)
-      type(simulation_type), intent(inout) :: simulation  !< whose first stage has begun
+      type(simulation_type), intent(inout) :: simulation  !< simulation whose first stage has begun
       type(report_type), allocatable :: report
       type(error_type), allocatable :: error
       logical :: long

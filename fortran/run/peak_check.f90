@@ -25,7 +25,7 @@ contains
 
    !> Warning about the peak of a run; blank if it is correct or cannot be compared.
    subroutine peak_warning(simulation, wanted, peak, text)
-      type(simulation_type), intent(in) :: simulation   !< at the end of the run
+      type(simulation_type), intent(in) :: simulation   !< simulation at the end of the run
       type(amplification_type), intent(in) :: wanted    !< points, axis, band (Hz)
       type(response_peak_type), intent(in) :: peak      !< as found in the output
       character(len=:), allocatable, intent(out) :: text  !< blank if all agree

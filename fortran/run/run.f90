@@ -51,9 +51,9 @@ module dda_run
       integer(long) :: saved = 0                    !< clock count at the last checkpoint
       logical :: writes = .false.
       logical :: waits = .false.                    !< the first stage has not begun
-      logical :: has_output = .false.               !< it will write an output
+      logical :: has_output = .false.               !< the run will write an output
       logical :: sound = .true.                     !< no step has failed
-      logical :: was_complete = .false.             !< its output was complete before it was resumed
+      logical :: was_complete = .false.  !< the output was complete before the run was resumed
    end type run_type
 
 contains
@@ -61,7 +61,7 @@ contains
    !> Begin a run: set up the simulation of a model and, if requested, its output.
    subroutine begin_run(run, model, writes, error)
       type(run_type), intent(out) :: run  !< and its files
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       logical, intent(in) :: writes  !< the run has an output
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
@@ -72,7 +72,7 @@ contains
    !> Set up the simulation of a model as in the input; stages begin when the run is continued.
    subroutine open_drawn(run, model, writes, error)
       type(run_type), intent(out) :: run  !< and its files
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       logical, intent(in) :: writes  !< the run has an output
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
@@ -101,7 +101,7 @@ contains
    !> If the output is complete, do nothing.
    subroutine resume_run(run, model, error)
       type(run_type), intent(out) :: run  !< and its files
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       call begin_team
@@ -150,7 +150,7 @@ contains
    subroutine open_files(run, resumes, error)
       type(run_type), intent(inout) :: run  !< and its files
       logical, intent(in) :: resumes  !< resume from a checkpoint, if there is one
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       associate (model => run%simulation%model)
          call check_target(model, resumes, error)
@@ -176,7 +176,7 @@ contains
    !> Create files with the first state.
    subroutine begin_files(run, error)
       type(run_type), intent(inout) :: run  !< and its files
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       call doubt_as_begun(run%simulation)
       call remove_checkpoints(run%checkpoints)
@@ -229,7 +229,7 @@ contains
    !> That at the beginning of a dynamic stage is already recorded.
    subroutine record_stage(run, error)
       type(run_type), intent(inout) :: run  !< and its files
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       if (.not. run%simulation%model%stages(run%simulation%stage)%static) return
       call record_sample(run, error)
@@ -239,7 +239,7 @@ contains
    !> Record samples and frames at multiples of their intervals, and at the end.
    subroutine record_step(run, error)
       type(run_type), intent(inout) :: run  !< and its files
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       logical :: last, save, show
 
       last = finished(run%simulation)
@@ -281,7 +281,7 @@ contains
    !> Append a sample to the journal.
    subroutine record_sample(run, error)
       type(run_type), intent(inout) :: run  !< and its files
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       call take_sample(run%simulation, run%journal%iterations, run%sample)
       call begin_row(run%journal, row_sample, 0, error)
@@ -291,7 +291,7 @@ contains
    !> Write the partial output, which can be read during the run.
    subroutine publish(run, error)
       type(run_type), intent(inout) :: run  !< and its files
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       call keep_name(run%journal, error)
       if (allocated(error)) return
@@ -305,7 +305,7 @@ contains
    subroutine write_now(run, complete, error)
       type(run_type), intent(inout) :: run  !< and its files
       logical, intent(in) :: complete  !< the run has reached its duration
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       call reserve_for_output(run, error)
       if (allocated(error)) return
@@ -318,7 +318,7 @@ contains
    !> Reserve the memory for writing the output.
    subroutine reserve_for_output(run, error)
       type(run_type), intent(inout) :: run  !< and its files
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       call make_reserve(run%reserve, writing_memory(run%simulation), 'writing '// &
          run%simulation%model%output%file, 'use fewer blocks, or a machine with more', error)
@@ -327,7 +327,7 @@ contains
    !> Flush the buffers of this process, which a fork would copy.
    subroutine flush_run(run, error)
       type(run_type), intent(in) :: run  !< and its files
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       if (run%writes) call flush_stream(run%journal%file, .false., error)
    end subroutine flush_run
@@ -335,7 +335,7 @@ contains
    !> Write a checkpoint now.
    subroutine save_run(run, error)
       type(run_type), intent(inout) :: run  !< and its files
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       if (.not. (run%writes .and. run%sound)) return
       call save_checkpoint(run%checkpoints, run%simulation, run%journal, error)

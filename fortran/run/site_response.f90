@@ -60,7 +60,7 @@ contains
 
    !> Text of a peak in one line.
    pure function peak_text(model, wanted, peak) result(text)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       type(amplification_type), intent(in) :: wanted  !< points, axis, band (Hz)
       type(response_peak_type), intent(in) :: peak  !< frequency (Hz) and amplitude
       character(len=:), allocatable :: text

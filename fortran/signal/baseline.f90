@@ -35,7 +35,7 @@ module dda_baseline
 
    !> Treatment of a record.
    type :: baseline_type
-      integer :: order = 2          !< of the polynomial removed from the velocity, 0 (none) to 2
+      integer :: order = 2  !< order of the polynomial removed from the velocity, 0 (none) to 2
       logical :: at_rest = .true.   !< the corrected velocity is zero at the last sample (order > 0)
       !> fraction of the record under a cosine taper, half at each end, 0 … 1
       real(wp) :: taper = 0.0_wp
@@ -251,6 +251,7 @@ contains
       acceleration = (drift(1) + 2.0_wp*drift(2)*unit_times(count))/(real(count - 1, wp)*time_step)
    end function derivative
 
+   !> Text on the factor of the record; blank if it is 1.
    pure function scale_text(wanted) result(text)
       type(baseline_type), intent(in) :: wanted  !< processing of the record
       character(len=:), allocatable :: text
@@ -259,6 +260,7 @@ contains
       if (abs(wanted%scale - 1.0_wp) > 0.0_wp) text = 'scaled by '//to_text(wanted%scale)//'; '
    end function scale_text
 
+   !> Text on the removed drift.
    pure function drift_text(drift, duration, wanted) result(text)
       real(wp), intent(in) :: drift(2), duration !< c₁, c₂ (m/s); s
       type(baseline_type), intent(in) :: wanted  !< processing of the record
@@ -272,6 +274,7 @@ contains
       if (ends_at_rest(wanted)) text = text//', to end at rest'
    end function drift_text
 
+   !> Check the arguments of `make_motion_curve`.
    subroutine check(quantity, values, time_step, wanted, error)
       character(len=*), intent(in) :: quantity   !< as in `make_motion_curve`
       real(wp), intent(in) :: values(:)          !< [samples]

@@ -35,7 +35,7 @@ contains
 
    !> Filter the next acceleration; the result is the filtered value at that time, m/s².
    pure subroutine pass(filter, acceleration, step, low)
-      type(low_pass_type), intent(inout) :: filter  !< of the motion so far
+      type(low_pass_type), intent(inout) :: filter  !< filter of the motion so far
       real(wp), intent(in) :: acceleration          !< m/s²
       real(wp), intent(in) :: step                  !< time since the last one, s
       real(wp), intent(out) :: low                  !< m/s²

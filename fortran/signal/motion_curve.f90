@@ -20,9 +20,9 @@ module dda_motion_curve
       real(wp) :: time_step = 0.0_wp           !< time between samples (s)
       real(wp) :: duration = 0.0_wp            !< time of the last sample (s) after the first
       real(wp) :: start = 0.0_wp               !< time of the first sample (s)
-      real(wp), allocatable :: displacement(:) !< at the samples (m) [samples]
-      real(wp), allocatable :: velocity(:)     !< at the samples (m/s) [samples]
-      real(wp), allocatable :: acceleration(:) !< at the samples (m/s²) [samples]
+      real(wp), allocatable :: displacement(:) !< displacement at the samples (m) [samples]
+      real(wp), allocatable :: velocity(:)     !< velocity at the samples (m/s) [samples]
+      real(wp), allocatable :: acceleration(:) !< acceleration at the samples (m/s²) [samples]
       real(wp), allocatable :: higher(:,:)     !< factors of s³, s⁴, s⁵ (m/s³ …) [3, samples − 1]
       real(wp) :: velocity_after = 0.0_wp      !< after the last sample (m/s)
       logical :: ends_at_rest = .true.         !< except for rounding
@@ -199,6 +199,7 @@ contains
       factor(3) = (6.0_wp*d - 3.0_wp*v + 0.5_wp*a)/h**5
    end function quintic
 
+   !> Allocate a curve at rest with a number of samples.
    pure subroutine prepare(curve, count, time_step)
       type(motion_curve_type), intent(inout) :: curve  !< allocated, at rest
       integer, intent(in) :: count                     !< samples

@@ -68,7 +68,7 @@ contains
    !> Continue the motion from one acceleration to another, linearly.
    !> A step that resolves no period is skipped: its terms would be unbounded.
    pure subroutine continue_motion(spectrum, before, after, step)
-      type(response_spectrum_type), intent(inout) :: spectrum  !< of the motion so far
+      type(response_spectrum_type), intent(inout) :: spectrum  !< spectrum of the motion so far
       real(wp), intent(in) :: before, after  !< acceleration at the start and end of the step, m/s²
       real(wp), intent(in) :: step           !< time between them, s; 0: nothing is done
       real(wp) :: change, one, other, q(2)
@@ -145,7 +145,7 @@ contains
    !> Largest displacement, velocity (relative) and absolute acceleration of an oscillator.
    !> It is initially at rest; values are taken up to the last sample.
    pure function oscillator_peaks(acceleration, step, frequency, damping_ratio) result(largest)
-      real(wp), intent(in) :: acceleration(:)  !< of the ground, [samples], m/s²
+      real(wp), intent(in) :: acceleration(:)  !< acceleration of the ground, [samples], m/s²
       real(wp), intent(in) :: step             !< between samples, s
       real(wp), intent(in) :: frequency        !< natural, Hz
       real(wp), intent(in) :: damping_ratio    !< ζ, at least 0 and below 1

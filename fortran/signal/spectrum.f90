@@ -163,6 +163,7 @@ contains
       padded(:size(series)) = series*cosine_taper(size(series), fraction)
    end subroutine window
 
+   !> Check the arguments of a spectrum.
    subroutine check_window(series, time_step, padding, taper, error)
       real(wp), intent(in) :: series(:)                      !< [samples]
       real(wp), intent(in) :: time_step                      !< s

@@ -96,7 +96,7 @@ contains
    !> Energy stored by branches, J/m³ over G.
    pure real(wp) function stored_by_branches(branches, elastic, strain) result(energy)
       type(branches_type), intent(in) :: branches  !< fitted
-      real(wp), intent(in) :: elastic(:)           !< [n] of those that slip
+      real(wp), intent(in) :: elastic(:)           !< [n] e of slipping branches
       real(wp), intent(in) :: strain               !< γ
       real(wp) :: within
       integer :: j

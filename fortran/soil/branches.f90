@@ -72,7 +72,7 @@ contains
       type(damping_type), intent(in) :: damping  !< small-strain damping, not fitted
       real(wp), intent(in) :: limit          !< largest ω_l that the time steps admit, rad/s
       type(branches_type), intent(out) :: branches  !< fitted
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       if (n < 2 .or. n > 200) call fail(error, error_input, 'branches must be in 2 ... 200')
       if (.not. allocated(error)) call require_for_blas(error)
@@ -96,7 +96,7 @@ contains
       type(damping_type), intent(in) :: damping  !< damping with ratio D_min, not fitted; 0: none
       real(wp), intent(in) :: limit      !< largest ω_l that the time steps admit, rad/s
       real(wp), intent(in) :: strain     !< γ_b
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       if (damping%ratio <= 0.0_wp) return
       branches%body = damping
@@ -176,7 +176,7 @@ contains
 
    !> Fit g_j to the secant moduli only; all branches slip.
    subroutine fit_moduli(branches, curve)
-      type(branches_type), intent(inout) :: branches  !< with γ_j and its body
+      type(branches_type), intent(inout) :: branches  !< branches with γ_j and its body
       type(curve_type), intent(in) :: curve           !< of the soil
       real(wp) :: matrix(samples*branches%n + 1, branches%n), right(samples*branches%n + 1)
 
@@ -188,7 +188,7 @@ contains
 
    !> Set up the equations for g_j: secant moduli, and the sum of g_j.
    subroutine require_moduli(branches, curve, matrix, right)
-      type(branches_type), intent(in) :: branches  !< with γ_j and its body
+      type(branches_type), intent(in) :: branches  !< branches with γ_j and its body
       type(curve_type), intent(in) :: curve        !< of the soil
       real(wp), intent(out) :: matrix(:,:)         !< [samples n + 1, n]
       real(wp), intent(out) :: right(:)            !< [samples n + 1]
@@ -209,7 +209,7 @@ contains
    !> Fit g_j and F_j to secant moduli and damping ratios.
    !> The last branch, whose limit no strain exceeds, has one unknown.
    subroutine fit_both(branches, curve)
-      type(branches_type), intent(inout) :: branches  !< with γ_j and its body
+      type(branches_type), intent(inout) :: branches  !< branches with γ_j and its body
       type(curve_type), intent(in) :: curve           !< of the soil
       real(wp), allocatable :: matrix(:,:), right(:), weight(:), strain(:), damping(:), off(:)
       real(wp) :: unknown(2*branches%n - 1), best(branches%n, 2), least
@@ -277,7 +277,7 @@ contains
    !> With Masing's rules, only misfits of the modulus are found.
    subroutine find_misfits(branches, curve, masing)
       type(branches_type), intent(inout) :: branches  !< fitted
-      type(curve_type), intent(in) :: curve           !< that it is to have
+      type(curve_type), intent(in) :: curve           !< curve that it is to have
       logical, intent(in) :: masing                   !< the damping is not that of the curve
       real(wp) :: strain(301), low, high
 

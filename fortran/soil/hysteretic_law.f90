@@ -125,7 +125,7 @@ contains
    !> Add the stress of all branches, over G.
    pure subroutine add_branches(branches, state, e, change, theta, acting, slope)
       type(branches_type), intent(in) :: branches   !< fitted
-      real(wp), intent(in) :: state(:)              !< [any] of the point
+      real(wp), intent(in) :: state(:)              !< [any] state of the point
       real(wp), intent(in) :: e(2), change(2)       !< shear strains at the start, and their change
       real(wp), intent(in) :: theta                 !< θ
       real(wp), intent(out) :: acting(2), slope(2, 2)
@@ -203,10 +203,10 @@ contains
    !> Update strains of the branches at the end of a step, and find losses of branches and scheme.
    pure subroutine finish_branches(branches, state, e, change, theta, loss, scheme)
       type(branches_type), intent(in) :: branches  !< fitted
-      real(wp), intent(inout) :: state(:)          !< [any] of the point
+      real(wp), intent(inout) :: state(:)          !< [any] state of the point
       real(wp), intent(in) :: e(2), change(2)      !< shear strains at the start, and their change
       real(wp), intent(in) :: theta                !< θ
-      real(wp), intent(inout) :: loss(losses)      !< gets that by slip
+      real(wp), intent(inout) :: loss(losses)      !< losses; the loss by slip is set
       real(wp), intent(out) :: scheme              !< by the scheme
       real(wp) :: p(2), own(2, 2), modulus, grown
       integer :: j
@@ -233,7 +233,7 @@ contains
    !> Update strain and mechanisms of the body at the end of a step, and find its losses.
    pure subroutine finish_body(branches, state, change, modulus, step, loss)
       type(branches_type), intent(in) :: branches  !< fitted
-      real(wp), intent(inout) :: state(:)          !< [any] of the point
+      real(wp), intent(inout) :: state(:)          !< [any] state of the point
       real(wp), intent(in) :: change(3)            !< change of the strains of shear and volume
       real(wp), intent(in) :: modulus(2)           !< of both, Pa
       type(step_type), intent(in) :: step          !< the present one
@@ -269,7 +269,7 @@ contains
    pure real(wp) function stored(self, point, state, strain)
       class(hysteretic_law_type), intent(in) :: self  !< law
       type(strain_point_type), intent(in) :: point    !< at its position
-      real(wp), intent(in) :: state(:)                !< [any] of the point
+      real(wp), intent(in) :: state(:)                !< [any] state of the point
       real(wp), intent(in) :: strain(3)               !< ε
       real(wp) :: e(3), energy(3), modulus(2)
       integer :: i, j, l

@@ -238,7 +238,7 @@ contains
    pure real(wp) function stored(self, point, state, strain)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
       type(strain_point_type), intent(in) :: point        !< at its position
-      real(wp), intent(in) :: state(:)                    !< [any] of the point
+      real(wp), intent(in) :: state(:)                    !< [any] state of the point
       real(wp), intent(in) :: strain(3)                   !< ε
 
       associate (elastic => strain - state(plastic))
@@ -251,7 +251,7 @@ contains
    !> Plastic strain κ.
    pure real(wp) function plastic_strain(self, state)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
-      real(wp), intent(in) :: state(:)                    !< [any] of a point
+      real(wp), intent(in) :: state(:)                    !< [any] state of a point
 
       plastic_strain = state(strained)
    end function plastic_strain
@@ -268,7 +268,7 @@ contains
    pure real(wp) function jump_cap(self, point, state, strain)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
       type(strain_point_type), intent(in) :: point        !< of the face
-      real(wp), intent(in) :: state(:)                    !< [any] of the point
+      real(wp), intent(in) :: state(:)                    !< [any] state of the point
       real(wp), intent(in) :: strain(3)                   !< ε at the start of a step
       type(circle_type) :: circle
       type(strength_type) :: strength
@@ -288,7 +288,7 @@ contains
    !> With the trace only, a shear γ loses γ²/4 of its area, and a pressure p reduces stress by ½pγ.
    pure function shape_stress(self, state) result(stress)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
-      real(wp), intent(in) :: state(:)                    !< [any] of the point
+      real(wp), intent(in) :: state(:)                    !< [any] state of the point
       real(wp) :: stress(3)
 
       stress = state(mean_stress)*[state(2), state(1), -0.5_wp*state(3)]
@@ -297,7 +297,7 @@ contains
    !> Pressure −σ_m of the last step, if positive.
    pure real(wp) function pressure(self, state)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
-      real(wp), intent(in) :: state(:)                    !< [any] of the point
+      real(wp), intent(in) :: state(:)                    !< [any] state of the point
 
       pressure = max(0.0_wp, -state(mean_stress))
    end function pressure

@@ -46,10 +46,10 @@ module dda_shear_column
       real(wp), allocatable :: elastic(:,:)   !< [branches,cells] e of slipping branches
       real(wp), allocatable :: memory(:,:)    !< [mechanisms,cells] ζ
       real(wp) :: reaction = 0.0_wp           !< force on the base in the last step, Pa
-      real(wp) :: work = 0.0_wp               !< at the base, J/m²
+      real(wp) :: work = 0.0_wp               !< work at the base, J/m²
       real(wp) :: slipped = 0.0_wp            !< lost by slip, J/m²
       real(wp) :: damped = 0.0_wp             !< loss by the small-strain mechanisms, J/m²
-      integer :: iterations = 0               !< of the last step
+      integer :: iterations = 0               !< iterations of the last step
    end type shear_state_type
 
 contains
@@ -57,7 +57,7 @@ contains
    !> Create a column at rest.
    subroutine begin_column(column, state)
       type(shear_column_type), intent(in) :: column  !< layers as cells
-      type(shear_state_type), intent(out) :: state  !< of the column, at rest
+      type(shear_state_type), intent(out) :: state  !< state of the column, at rest
       integer :: n
 
       n = size(column%thickness)
@@ -75,7 +75,7 @@ contains
       !> mean velocity of the base in the step, or of an outcrop of the half-space, m/s
       real(wp), intent(in) :: base
       type(shear_state_type), intent(inout) :: state  !< of the column
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       real(wp), dimension(size(state%velocity)) :: d, residual, load
       real(wp), dimension(size(state%strain)) :: stress, tangent
       real(wp) :: scale
@@ -102,12 +102,12 @@ contains
    !> Perform one iteration of Newton's method, halved while the residual grows.
    subroutine newton_iteration(column, state, time_step, load, d, stress, tangent, residual, scale)
       type(shear_column_type), intent(in) :: column    !< layers as cells
-      type(shear_state_type), intent(in) :: state      !< at the start of the step
+      type(shear_state_type), intent(in) :: state      !< state at the start of the step
       real(wp), intent(in) :: time_step                !< Δt, s
       real(wp), intent(in) :: load(:)                  !< [nodes] Pa
       real(wp), intent(inout) :: d(:)                  !< [nodes] Δu, m
       real(wp), intent(inout) :: stress(:), tangent(:) !< [cells] at d, Pa
-      real(wp), intent(inout) :: residual(:)           !< [nodes] at d, Pa
+      real(wp), intent(inout) :: residual(:)           !< [nodes] residual at d, Pa
       real(wp), intent(inout) :: scale                 !< largest force, Pa
       real(wp) :: correction(size(d)), from(size(d)), before, factor
       integer :: halving
@@ -127,7 +127,7 @@ contains
    !> Compute stresses, tangents and residual forces at increments of the nodes.
    pure subroutine evaluate(column, state, time_step, load, d, stress, tangent, residual, scale)
       type(shear_column_type), intent(in) :: column  !< layers as cells
-      type(shear_state_type), intent(in) :: state    !< at the start of the step
+      type(shear_state_type), intent(in) :: state    !< state at the start of the step
       real(wp), intent(in) :: time_step              !< Δt, s
       real(wp), intent(in) :: load(:), d(:)          !< [nodes] Pa; Δu, m
       real(wp), intent(out) :: stress(:)             !< [cells] stress in the step, Pa

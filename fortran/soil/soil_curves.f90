@@ -26,7 +26,7 @@ module dda_soil_curves
       real(wp) :: plasticity = 0.0_wp         !< PI, per cent
       real(wp) :: stress = atmosphere         !< mean effective stress, Pa
       real(wp) :: consolidation = 1.0_wp      !< OCR
-      real(wp) :: frequency = 1.0_wp          !< of the loading, Hz
+      real(wp) :: frequency = 1.0_wp          !< frequency of the loading, Hz
       real(wp) :: cycles = 10.0_wp            !< of the loading
       real(wp) :: reference = 0.0_wp          !< γ_r
       real(wp) :: factor = 1.0_wp             !< β of MKZ
@@ -41,7 +41,7 @@ contains
    subroutine curve_of(soil, curve, error)
       type(soil_type), intent(in) :: soil     !< as requested
       type(curve_type), intent(out) :: curve  !< its table
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       real(wp) :: fine((below + samples - 1)*parts + 1), share
 
       if (soil%curve == 'table') then

@@ -55,19 +55,19 @@ contains
    !> Set the names of the files and the checksums of the input.
    subroutine begin_checkpoints(checkpoints, model)
       type(checkpoints_type), intent(out) :: checkpoints  !< of the output
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
 
       checkpoints%newest = checkpoint_name(model%output%file)
       checkpoints%previous = checkpoints%newest//'.previous'
       checkpoints%coming = checkpoints%newest//'.coming'
       checkpoints%build = build_of_program()
       call digest_model(model, checkpoints%input, checkpoints%motions)
-      call write_archive(checkpoints%archive)  ! allocates its memory now
+      call write_archive(checkpoints%archive)  ! allocates the memory of the archive
    end subroutine begin_checkpoints
 
    !> Compute the checksums of an input and its files.
    subroutine digest_model(model, input, motions)
-      type(model_type), intent(in) :: model  !< as read from the input
+      type(model_type), intent(in) :: model  !< model as read from the input
       integer(long), intent(out) :: input, motions  !< checksums of text with blocks, of curves
       type(archive_type) :: archive
       type(motion_curve_type) :: curve
@@ -120,7 +120,7 @@ contains
       type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
       type(simulation_type), intent(inout) :: simulation  !< written or read
       type(journal_type), intent(inout) :: journal  !< of the run
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       logical :: to_disk
 
       to_disk = is_due(checkpoints%flushing)
@@ -146,7 +146,7 @@ contains
    subroutine rename_coming(checkpoints, on_disk, error)
       type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
       logical, intent(in) :: on_disk  !< the coming checkpoint is flushed to the disk
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       logical :: done
 
       if (checkpoints%newest_on_disk) then
@@ -166,9 +166,9 @@ contains
       type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
       type(simulation_type), intent(inout) :: simulation  !< written or read
       type(journal_type), intent(inout) :: journal  !< of the run
-      type(model_type), intent(in) :: model  !< as read from the input
-      character(len=:), allocatable, intent(out) :: notice  !< which checkpoint, and why
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(model_type), intent(in) :: model  !< model as read from the input
+      character(len=:), allocatable, intent(out) :: notice  !< message: which checkpoint, and why
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(error_type), allocatable :: reason
       logical :: unused
 
@@ -195,7 +195,7 @@ contains
       type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
       type(simulation_type), intent(inout) :: simulation  !< written or read
       type(journal_type), intent(inout) :: journal  !< of the run
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       call begin_reading(name, checkpoints%archive, error)
       if (allocated(error)) return
@@ -218,7 +218,7 @@ contains
    !> Save or check version, build and input of a checkpoint.
    subroutine serialise_identity(checkpoints, error)
       type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       character(len=:), allocatable :: maker, build
       integer(long) :: input, motions
 

@@ -49,6 +49,7 @@ contains
       call check_list(archive, contacts%joint(:n), 1, joints)
    end subroutine serialise_contacts
 
+   !> Save or restore one variable of a list.
    subroutine serialise_variable(operation, integers, logicals, reals, columns)
       class(serialisation_type), intent(inout) :: operation          !< archive, and how many
       integer, allocatable, intent(inout), optional :: integers(:)   !< [capacity]

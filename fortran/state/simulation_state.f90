@@ -64,6 +64,7 @@ contains
       call serialise_label(archive, 'end')
    end subroutine serialise_simulation
 
+   !> Save or restore step, time, bounds on movement and the index of the present list.
    subroutine serialise_clock(archive, simulation)
       type(archive_type), intent(inout) :: archive  !< written or read
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
@@ -177,6 +178,7 @@ contains
       end if
    end subroutine serialise_changes
 
+   !> Save or restore the counts of the run.
    subroutine serialise_counters(archive, simulation)
       type(archive_type), intent(inout) :: archive  !< written or read
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
@@ -213,6 +215,7 @@ contains
       call serialise(archive, stop_state%window)
    end subroutine serialise_stop
 
+   !> Save or restore the energy budget.
    subroutine serialise_energy(archive, energy)
       type(archive_type), intent(inout) :: archive  !< written or read
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
@@ -246,7 +249,7 @@ contains
    !> vertices, which are those of the input.
    subroutine serialise_blocks(archive, blocks)
       type(archive_type), intent(inout) :: archive  !< written or read
-      type(blocks_type), intent(inout) :: blocks  !< in their present state
+      type(blocks_type), intent(inout) :: blocks  !< blocks in their present state
 
       call serialise_label(archive, 'blocks')
       call serialise(archive, blocks%initial_stress)

@@ -14,7 +14,7 @@ contains
    subroutine serialise_solver(archive, solver, matrix)
       type(archive_type), intent(inout) :: archive  !< written or read
       type(solver_type), intent(inout) :: solver  !< linear solver
-      type(block_matrix_type), intent(in) :: matrix  !< only its pattern is read
+      type(block_matrix_type), intent(in) :: matrix  !< matrix; only its pattern is read
       character(len=:), allocatable :: method
 
       call serialise_label(archive, 'solver')

@@ -43,7 +43,7 @@ contains
 
    !> Build the tree of fronts of a graph eliminated in the given order, and refine the order.
    pure subroutine tree_of_fronts(graph, order, tree)
-      type(block_graph_type), intent(in) :: graph  !< of the block matrix
+      type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
       integer, intent(in) :: order(graph%n)  !< block row eliminated k-th
       type(front_tree_type), intent(out) :: tree  !< fronts in postorder
       type(clusters_type) :: clusters
@@ -62,9 +62,9 @@ contains
    !> Row i of the factor is the part of the tree between i and its neighbours; the end of each path
    !> to a neighbour is a child of i.
    pure subroutine count_rows(graph, order, permuted, parent, rows)
-      type(block_graph_type), intent(in) :: graph  !< of the block matrix
+      type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
       integer, intent(in) :: order(graph%n), permuted(graph%n)  !< permutation and its inverse
-      integer, intent(out) :: parent(graph%n)  !< of each column, 0 for a root
+      integer, intent(out) :: parent(graph%n)  !< parent of each column, 0 for a root
       integer, intent(out) :: rows(graph%n)  !< of each column
       integer :: mark(graph%n), i, j, e
 

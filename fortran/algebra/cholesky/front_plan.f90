@@ -29,7 +29,7 @@ module dda_front_plan
    !> in the order of elimination.
    type :: front_plan_type
       integer :: n = 0                     !< block rows
-      integer :: entries = 0               !< lower blocks that it couples them by
+      integer :: entries = 0               !< number of lower blocks
       integer :: fronts = 0                !< fronts, in postorder
       integer, allocatable :: order(:)     !< [n] block row of each permuted index
       integer, allocatable :: first(:)     !< [fronts+1] first pivot of each front
@@ -45,7 +45,7 @@ module dda_front_plan
       integer, allocatable :: inside(:)
       integer, allocatable :: entry_start(:) !< [n+1] where the lower blocks of each column begin
       integer, allocatable :: entry(:)     !< [entries] number of the block; negative if transposed
-      integer, allocatable :: entry_row(:) !< [entries] its row, counted in the front
+      integer, allocatable :: entry_row(:) !< [entries] row of the block, counted in the front
       !> [fronts+1] first number of each front's columns of the factor
       integer(long), allocatable :: factor_start(:)
       integer, allocatable :: pivot_panels(:) !< [fronts] packed panels of the pivot rows
@@ -70,7 +70,7 @@ contains
 
    !> Plan the factor of a matrix with the given graph and order of elimination.
    pure subroutine make_plan(graph, order, plan)
-      type(block_graph_type), intent(in) :: graph  !< of the block matrix
+      type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
       integer, intent(in) :: order(graph%n)  !< block row eliminated k-th
       type(front_plan_type), intent(out) :: plan  !< symbolic factor
       type(front_tree_type) :: tree
@@ -110,7 +110,7 @@ contains
    !> List the rows below each front: row i belongs to every front between it and its tree
    !> neighbours. Rows are added in ascending order, so that each list ascends.
    pure subroutine list_rows(graph, permuted, front_at, plan)
-      type(block_graph_type), intent(in) :: graph  !< of the block matrix
+      type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
       !> index in the order; front of each index
       integer, intent(in) :: permuted(graph%n), front_at(graph%n)
       type(front_plan_type), intent(inout) :: plan  !< under construction
@@ -188,7 +188,7 @@ contains
 
    !> Find the position of each lower block of the matrix: the column that is eliminated first.
    pure subroutine list_entries(graph, permuted, front_at, plan)
-      type(block_graph_type), intent(in) :: graph  !< of the block matrix
+      type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
       !> index in the order; front of each index
       integer, intent(in) :: permuted(graph%n), front_at(graph%n)
       type(front_plan_type), intent(inout) :: plan  !< under construction
@@ -270,7 +270,7 @@ contains
    !> Updates passed from tasks to root fronts are retained until all tasks are done; then root
    !> fronts use the workspaces of threads.  One thread alone adds an update at once.
    pure subroutine plan_updates(plan, threads)
-      type(front_plan_type), intent(inout) :: plan  !< with its fronts and tasks
+      type(front_plan_type), intent(inout) :: plan  !< plan with its fronts and tasks
       integer, intent(in) :: threads  !< that factorise
       integer :: level(plan%fronts), t, front
 

@@ -53,7 +53,7 @@ contains
    subroutine plan_low_rank(low, plan, error)
       type(low_rank_type), intent(inout) :: low  !< gets memory
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
-      type(error_type), allocatable, intent(inout) :: error  !< set on failure, once
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       if (.not. allocated(low%columns%w)) call plan_columns(low%columns, plan, error)
       if (allocated(low%t)) return

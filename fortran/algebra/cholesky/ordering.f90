@@ -48,7 +48,7 @@ contains
 
    !> Find an order of elimination with little fill: order(k) is the block row eliminated k-th.
    subroutine fill_order(graph, order)
-      type(block_graph_type), intent(in) :: graph  !< of the block matrix
+      type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
       integer, allocatable, intent(out) :: order(:)  !< [n] block row eliminated k-th
       logical :: done
 
@@ -62,7 +62,7 @@ contains
 
    !> Find the approximate minimum degree order.
    subroutine minimum_degree_order(graph, order, done)
-      type(block_graph_type), intent(in) :: graph  !< of the block matrix
+      type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
       integer, allocatable, intent(out) :: order(:)  !< [n] block row eliminated k-th
       logical, intent(out) :: done !< false if the library lacked memory
       real(c_double) :: info(20)
@@ -75,7 +75,7 @@ contains
 
    !> Find the nested dissection order.
    subroutine dissection_order(graph, order, done)
-      type(block_graph_type), intent(in) :: graph  !< of the block matrix
+      type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
       integer, allocatable, intent(out) :: order(:)  !< [n] block row eliminated k-th
       logical, intent(out) :: done !< false if the library lacked memory
       integer(c_int32_t), allocatable :: permuted(:)
@@ -88,7 +88,7 @@ contains
 
    !> Find the reverse Cuthill–McKee order, one connected part after the other.
    pure subroutine bandwidth_order(graph, order)
-      type(block_graph_type), intent(in) :: graph  !< of the block matrix
+      type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
       integer, allocatable, intent(out) :: order(:)  !< [n] block row eliminated k-th
       integer, allocatable :: list(:), mark(:)
       integer :: v, filled, last_level
@@ -106,7 +106,7 @@ contains
 
    !> Find a peripheral vertex of the component of v, from which the component is long and thin.
    pure integer function peripheral_vertex(graph, v)
-      type(block_graph_type), intent(in) :: graph  !< of the block matrix
+      type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
       integer, intent(in) :: v  !< vertex
       integer, allocatable :: list(:), mark(:)
       integer :: candidate, depth, deepest, filled, last_level
@@ -131,12 +131,12 @@ contains
 
    !> Append all vertices that can be reached from a vertex, level by level, least degree first.
    pure subroutine breadth_first(graph, from, mark, list, filled, last_level)
-      type(block_graph_type), intent(in) :: graph  !< of the block matrix
+      type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
       integer, intent(in) :: from  !< vertex
       integer, intent(inout) :: mark(:)    !< [n] level of each vertex met, 1 for `from`; else 0
       integer, intent(inout) :: list(:)    !< [n] vertices met
       integer, intent(inout) :: filled     !< how many
-      integer, intent(out) :: last_level   !< where the last level begins in the list
+      integer, intent(out) :: last_level   !< start of the last level in the list
       integer :: head, v, w, e, found
 
       head = filled + 1
@@ -164,7 +164,7 @@ contains
 
    !> Number of couplings of a block row.
    elemental integer function degree(graph, v)
-      type(block_graph_type), intent(in) :: graph  !< of the block matrix
+      type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
       integer, intent(in) :: v  !< vertex
 
       degree = graph%start(v + 1) - graph%start(v)

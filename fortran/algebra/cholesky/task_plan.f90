@@ -53,7 +53,7 @@ contains
    pure subroutine bind_tasks(parent, subtree, limit, plan)
       integer, intent(in) :: parent(:)  !< [fronts] in postorder, 0 for a root
       real(wp), intent(in) :: subtree(:)  !< [fronts] cost of each subtree
-      real(wp), intent(in) :: limit       !< most that a task may cost
+      real(wp), intent(in) :: limit       !< largest cost of a task
       type(task_plan_type), intent(inout) :: plan  !< gets its tasks
       integer, dimension(size(parent)) :: first, last, task
       integer :: front, begin, t

@@ -51,11 +51,11 @@ contains
       class(operator_type), intent(inout) :: operator  !< its products are counted
       integer, intent(in) :: n          !< size of the operator
       integer, intent(in) :: count      !< 1 … n−1
-      real(wp), intent(in) :: tolerance !< of the residual / eigenvalue
+      real(wp), intent(in) :: tolerance !< tolerance of the residual / eigenvalue
       real(wp), allocatable, intent(out) :: values(:)    !< [count]
       real(wp), allocatable, intent(out) :: vectors(:,:) !< [n,count]
       real(wp), allocatable, intent(out) :: residuals(:) !< [count] ‖Av − λv‖ / |λ|
-      type(error_type), allocatable, intent(out) :: error  !< not converged, or not to the tolerance
+      type(error_type), allocatable, intent(out) :: error !< error if not converged to the tolerance
       integer, intent(in), optional :: salt           !< another start vector
       integer, intent(in), optional :: most_restarts  !< default 3000
       type(iteration_type) :: iteration
@@ -77,10 +77,11 @@ contains
       call check_pairs(operator, tolerance, values, vectors, residuals, error)
    end subroutine largest_pairs
 
+   !> Set the parameters of ARPACK and allocate its workspace.
    subroutine prepare(iteration, n, count, tolerance)
       type(iteration_type), intent(out) :: iteration  !< ready to iterate
       integer, intent(in) :: n, count  !< size, requested eigenvalues
-      real(wp), intent(in) :: tolerance  !< of the residual / eigenvalue
+      real(wp), intent(in) :: tolerance  !< tolerance of the residual / eigenvalue
 
       iteration%n = n
       iteration%count = count

@@ -21,8 +21,8 @@ contains
 
    !> Find a bandwidth-reducing order and its half width.
    subroutine order_band(factor, matrix)
-      type(band_type), intent(inout) :: factor  !< gets order and half width
-      type(block_matrix_type), intent(in) :: matrix      !< its pattern is read
+      type(band_type), intent(inout) :: factor  !< factor; receives order and half width
+      type(block_matrix_type), intent(in) :: matrix      !< matrix; only its pattern is read
       type(block_graph_type) :: graph
       integer, allocatable :: order(:)
       integer :: i, e, apart
@@ -43,7 +43,7 @@ contains
 
    !> Copy the values of a matrix into the band.
    pure subroutine fill_band(factor, matrix)
-      type(band_type), intent(inout) :: factor  !< with a band of the right size
+      type(band_type), intent(inout) :: factor  !< factor with a band of the right size
       type(block_matrix_type), intent(in) :: matrix      !< K
       integer :: i, e
 

@@ -16,7 +16,7 @@ module dda_deflation
    type :: null_space_type
       integer :: groups = 0
       integer :: dimension = 0                !< number of null vectors
-      integer, allocatable :: group(:)        !< [n] of each block row
+      integer, allocatable :: group(:)        !< [n] group of each block row
       !> [6,3,n] up to three vectors of the row's group, else zero
       real(wp), allocatable :: basis(:,:,:)
    end type null_space_type
@@ -48,7 +48,7 @@ contains
    !> Add a found vector to the vectors that are projected out.
    pure subroutine keep_vector(deflation, vector)
       type(deflation_type), intent(inout) :: deflation  !< gets one more
-      real(wp), intent(in) :: vector(:)  !< [6n] of length 1
+      real(wp), intent(in) :: vector(:)  !< [6n] vector of length 1
 
       call grow(deflation%vector, size(vector), deflation%kept + 1)
       deflation%kept = deflation%kept + 1

@@ -70,7 +70,7 @@ contains
    subroutine largest_eigenvalue(stiffness, mass, tolerance, pairs, error)
       type(block_matrix_type), intent(in) :: stiffness  !< K, N/m
       real(wp), intent(in) :: mass(:,:,:)           !< [6,6,n]
-      real(wp), intent(in) :: tolerance             !< of the residual / ω²
+      real(wp), intent(in) :: tolerance             !< tolerance of the residual / ω²
       type(eigenpairs_type), intent(out) :: pairs   !< one pair
       type(error_type), allocatable, intent(out) :: error  !< M is not definite, or no convergence
       type(scaled_stiffness_type) :: operator
@@ -271,7 +271,7 @@ contains
    subroutine unscale(factor, values, vectors, pairs)
       type(mass_factor_type), intent(in) :: factor  !< G
       real(wp), intent(in) :: values(:), vectors(:,:)  !< [n] ω², [6 blocks,n]
-      type(eigenpairs_type), intent(inout) :: pairs  !< gets values and vectors
+      type(eigenpairs_type), intent(inout) :: pairs  !< pairs; receives values and vectors
       integer :: i, blocks
 
       blocks = size(factor%g, 3)
@@ -294,6 +294,7 @@ contains
       pairs%n = size(order)
    end subroutine select_pairs
 
+   !> Multiply a vector by S = G⁻¹KG⁻ᵀ.
    subroutine apply_scaled(self, x, y)
       class(scaled_stiffness_type), intent(inout) :: self  !< S
       real(wp), intent(in) :: x(:)  !< [6n]
@@ -302,6 +303,7 @@ contains
       call multiply(self%matrix, x, y)
    end subroutine apply_scaled
 
+   !> Multiply a vector by Gᵀ(K − σM)⁻¹G and remove the deflated vectors.
    subroutine apply_inverse(self, x, y)
       class(shifted_inverse_type), intent(inout) :: self  !< its workspace changes
       real(wp), intent(in) :: x(:)  !< [6n]

@@ -45,7 +45,7 @@ module dda_abstract_solver
       subroutine analyse_pattern(self, matrix)
          import :: linear_solver_type, block_matrix_type
          class(linear_solver_type), intent(inout) :: self  !< the solver
-         type(block_matrix_type), intent(in) :: matrix  !< its values are not read
+         type(block_matrix_type), intent(in) :: matrix  !< matrix; its values are not read
       end subroutine analyse_pattern
 
       !> Set new values of a matrix with the analysed pattern.
@@ -61,7 +61,7 @@ module dda_abstract_solver
       subroutine solve_system(self, matrix, b, x, convergence)
          import :: linear_solver_type, block_matrix_type, convergence_type, wp
          class(linear_solver_type), intent(inout) :: self  !< the solver
-         type(block_matrix_type), intent(in) :: matrix  !< as it was renewed
+         type(block_matrix_type), intent(in) :: matrix  !< matrix as it was renewed
          real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side, N
          real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution, m
          type(convergence_type), intent(inout) :: convergence  !< asked and reached
@@ -74,14 +74,14 @@ contains
    subroutine keep_error(self, matrix, error)
       class(linear_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< K̂
-      type(error_type), allocatable, intent(inout) :: error  !< of `renew`; not allocated on success
+      type(error_type), allocatable, intent(inout) :: error  !< error of `renew`, if any
    end subroutine keep_error
 
    !> Update x for a change of b by one preconditioner application; default: not possible.
    subroutine correct_nothing(self, n, change, x, done)
       class(linear_solver_type), intent(inout) :: self  !< the solver
       integer, intent(in) :: n  !< block rows
-      real(wp), intent(in) :: change(6, n)  !< of the right-hand side, N
+      real(wp), intent(in) :: change(6, n)  !< change of the right-hand side, N
       real(wp), intent(inout) :: x(6, n)  !< solution, m
       logical, intent(out) :: done  !< otherwise x is unchanged
 
@@ -91,7 +91,7 @@ contains
    !> Save or restore stored values; default: none, since most solvers are rebuilt from the matrix.
    subroutine serialise_nothing(self, matrix, archive)
       class(linear_solver_type), intent(inout) :: self  !< the solver
-      type(block_matrix_type), intent(in) :: matrix  !< only its pattern is read
+      type(block_matrix_type), intent(in) :: matrix  !< matrix; only its pattern is read
       type(archive_type), intent(inout) :: archive  !< written or read
    end subroutine serialise_nothing
 

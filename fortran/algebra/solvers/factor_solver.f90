@@ -23,7 +23,7 @@ module dda_factor_solver
    !> that it has few digits; this number with an earlier factor, before a new one is computed
    integer, parameter :: most_rounds = 4
 
-   real(wp), parameter :: drift = 2.0_wp   !< allowed for of the contraction in a step
+   real(wp), parameter :: drift = 2.0_wp   !< allowed factor of the contraction per step
 
    !> The factor.
    type, extends(linear_solver_type) :: factor_solver_type
@@ -44,7 +44,7 @@ contains
    !> Set the pattern.
    subroutine analyse(self, matrix)
       class(factor_solver_type), intent(inout) :: self  !< the solver
-      type(block_matrix_type), intent(in) :: matrix  !< its pattern is read
+      type(block_matrix_type), intent(in) :: matrix  !< matrix; only its pattern is read
 
       call make_workspace(self%work, matrix%n)
       call analyse_sparse(self%sparse, matrix)
@@ -149,7 +149,7 @@ contains
    !> Save or restore the values of a factor whose matrix no longer exists.
    subroutine serialise(self, matrix, archive)
       class(factor_solver_type), intent(inout) :: self  !< the solver
-      type(block_matrix_type), intent(in) :: matrix  !< only its pattern is read
+      type(block_matrix_type), intent(in) :: matrix  !< matrix; only its pattern is read
       type(archive_type), intent(inout) :: archive  !< written or read
       type(error_type), allocatable :: error
       logical, allocatable :: coupled(:)

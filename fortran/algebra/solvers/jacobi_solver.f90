@@ -28,7 +28,7 @@ contains
    !> Prepare for a pattern: only the vectors of the iteration depend on it.
    subroutine analyse(self, matrix)
       class(jacobi_solver_type), intent(inout) :: self  !< the solver
-      type(block_matrix_type), intent(in) :: matrix  !< its pattern is read
+      type(block_matrix_type), intent(in) :: matrix  !< matrix; only its pattern is read
 
       call make_workspace(self%work, matrix%n)
    end subroutine analyse

@@ -32,7 +32,7 @@ contains
    !> Set a new pattern.
    subroutine analyse_lagged(lagged, matrix)
       type(lagged_factor_type), intent(inout) :: lagged  !< without a factor
-      type(block_matrix_type), intent(in) :: matrix  !< its pattern is read
+      type(block_matrix_type), intent(in) :: matrix  !< matrix; only its pattern is read
 
       call analyse(lagged%factor, matrix)
       call free_low_rank(lagged%low)

@@ -41,7 +41,7 @@ contains
    !> Plan the factor for a pattern.
    subroutine analyse(self, matrix)
       class(lagged_solver_type), intent(inout) :: self  !< the solver
-      type(block_matrix_type), intent(in) :: matrix  !< its pattern is read
+      type(block_matrix_type), intent(in) :: matrix  !< matrix; only its pattern is read
 
       call make_workspace(self%work, matrix%n)
       call analyse_lagged(self%lagged, matrix)
@@ -67,7 +67,7 @@ contains
    subroutine renew_shifted(self, matrix, error)
       class(lagged_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< K̂
-      type(error_type), allocatable, intent(inout) :: error  !< of `renew`; not allocated on success
+      type(error_type), allocatable, intent(inout) :: error  !< error of `renew`, if any
 
       call refactorise(self%lagged, matrix, error, .true.)
       self%factors = 1
@@ -101,7 +101,7 @@ contains
    subroutine correct(self, n, change, x, done)
       class(lagged_solver_type), intent(inout) :: self  !< the solver
       integer, intent(in) :: n  !< block rows
-      real(wp), intent(in) :: change(6, n)  !< of the right-hand side, N
+      real(wp), intent(in) :: change(6, n)  !< change of the right-hand side, N
       real(wp), intent(inout) :: x(6, n)  !< solution, m
       logical, intent(out) :: done  !< otherwise x is unchanged
 
@@ -114,7 +114,7 @@ contains
    !> Save or restore the values of the factor, whose matrix no longer exists.
    subroutine serialise_factor(self, matrix, archive)
       class(lagged_solver_type), intent(inout) :: self  !< the solver
-      type(block_matrix_type), intent(in) :: matrix  !< only its pattern is read
+      type(block_matrix_type), intent(in) :: matrix  !< matrix; only its pattern is read
       type(archive_type), intent(inout) :: archive  !< written or read
       type(error_type), allocatable :: error
       logical, allocatable :: coupled(:)

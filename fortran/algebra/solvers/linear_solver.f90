@@ -46,7 +46,7 @@ module dda_linear_solver
       ! unsaved, the input: name
       ! unsaved, recomputed in each step: loads
       character(len=6) :: name = 'auto'           !< as chosen
-      character(len=6) :: method = ''             !< at work; 'auto' before the first values
+      character(len=6) :: method = ''             !< present method; 'auto' before the first values
       class(linear_solver_type), allocatable :: active
       real(wp) :: loads = 0.0_wp                  !< smallest scale that residuals are compared with
       logical :: rigid = .false.                  !< b contains terms that only make blocks rigid
@@ -81,7 +81,7 @@ contains
    !> Prepare for a pattern; needed again only when the pattern changes.
    subroutine analyse(solver, matrix)
       type(solver_type), intent(inout) :: solver  !< solver and counts
-      type(block_matrix_type), intent(in) :: matrix  !< its values are not read
+      type(block_matrix_type), intent(in) :: matrix  !< matrix; its values are not read
 
       solver%shifted = 0
       if (solver%name == 'auto' .and. matrix%n > small) then
@@ -94,7 +94,7 @@ contains
    !> Select a method and analyse the pattern of a matrix.
    subroutine set_method(solver, matrix, method)
       type(solver_type), intent(inout) :: solver  !< solver and counts
-      type(block_matrix_type), intent(in) :: matrix  !< its pattern is read
+      type(block_matrix_type), intent(in) :: matrix  !< matrix; only its pattern is read
       character(len=*), intent(in) :: method  !< one of `solver_names`, except 'auto'
 
       solver%method = method
@@ -186,7 +186,7 @@ contains
    !> Solve K x = b from the given x; iterations may stop at a fraction of the first residual.
    subroutine solve(solver, matrix, b, x, error, reduction)
       type(solver_type), intent(inout) :: solver  !< solver and counts
-      type(block_matrix_type), intent(in) :: matrix  !< as it was renewed
+      type(block_matrix_type), intent(in) :: matrix  !< matrix as it was renewed
       real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side, N
       real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution, m
       type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
@@ -223,10 +223,10 @@ contains
    !> One preconditioner application, if the last solve with this matrix needed one; else a solve.
    subroutine solve_change(solver, matrix, b, change, x, error, reduction)
       type(solver_type), intent(inout) :: solver  !< solver and counts
-      type(block_matrix_type), intent(in) :: matrix  !< as it was renewed and solved with
+      type(block_matrix_type), intent(in) :: matrix  !< matrix as it was renewed and solved with
       real(wp), intent(in) :: b(6, matrix%n)  !< changed right-hand side, N
-      real(wp), intent(in) :: change(6, matrix%n)  !< from the one before, N
-      real(wp), intent(inout) :: x(6, matrix%n)  !< solution of the one before, then of this, m
+      real(wp), intent(in) :: change(6, matrix%n)  !< change from the one before, N
+      real(wp), intent(inout) :: x(6, matrix%n)  !< last solution; on return the new solution, m
       type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
       real(wp), intent(in) :: reduction  !< sufficient fraction of the first residual
       logical :: done
