@@ -110,20 +110,25 @@ def prove(release: str, source: Path, output: Path, systems: Path) -> None:
         sys.exit(f"installing and running took {busy:.0f} s of processors; limit {LONGEST:.0f} s")
 
 
-def make_systems(release: str, bare: Path, full: Path) -> None:
-    """A Debian system of nothing but Python, and one with the documented packages, both clean."""
+def make_bare(release: str, bare: Path) -> None:
+    """A Debian system of nothing but Python."""
     if not bare.exists():
         targets = call("apt-get", "indextargets", "--format", "$(SITE)", "Created-By: Packages")
         site = next(one for one in targets.split() if one.rstrip("/").endswith("debian"))
         include = "--include=python3,python3-venv,ca-certificates"
         call("debootstrap", "--variant=minbase", include, release, bare, site)
+    for file in filter(Path.exists, (Path("/") / name for name in OF_MACHINE)):
+        shutil.copy(file, bare / file.relative_to("/"))
+
+
+def make_systems(release: str, bare: Path, full: Path) -> None:
+    """The bare system, and one with the documented packages, both clean."""
+    make_bare(release, bare)
     present = call("chroot", bare, "dpkg-query", "-W", "-f", "${Package}\\n").split()
     builders = list(filter(BUILD_PACKAGES.match, present))
     if builders:
         sys.exit(f"the bare system is not bare: {builders}")
     print(f"{release}: {len(present)} packages in the bare system")
-    for file in filter(Path.exists, (Path("/") / name for name in OF_MACHINE)):
-        shutil.copy(file, bare / file.relative_to("/"))
     if not full.exists():
         call("cp", "-a", bare, full)
         packages = runpy.run_path(str(ROOT / "python/start.py"))["PACKAGES"]
