@@ -16,6 +16,7 @@ def add_live(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", nargs="?", type=Path, metavar="FILE.nml", help="(a start page)")
     parser.add_argument("--port", type=_PORT, default=0, help="port of the server (its last one)")
     parser.add_argument("--no-open", action="store_true", help="do not open a browser")
+    parser.add_argument("--notebook", action="store_true", help="for `LiveWidget` of a notebook")
     parser.add_argument(
         "--host",
         default="127.0.0.1",
@@ -32,5 +33,6 @@ def _serve_live(options: argparse.Namespace) -> int:
     file = Path(os.path.abspath(options.file)) if options.file else None
     folder = file.parent if file else Path.cwd()
     shipped = Shipped(example_files(), record_files())
-    run_server(folder, file, shipped, options.host, options.port, not options.no_open)
+    show = not (options.no_open or options.notebook)
+    run_server(folder, file, shipped, options.host, options.port, show, options.notebook)
     return 0

@@ -27,13 +27,16 @@ class Guard:
     host : str
         Address that the server listens at.
     port : int
+    notebook : bool
+        Notebooks that are served on this machine may show the page in a frame.
     """
 
-    def __init__(self, host: str, port: int):
+    def __init__(self, host: str, port: int, notebook: bool = False):
         names = {host, "localhost"} if host == LOOPBACK else {host}
         self.hosts = {f"{_bracketed(name)}:{port}" for name in names}
         self.address = f"http://{_bracketed(host)}:{port}/"
         self.token = secrets.token_urlsafe(32)
+        self.frames = "http://127.0.0.1:* http://localhost:*" if notebook else "'none'"
 
     def knows_host(self, host: str | None) -> bool:
         """Whether a request means this server by one of its names."""
@@ -53,7 +56,7 @@ class Guard:
         policy = (
             "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; "
             f"connect-src 'self' {sockets}; base-uri 'none'; form-action 'none'; "
-            "frame-ancestors 'none'"
+            f"frame-ancestors {self.frames}"
         )
         return {
             "Content-Security-Policy": policy,
@@ -62,7 +65,6 @@ class Guard:
             "Cross-Origin-Resource-Policy": "same-origin",
             "Referrer-Policy": "no-referrer",
             "X-Content-Type-Options": "nosniff",
-            "X-Frame-Options": "DENY",
         }
 
     def write_entrance(self, folder: Path) -> Path:

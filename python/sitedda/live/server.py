@@ -188,9 +188,12 @@ class LiveServer:
         Address to listen at.
     port : int
         0: that of the last server of the folder, so that its pages come back, or a free one.
+    notebook : bool
+        Notebooks of this machine may show the page.
     """
 
-    def __init__(self, folder: Path, shipped: Shipped, host: str = LOOPBACK, port: int = 0):
+    def __init__(self, folder: Path, shipped: Shipped, host: str = LOOPBACK, port: int = 0,
+                 notebook: bool = False):  # fmt: skip
         self.sockets: set[_Socket] = set()
         self.journal = Journal(folder)
         try:
@@ -200,7 +203,7 @@ class LiveServer:
             raise
         self.port = self._listening[0].getsockname()[1]
         self.journal.keep("port", {"port": self.port})
-        self.guard = Guard(host, self.port)
+        self.guard = Guard(host, self.port, notebook)
         self._loop: asyncio.AbstractEventLoop | None = None
         self._worker = ThreadPoolExecutor(1, "commands")
         self.session = Session(folder, self.journal, shipped, self.tell, lambda: bool(self.sockets))
@@ -320,6 +323,7 @@ def run_server(
     host: str = LOOPBACK,
     port: int = 0,
     show: bool = True,
+    notebook: bool = False,
 ) -> None:
     """Serve a session until Ctrl-C.
 
@@ -334,9 +338,11 @@ def run_server(
         Port; 0: the last one of the folder, or a free one.
     show : bool
         Open a browser.
+    notebook : bool
+        Notebooks of this machine may show the page.
     """
     gc.set_threshold(*_COLLECT)
-    server = LiveServer(folder, shipped, host, port)
+    server = LiveServer(folder, shipped, host, port, notebook)
     try:
         if file is not None:
             server.session.open_file(file)

@@ -341,6 +341,7 @@ def test_answers_have_a_strict_policy_and_only_files_of_the_page(folder, tmp_pat
         page = await get("")
         policy = page.headers["Content-Security-Policy"]
         assert page.code == 200 and "default-src 'none'" in policy and "unsafe" not in policy
+        assert "frame-ancestors 'none'" in policy
         assert page.headers["X-Content-Type-Options"] == "nosniff"
         assert server.token.encode() not in page.body
         for path in ("pile.nml", "../pile.nml", "..%2f..%2fetc/passwd", "live/../../guard.py",

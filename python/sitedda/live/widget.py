@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`sitedda live` as a widget of notebooks whose browser is on the same machine."""
+
+import re
+import subprocess
+import sys
+import threading
+import weakref
+from html import unescape
+from importlib.resources import files
+from pathlib import Path
+
+import anywidget
+
+from ..base.errors import SiteddaError
+
+
+class LiveWidget(anywidget.AnyWidget):
+    """The page of `sitedda live`; its server ends with the widget or with `close`.
+
+    Parameters
+    ----------
+    file : path or None
+        Input to open; None: the start page for the current folder.
+
+    Raises
+    ------
+    SiteddaError
+        The server does not start.
+    """
+
+    _esm = files(__package__).joinpath("widget.js").read_text(encoding="utf-8")
+
+    def __init__(self, file=None):
+        """Start a server and let the frames of this widget enter."""
+        super().__init__()
+        words = [] if file is None else [str(file)]
+        server = subprocess.Popen(
+            [sys.executable, "-m", "sitedda", "live", "--notebook", *words],
+            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        )  # fmt: skip
+        self._end = weakref.finalize(self, server.terminate)
+        said = ""
+        while "to enter, open " not in said:
+            line = server.stdout.readline()
+            if not line:
+                raise SiteddaError(said.strip())
+            said += line
+        threading.Thread(target=server.stdout.read, daemon=True).start()  # keeps the pipe empty
+        entrance = Path(said.partition("to enter, open ")[2].strip()).read_text(encoding="utf-8")
+        address = unescape(re.search(r"href='(.+?)'", entrance)[1])
+        # The address has the token: it is sent as a message, which no notebook keeps.
+        self.on_msg(lambda widget, *_: widget.send({"address": address}))
+
+    def close(self) -> None:
+        """End the server and the frames."""
+        self._end()
+        super().close()
