@@ -519,9 +519,9 @@ PAGE = """# Input reference
 
 <!-- Made from fortran/input/schema.txt by fortran/input/make_schema.py. -->
 
-Groups marked * may occur several times. [Input](input.md) explains files and units. The column
-*kind* also has unit and range; a list has its largest number of values in brackets. *names* means a
-list such as `'one, two, all_*'`; points are x, y, x, y …
+Groups marked * may occur several times. [Input](input.md) explains files and units. The number in
+brackets is the largest length of a list. *names* is a list such as `'one, two, all_*'`. Points are
+x, y, x, y … *this or steps* means that one of these variables is required.
 
 """
 PARTS = {  # headings of variables that several groups have
@@ -541,7 +541,7 @@ def page(groups: list[Group]) -> str:
     for built, title in ((False, "Groups of the engine"), (True, "Groups that become blocks")):
         text += f"## {title}\n\n"
         if built:
-            text += "`sitedda build` makes blocks of these groups for the executable.\n\n"
+            text += "`sitedda build` converts these groups into blocks, which the executable reads.\n\n"
         text += "\n".join(section(group) for group in groups if group.built == built) + "\n"
     text += "## Variables of several groups\n\n"
     every = {(v.part, v.name): v for group in groups for v in group.variables}

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 NEXT = ", &\n      "  # between parts of a list of Fortran
-KINDS = {"text": "is_text", "real": "is_real", "real or none": "is_real", "share": "is_real"}
+KINDS = {"text": "is_text", "real": "is_real", "real or none": "is_real", "fraction": "is_real"}
 ROWS = ("time", "frame", "contact")  # dimensions that values are written along, row by row
 PER_METRE = ", per metre of thickness"
 FLAG = re.compile(r"(\d+) ([^,:]+)")
@@ -322,8 +322,8 @@ PAGE = """# Variables of the output
 
 <!-- Made from fortran/output/schema.txt by fortran/output/make_schema.py. -->
 
-[Output](output.md) shows how to read them and lists the attributes. Every variable has its unit, as
-pint and UDUNITS read it, and its `long_name`.
+[Output](output.md) explains how to read outputs, and lists the attributes. Every variable has a
+`long_name`, and a unit that pint and UDUNITS read. *from 0* and *from 1* state the first number.
 
 """
 

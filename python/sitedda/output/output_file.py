@@ -99,7 +99,7 @@ def read(data: xr.Dataset, name: str, which=...) -> np.ndarray:
         good = np.abs(values) <= _MOST
         if kind != known.kind:
             good |= np.isnan(values)
-    elif kind == "share":
+    elif kind == "fraction":
         good = np.abs(values - 0.5) <= 0.5 + _ROUNDING
     else:
         most = data.sizes.get(kind, np.iinfo(np.int32).max)
