@@ -7,42 +7,42 @@ STATES = ("quiet", "sudden", "settling", "shaken")
 HEAD = """# Speed
 
 `python tests/benchmarks/speed.py --docs` writes this page and [all measurements](benchmarks.csv)
-(`late_ms`: 99 % of the steps are faster; counts are means of a step). [Ablation](ablation.md) shows
-the effect of each remedy of the iteration.
+(`late_ms` is the 99th percentile; counts are means per step). [Ablation](ablation.md) lists the
+effect of each remedy of the iteration.
 
 ```{toctree}
 :hidden:
 ablation
 ```"""
-SUMMARY = """While no contact changes its state, a step costs one to three microseconds a block.
-While many change, it costs up to forty times that: changes require more open–close iterations and
-more factorisations. Milliseconds a step (means; Δt 1 ms, penalty 100 E) of a wall in running bond,
-on one thread and on two:"""
-MEANING = """- *sudden*: the first ten steps after gravity acts on a wall whose bricks touch
-  without force (to avoid them, [start from equilibrium](method.md#starting-from-equilibrium));
+SUMMARY = """If no contact changes its state, a step requires one to three microseconds per
+block. If many contacts change, a step requires up to forty times as much, because of more open–close
+iterations and factorisations. The table lists mean milliseconds per step of a wall in running bond
+(Δt 1 ms, penalty 100 E), with one thread and with two:"""
+MEANING = """- *sudden*: the first ten steps after gravity is applied to a wall whose bricks touch
+  without force ([a start at rest](method.md#a-start-at-rest) avoids these steps);
 - *settling*: the next fifty steps;
-- *shaken*: settled, then shaken by 0.1 g (a stack by 0.75 g);
-- *quiet*: settled; no contact changes.
+- *shaken*: a settled wall, shaken by 0.1 g (a stack by 0.75 g);
+- *quiet*: a settled wall, without contact changes.
 
 ![Cost of a step against the number of blocks](benchmarks.png)"""
-AGAINST_PLAIN = """The same step in numpy and scipy (`tests/benchmarks/plain_step.py`) starts from
-the contacts that the engine has found. It keeps its factor while no spring changes, has no line
-search, and stops after 25 open–close iterations. The last column is the difference of positions
-over the largest move (– if no plain iteration converged):
+AGAINST_PLAIN = """The same step in numpy and scipy (`tests/benchmarks/plain_step.py`) uses the
+contacts that the engine has detected. It reuses its factor if no spring changes, has no line search,
+and stops after 25 open–close iterations. The last column is the difference of positions over the
+largest displacement (– if no plain iteration converged):
 
 """
 NOTES = """## Design choices
 
-- **Low-rank update** (`low_rank.f90`): up to 160 springs that contacts add or remove correct the
-  lagged factor. Beyond that, or after eight extra iterations, it is factorised again.
-- **Packed factor** (`packed_panels.f90`): panels of 8 rows and 6 columns, read upwards in the first
-  half of a solve and downwards in the second.
-- **Zero blocks** of K̂, as of open joints, are left out of the factor (`cholesky.f90.in`). A wall
-  of 100,000 bricks with open head joints needs 56 % of the entries and 39 % of the operations.
-- **Own factorisation** of 6×6 blocks: 2.7 to 5.8 times as fast as the supernodal one of CHOLMOD, on
-  walls of 1,000 and 10,000 bricks and one thread.
-- **No SSOR**: prototypes gained at most 11 % over block Jacobi on one thread and lost on two;
-  for stiff models the lagged factor is several times faster than both.
+- **Low-rank update** (`low_rank.f90`): the lagged factor is corrected for up to 160 springs that
+  contacts add or remove. For more springs, or after eight extra iterations, K̂ is factorised again.
+- **Packed factor** (`packed_panels.f90`): the factor is stored in panels of 8 rows and 6 columns.
+- **Zero blocks** of K̂, such as those of open joints, are omitted from the factor
+  (`cholesky.f90.in`). A wall of 100,000 bricks with open head joints then requires 56 % of the
+  entries and 39 % of the operations.
+- **Own factorisation** of 6×6 blocks: it is 2.7 to 5.8 times as fast as the supernodal
+  factorisation of CHOLMOD, for walls of 1,000 and 10,000 bricks and one thread.
+- **No SSOR**: prototypes were at most 11 % faster than block Jacobi on one thread, and slower on
+  two. For stiff models the lagged factor is several times faster than both.
 
 Walls of 100,000 blocks are measured in quiet steps only.
 """
@@ -67,7 +67,7 @@ def text(machine: str, results: list[dict]) -> str:
 def disturbances(results: list[dict]) -> str:
     """Cases whose threads shared the processors with other programs."""
     lines = [f"- {name(result)}: {note}" for result in results for note in result["disturbed"]]
-    head = "Cases whose threads shared the processors with other programs:\n\n"
+    head = "These cases shared the processors with other programs:\n\n"
     return head + "\n".join(lines) if lines else ""
 
 
@@ -133,7 +133,7 @@ def rivals_table(results: list[dict]) -> str:
     if not rows:
         return ""
     heads = ["model, penalty, time step", "state", "engine, ms", "numpy + scipy, ms",
-             "its iterations", "times", "differ by"]  # fmt: skip
+             "numpy iterations", "time ratio", "difference"]  # fmt: skip
     return AGAINST_PLAIN + table(heads, rows)
 
 
@@ -158,7 +158,7 @@ def growth_line(results: list[dict]) -> str:
         return ""
     lines = [row(*key, *(found.get(n, "–") for n in (1, 2))) for key, found in powers.items()]
     heads = ["state", "blocks", "exponent, 1 thread", "2 threads"]
-    return "Growth of the mean cost of a step with the blocks of a wall:\n\n" + table(heads, lines)
+    return "Exponent of mean step time against number of blocks:\n\n" + table(heads, lines)
 
 
 def summary_table(results: list[dict]) -> str:
