@@ -15,9 +15,9 @@ effect of each remedy of the iteration.
 ablation
 ```"""
 SUMMARY = """If no contact changes its state, a step requires one to three microseconds per
-block. If many contacts change, a step requires up to forty times as much, because of more open–close
-iterations and factorisations. The table lists mean milliseconds per step of a wall in running bond
-(Δt 1 ms, penalty 100 E), with one thread and with two:"""
+block. If many contacts change, a step requires up to forty times as much, because of more
+open–close iterations and factorisations. The table lists mean milliseconds per step of a wall in
+running bond (Δt 1 ms, penalty 100 E), with one thread and with two:"""
 MEANING = """- *sudden*: the first ten steps after gravity is applied to a wall whose bricks touch
   without force ([a start at rest](method.md#a-start-at-rest) avoids these steps);
 - *settling*: the next fifty steps;
@@ -26,9 +26,9 @@ MEANING = """- *sudden*: the first ten steps after gravity is applied to a wall 
 
 ![Cost of a step against the number of blocks](benchmarks.png)"""
 AGAINST_PLAIN = """The same step in numpy and scipy (`tests/benchmarks/plain_step.py`) uses the
-contacts that the engine has detected. It reuses its factor if no spring changes, has no line search,
-and stops after 25 open–close iterations. The last column is the difference of positions over the
-largest displacement (– if no plain iteration converged):
+contacts that the engine has detected. It reuses its factor if no spring changes, has no line
+search, and stops after 25 open–close iterations. The last column is the difference of positions
+over the largest displacement (– if no plain iteration converged):
 
 """
 NOTES = """## Design choices
