@@ -323,7 +323,7 @@ PAGE = """# Variables of the output
 <!-- Made from fortran/output/schema.txt by fortran/output/make_schema.py. -->
 
 [Output](output.md) explains how to read outputs, and lists the attributes. Every variable has a
-`long_name`, and a unit that pint and UDUNITS read. *from 0* and *from 1* state the first number.
+`long_name`, and a unit that pint and UDUNITS read.
 
 """
 

@@ -35,7 +35,6 @@ NOTES = """## Design choices
 
 - **Low-rank update** (`low_rank.f90`): the lagged factor is corrected for up to 160 springs that
   contacts add or remove. For more springs, or after eight extra iterations, K̂ is factorised again.
-- **Packed factor** (`packed_panels.f90`): the factor is stored in panels of 8 rows and 6 columns.
 - **Zero blocks** of K̂, such as those of open joints, are omitted from the factor
   (`cholesky.f90.in`). A wall of 100,000 bricks with open head joints then requires 56 % of the
   entries and 39 % of the operations.
@@ -43,8 +42,6 @@ NOTES = """## Design choices
   factorisation of CHOLMOD, for walls of 1,000 and 10,000 bricks and one thread.
 - **No SSOR**: prototypes were at most 11 % faster than block Jacobi on one thread, and slower on
   two. For stiff models the lagged factor is several times faster than both.
-
-Walls of 100,000 blocks are measured in quiet steps only.
 """
 GROWTH = ("wall 1000", "wall 10000", "wall 100000")
 LOOKS = {(1e-3, 1): "C0o-", (1e-3, 2): "C1s-", (1e-5, 1): "C2o--", (1e-5, 2): "C3s--"}
