@@ -541,7 +541,7 @@ def page(groups: list[Group]) -> str:
     for built, title in ((False, "Groups of the engine"), (True, "Groups that become blocks")):
         text += f"## {title}\n\n"
         if built:
-            text += "`sitedda build` converts these groups into blocks, which the executable reads.\n\n"
+            text += "`sitedda build` converts these groups into blocks for the executable.\n\n"
         text += "\n".join(section(group) for group in groups if group.built == built) + "\n"
     text += "## Variables of several groups\n\n"
     every = {(v.part, v.name): v for group in groups for v in group.variables}
