@@ -19,7 +19,7 @@ block. If many contacts change, a step requires up to forty times as much, becau
 open–close iterations and factorisations. The table lists mean milliseconds per step of a wall in
 running bond (Δt 1 ms, penalty 100 E), with one thread and with two:"""
 MEANING = """- *sudden*: the first ten steps after gravity is applied to a wall whose bricks touch
-  without force ([a start at rest](method.md#a-start-at-rest) avoids these steps);
+  without force (avoid them by a [start from equilibrium](method.md#starting-from-equilibrium));
 - *settling*: the next fifty steps;
 - *shaken*: a settled wall, shaken by 0.1 g (a stack by 0.75 g);
 - *quiet*: a settled wall, without contact changes.
