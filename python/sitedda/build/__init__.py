@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The input as a `Model`; makers of its blocks: joints that cut, masonry, cells, outlines."""
+"""The input as a `Model`, and builders of its blocks: cutting, masonry, meshing, import."""

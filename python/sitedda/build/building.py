@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Groups that describe joints and masonry, turned into the blocks that the engine reads."""
+"""Convert groups of joints, masonry and ground into the blocks that the engine reads."""
 
 import os
 import re
@@ -22,14 +22,14 @@ from ..input.source import Built, blocks_text, read_input
 from ..input.values import Values
 from .magnitudes import doubtful_sizes
 
-_NAMED = ("material", "joint", "region")  # groups that others name
+_NAMED = ("material", "joint", "region")  # groups to which other groups refer by name
 
 _MESH = re.compile(r"^[^!\n]*&mesh\b", re.IGNORECASE | re.MULTILINE)
 
 
 @cache
 def kinds() -> dict[str, Any]:
-    """The builder of each group; a new module is registered here."""
+    """Return the builder of each group; a new module is registered here."""
     from . import ground, layered, masonry, wall
     from .cutting import geometry
     from .meshing import settings
@@ -43,19 +43,19 @@ def kinds() -> dict[str, Any]:
 
 
 def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
-    """Blocks from the groups that are turned into blocks.
+    """Build the blocks from the groups of an input.
 
     Parameters
     ----------
     groups : sequence of (str, dict, str)
-        All groups of an input: name, variables, and where the group stands, for messages.
+        All groups of an input: name, variables, and position in the file for messages.
     folder : path
-        That file names are relative to.
+        Folder to which file names are relative.
     """
     built = Built()
     pieces: list[dict] = []
-    groups = [*groups, *_composed(built, pieces, groups, folder)]
-    names = _names(groups)
+    groups = [*groups, *_expand_groups(built, pieces, groups, folder)]
+    names = _names_of(groups)
     made = [group for group in groups if is_made(group[0])]
     for _, values, place in made:
         _check_names(names, values, place)
@@ -68,43 +68,43 @@ def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
             if name == "mesh":
                 meshes.append((kinds()["mesh"](**values), place))
             elif name == "polygons":
-                pieces += _imported(values, folder)
+                pieces += _import_blocks(values, folder)
             elif blocks := getattr(kinds()[name], "blocks", None):
                 pieces += [_block(vars(stone)) for stone in blocks(kinds()[name](**values))]
             else:
-                own = _parts(name, values, folder)
+                own = _read_parts(name, values, folder)
                 parts[name] += own
                 places |= {id(part): place for part in own}
                 first = first or place
         except InputError as error:
-            raise _placed(place, error) from None
+            raise _with_place(place, error) from None
         except TypeError:
             raise InputError(f"{place}: a variable is missing or of the wrong kind") from None
     cut = None
     if meshes:
         from .meshing.meshed import refuse_far_too_many
 
-        refuse_far_too_many(parts["region"], meshes, _materials(groups), _placed)
+        refuse_far_too_many(parts["region"], meshes, _materials(groups), _with_place)
     if any(parts.values()):
         try:
             cut = _add_cut(built, parts, next(iter(names["joint"]), ""), bool(meshes))
         except InputError as error:
             place = places.get(id(error.cause), first)
-            raise _placed(place, error) from None
+            raise _with_place(place, error) from None
     built.blocks += pieces
     built.messages += doubtful_sizes(groups)
     if meshes:
-        _mesh(built, groups, meshes, cut)
+        _mesh_pieces(built, groups, meshes, cut)
     return built
 
 
 def _is_composed(name: str) -> bool:
-    """Whether a group represents others, made or not."""
+    """Return whether a group is composed of other groups."""
     return hasattr(kinds().get(name), "groups")
 
 
-def _composed(built: Built, pieces: list[dict], groups, folder) -> list[tuple[str, dict, str]]:
-    """The groups that composed ones represent; blocks among them are pieces."""
+def _expand_groups(built: Built, pieces: list[dict], groups, folder) -> list[tuple[str, dict, str]]:
+    """Expand composed groups into other groups; collect their blocks as pieces."""
     found: list[tuple[str, dict, str]] = []
     every = [(name, values) for name, values, _ in groups]
     for name, values, place in groups:
@@ -114,7 +114,7 @@ def _composed(built: Built, pieces: list[dict], groups, folder) -> list[tuple[st
             made, notes = kinds()[name](**values).groups(folder, every)
             made = [(k, {n: checked(k, n, v) for n, v in one.items()}) for k, one in made]
         except InputError as error:
-            raise _placed(place, error) from None
+            raise _with_place(place, error) from None
         except TypeError:
             raise InputError(f"{place}: a variable is missing or of the wrong kind") from None
         pieces += [dict(one) for kind, one in made if kind == "block"]
@@ -125,7 +125,7 @@ def _composed(built: Built, pieces: list[dict], groups, folder) -> list[tuple[st
     return found
 
 
-def _mesh(built: Built, groups, meshes, cut) -> None:
+def _mesh_pieces(built: Built, groups, meshes, cut) -> None:
     """Replace meshed blocks by their cells."""
     from .meshing.meshed import Piece, mesh_blocks
 
@@ -135,7 +135,7 @@ def _mesh(built: Built, groups, meshes, cut) -> None:
         for piece, region, holes in zip(pieces, cut.regions, cut.holes, strict=False):
             piece.region, piece.holes = region, holes
     pieces += [Piece(groups[i][1]) for i in typed]
-    cells, taken, messages = mesh_blocks(pieces, meshes, _materials(groups), _placed)
+    cells, taken, messages = mesh_blocks(pieces, meshes, _materials(groups), _with_place)
     ring = next((p for i, p in enumerate(pieces) if p.holes and i not in taken), None)
     if ring is not None:
         raise InputError(
@@ -154,8 +154,8 @@ def _materials(groups) -> dict[str, dict]:
     return {values.get("name", ""): values for kind, values, _ in groups if kind == "material"}
 
 
-def _names(groups) -> dict[str, list[str]]:
-    """The names of materials, joints and regions."""
+def _names_of(groups) -> dict[str, list[str]]:
+    """Return the names of materials, joints and regions."""
     names = {kind: [] for kind in _NAMED}
     for kind, values, _ in groups:
         if kind in _NAMED:
@@ -164,7 +164,7 @@ def _names(groups) -> dict[str, list[str]]:
 
 
 def _check_names(names: dict[str, list[str]], values: dict, place: str) -> None:
-    """Refuse the name of a material, a joint or a region that is not there."""
+    """Reject the name of a material, joint or region that does not exist."""
     for variable, name in values.items():
         kind = variable.removeprefix("core_")
         if kind in _NAMED and name and name not in names[kind]:
@@ -172,7 +172,7 @@ def _check_names(names: dict[str, list[str]], values: dict, place: str) -> None:
             raise InputError(f"{place}: {variable} = {name!r} is not the name of a &{kind}{hint}")
 
 
-def _placed(place: str, error: InputError) -> InputError:
+def _with_place(place: str, error: InputError) -> InputError:
     return InputError(f"{place}: {error}" if place else str(error))
 
 
@@ -183,8 +183,8 @@ def _block(values: dict) -> dict:
     return {name: value for name, value in values.items() if not isinstance(value, str) or value}
 
 
-def _parts(name: str, values: dict, folder) -> list:
-    """The objects that a group represents: one, or as many as its file holds lines."""
+def _read_parts(name: str, values: dict, folder) -> list:
+    """Return the objects of a group: one, or one per line of its file."""
     made, values = kinds()[name], dict(values)
     points = made.from_file
     if not points or "file" not in values:
@@ -204,8 +204,8 @@ def _parts(name: str, values: dict, folder) -> list:
     return [made(**values, **{points: outline.closed_points(name)}) for outline in outlines]
 
 
-def _imported(values: dict, folder) -> list[dict]:
-    """Blocks from the closed polygons of a file."""
+def _import_blocks(values: dict, folder) -> list[dict]:
+    """Return blocks from the closed polygons of a file."""
     from .cutting.geometry import outline_of
     from .importing import read_outlines
 
@@ -227,7 +227,7 @@ def _imported(values: dict, folder) -> list[dict]:
 
 
 def _add_cut(built: Built, parts: dict[str, list], first_joint: str, rings: bool):
-    """Cut the regions; edges without a joint have the first."""
+    """Cut the regions; edges without a joint get the first joint."""
     from .cutting import cut
 
     if len(parts["cutting"]) > 1:
@@ -263,7 +263,7 @@ def _add_cut(built: Built, parts: dict[str, list], first_joint: str, rings: bool
 def block_writer(
     file, block_file: bool | None = None, reads: Sequence = ()
 ) -> Callable[[Sequence[dict]], str]:
-    """A writer of blocks as text of a namelist file, or as block files beside it.
+    """Return a function that writes blocks as namelist text or as block files beside it.
 
     Parameters
     ----------
@@ -272,7 +272,7 @@ def block_writer(
     block_file : bool, optional
         Always or never write block files (from 10,000 blocks on).
     reads : sequence of path
-        Files that the blocks may come from, which none replaces.
+        Files from which the blocks may be read, which must not be replaced.
     """
     numbers = count(1)
 
@@ -287,17 +287,17 @@ def block_writer(
 
 
 def built_text(text: str, file, put: Callable = blocks_text) -> tuple[str, Built]:
-    """A namelist text whose groups of joints and masonry are turned into blocks.
+    """Convert the groups of joints and masonry of a namelist text into blocks.
 
-    Those groups stay as comments, and every other line keeps its number.
+    These groups remain as comments; the numbers of all other lines do not change.
 
     Parameters
     ----------
     text : str
     file : path
-        Its source, for messages and for files that it names.
+        File of the text, for messages and relative file names.
     put : callable
-        Turns the blocks into text.
+        Converts the blocks into text.
     """
     typed = () if _MESH.search(text) else ("block",)  # only a mesh needs the existing blocks
     every = find_groups(text, file, typed)
@@ -312,15 +312,15 @@ def built_text(text: str, file, put: Callable = blocks_text) -> tuple[str, Built
     built = build_blocks(read, Path(file).parent)
     meshed = {id(wanted[i]) for i in built.meshed}
     found = [one for one in every if is_made(one.name) or id(one) in meshed]
-    head = f"! {len(built.blocks)} blocks, made from the groups that stand as comments above.\n"
-    body = _as_comments(text, found)
+    head = f"! {len(built.blocks)} blocks, built from the groups in the comments above.\n"
+    body = _comment_out(text, found)
     end = "" if body.endswith("\n") else "\n"
     others = "".join(group_text(kind, values) for kind, values in built.groups)
     return f"{body}{end}\n{head}{others}{put(built.blocks)}", built
 
 
-def _as_comments(text: str, found: Sequence[Found]) -> str:
-    """The text with groups as comments; those that share a line with others become blanks."""
+def _comment_out(text: str, found: Sequence[Found]) -> str:
+    """Turn groups into comments, or into blanks if they share a line with other groups."""
     parts, at = [], 0
     for one in found:
         line = text.rfind("\n", 0, one.start) + 1
@@ -338,7 +338,7 @@ def _blank(text: str) -> str:
 
 
 def build_file(file, output=None, block_file: bool | None = None) -> tuple[Path, Built]:
-    """Turn the groups of joints and masonry of an input into blocks, and write the result.
+    """Convert the groups of joints and masonry of an input into blocks and write the result.
 
     Parameters
     ----------
@@ -360,13 +360,13 @@ def build_file(file, output=None, block_file: bool | None = None) -> tuple[Path,
     text = read_input(file)
     if is_same(output, file):
         raise InputError(f"{output} is the input itself; give another output")
-    text = _moved(text, file, output.parent)
+    text = _rename_files(text, file, output.parent)
     text, built = built_text(text, file, block_writer(output, block_file, [file]))
     return write(output, text, OWN_INPUT, [file]), built
 
 
-def _moved(text: str, file: Path, target: Path) -> str:
-    """The text with the records of its motions and its block files named from another folder."""
+def _rename_files(text: str, file: Path, target: Path) -> str:
+    """Return a text whose record and block files are named relative to another folder."""
     folder = file.parent
 
     def name_from(group: Found) -> str:
@@ -378,7 +378,7 @@ def _moved(text: str, file: Path, target: Path) -> str:
 
 
 def summary(built: Built) -> str:
-    """How many blocks of which stem there are, in words."""
+    """Return a sentence with the number of blocks per stem of their names."""
     stems = Counter(
         f"cells of {block['body']}"
         if "body" in block

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Ground beside and below jointed rock, its boundaries, and the joint that ties them."""
+"""Ground beside and below jointed rock, with its boundaries and ties."""
 
 import numpy as np
 import shapely
@@ -9,16 +9,17 @@ from ..base.errors import InputError
 from ..input import schema
 from .meshing.settings import Mesh
 
-# Stiffness of ties over that of a cell: softer ones add their compliance to the ground, and stiffer
-# ones keep faces that do not match straight. Both errors are .2 % of an S wave of 40 cells here.
+# Stiffness of ties over that of a cell.  Softer ties add compliance to the ground; stiffer ties
+# keep
+# non-matching faces straight.  At this value, both errors are 0.2 % of an S wave over 40 cells.
 _STIFF = 30.0
-_STRENGTH = 1e12  # Pa, of ties
+_STRENGTH = 1e12  # Pa, strength of ties
 _ANGLE = 45.0  # degrees
-_LARGEST_RATIO = 0.49  # of Poisson: ties of stiffer ground are as stiff as those of this one
+_LARGEST_RATIO = 0.49  # largest Poisson's ratio for the stiffness of ties
 
 
 class Ground(schema.GroundValues):
-    """A body of cells around a core: one below it, or one on each side."""
+    """Meshed ground around a core: one body below it, or one on each side."""
 
     def _check(self) -> None:
         if not self.left < self.right:
@@ -32,7 +33,7 @@ class Ground(schema.GroundValues):
             raise InputError("base = 'none' has no motion: leave out motion_x and motion_y")
 
     def _core_outline(self) -> shapely.Polygon | None:
-        """Outline of the core, counter-clockwise, which has ground at both sides."""
+        """Return the outline of the core, counter-clockwise; ground must lie on both sides."""
         if not len(self.core):
             return None
         outline = shapely.Polygon(self.core) if len(self.core) > 2 else shapely.Polygon()
@@ -47,7 +48,7 @@ class Ground(schema.GroundValues):
         return shapely.orient_polygons(outline)
 
     def groups(self, folder, others) -> tuple[list[tuple[str, dict]], list[str]]:
-        """The groups that it generates: blocks, bodies, the core's region, joints, boundaries.
+        """Generate the groups: blocks, bodies, region of the core, joints, boundaries.
 
         Parameters
         ----------
@@ -67,14 +68,14 @@ class Ground(schema.GroundValues):
         return found, []
 
     def _ties(self, others) -> dict[str, dict]:
-        """The joint of the sides, which may be tied, and that of the core with its stiffness."""
+        """Return the joints of the sides, which may be tied, and of the core."""
         ties: dict[str, dict] = {f"{self.name}_side": {}}
         if self.outline is None:
             return ties
         if any("restitution" in one for kind, one in others if kind == "joint"):
             return ties | {
                 f"{self.name}_tie": {}
-            }  # it excludes a stiffness per area: that of &contact
+            }  # the stiffness of &contact excludes a stiffness per area
         materials = {one.get("name", ""): one for kind, one in others if kind == "material"}
         stiffness = 0.0
         for name in (self.material, self.core_material or self.material):
@@ -87,12 +88,12 @@ class Ground(schema.GroundValues):
         return ties | {f"{self.name}_tie": {"normal_stiffness_per_area": _STIFF * stiffness}}
 
     def _bodies(self) -> list[tuple[str, dict]]:
-        """Blocks and the meshes that make them bodies."""
+        """Return blocks and the meshes that turn them into bodies."""
         found: list[tuple[str, dict]] = []
         bodies = shapely.get_parts(self._polygon()).tolist()
         for i, body in enumerate(bodies, 1):
             name = self.name if len(bodies) == 1 else f"{self.name}_{i}"
-            pieces = _without_holes(body)
+            pieces = _split_at_hole(body)
             names = [f"{name}_{k}" for k in range(1, len(pieces) + 1)]
             for piece, one in zip(pieces, names, strict=True):
                 found.append(("block", self._block(one, piece)))
@@ -105,7 +106,7 @@ class Ground(schema.GroundValues):
         return [(kind, {k: v for k, v in one.items() if v is not None}) for kind, one in found]
 
     def _polygon(self):
-        """The ground: below the surface, without the core."""
+        """Return the polygon of the ground below the surface, without the core."""
         ends = {"left": self.left, "right": self.right}
         if len(self.surface):
             x, y = self.surface.T
@@ -113,7 +114,7 @@ class Ground(schema.GroundValues):
             upper = [(at, np.interp(at, x, y)) for at in ends.values()]
             upper[1:1] = list(self.surface[inner])
         else:
-            chain = _upper_chain(self.outline)
+            chain = _upper_side(self.outline)
             upper = [(self.left, chain[0, 1]), *chain, (self.right, chain[-1, 1])]
         if min(y for _, y in upper) <= self.bottom:
             raise InputError(f"bottom = {self.bottom:g} must lie below the surface")
@@ -125,7 +126,7 @@ class Ground(schema.GroundValues):
         return ground if self.outline is None else shapely.difference(ground, self.outline)
 
     def _block(self, name: str, polygon) -> dict:
-        """A piece of the ground; edges at the core have the joint that ties."""
+        """Return a block of the ground; edges at the core get the joint of the ties."""
         corners = shapely.get_coordinates(shapely.orient_polygons(polygon).exterior)[:-1]
         side, tie = f"{self.name}_side", f"{self.name}_tie"
         values = {"vertices": corners, "name": name, "joint": side}
@@ -154,7 +155,7 @@ class Ground(schema.GroundValues):
 
 
 def _modulus(name: str, material: dict) -> float:
-    """ρ V_p² of a material whose variables are given, Pa."""
+    """Return ρ V_p² of a material, Pa."""
     try:
         if "pressure_velocity" in material:
             return material["density"] * material["pressure_velocity"] ** 2
@@ -166,8 +167,8 @@ def _modulus(name: str, material: dict) -> float:
         ) from None
 
 
-def _upper_chain(outline) -> np.ndarray:
-    """The upper side of an outline: from the top of its left end to that of its right end, m."""
+def _upper_side(outline) -> np.ndarray:
+    """Return the upper side of an outline, from its left to its right end, m."""
     corners = shapely.get_coordinates(outline.exterior)[:-1]
     x, y = corners.T
     size = float(np.ptp(corners, axis=0).max())
@@ -178,8 +179,8 @@ def _upper_chain(outline) -> np.ndarray:
     return np.roll(corners, -right, axis=0)[: (left - right) % len(corners) + 1][::-1]
 
 
-def _without_holes(polygon) -> list:
-    """A polygon, or the halves on both sides of an upright line through its hole."""
+def _split_at_hole(polygon) -> list:
+    """Return a polygon, or its halves on both sides of a vertical line through its hole."""
     if not len(polygon.interiors):
         return [polygon]
     x = polygon.interiors[0].centroid.x

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lines and polygons from DXF, GeoJSON, WKT and CSV files, which are not trusted."""
+"""Read lines and polygons from untrusted DXF, GeoJSON, WKT and CSV files."""
 
 import csv
 import json
@@ -11,13 +11,13 @@ import numpy as np
 
 from ..base.errors import InputError, OutputError
 
-MOST_BYTES = 64 * 2**20  # of a file
-MOST_POINTS = 2_000_000  # of all lines of a file
+MOST_BYTES = 64 * 2**20  # largest size of a file
+MOST_POINTS = 2_000_000  # largest number of points of all lines of a file
 MOST_OF_CURVE = 20_000
 MOST_LINES = 500_000
-DEEPEST = 8  # of blocks or collections within each other
+DEEPEST = 8  # deepest nesting of blocks or collections
 _FARTHEST = 1e9  # m
-_SAGITTA = 1e-3  # of the radius: largest distance of chords from their curve
+_SAGITTA = 1e-3  # largest distance of chords from their curve, over the radius
 _UNITS = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0, 7: 1e3, 10: 0.9144, 14: 0.1}
 
 
@@ -28,7 +28,7 @@ class Outline:
     Attributes
     ----------
     points : ndarray, shape (n, 2)
-        m; those of a closed line without the first again.
+        m; a closed line does not repeat its first point.
     closed : bool
     name : str
         Of the line, or blank.
@@ -41,7 +41,7 @@ class Outline:
     layer: str = ""
 
     def closed_points(self, group: str) -> np.ndarray:
-        """The points for a group: those of a closed chain of joints end where they begin."""
+        """Return the points for a group; a closed chain of joints repeats its first point."""
         if self.closed and group == "joint_line":
             return np.vstack([self.points, self.points[:1]])
         return self.points
@@ -50,14 +50,14 @@ class Outline:
 def read_outlines(
     file, layer: str | None = None, scale: float | None = None, closed: bool | None = None
 ) -> list[Outline]:
-    """The lines and polygons of a file.
+    """Read the lines and polygons of a file.
 
     Parameters
     ----------
     file : path
         ``.dxf``, ``.geojson`` or ``.json``, ``.wkt``, ``.csv`` or ``.txt``.
     layer : str, optional
-        Only those of a layer of a DXF file, or whose property ``layer`` is that in GeoJSON.
+        Only lines of this layer of a DXF file, or with this property ``layer`` in GeoJSON.
     scale : float, optional
         Metres in a unit of the file (by the header of a DXF file, else 1).
     closed : bool, optional
@@ -78,12 +78,17 @@ def read_outlines(
     Notes
     -----
     A CSV file has a line for each point: x, y, or name, x, y, or columns with these words as
-    headers; points of one name follow each other.  A line whose last point is the first is closed;
-    without names a CSV file holds one line.
+    headers; points of one name must be consecutive. A line whose last point equals the first is
+    closed. Without names, a CSV file contains one line.
     """
     file = Path(file)
-    readers = {".dxf": _dxf, ".geojson": _geojson, ".json": _geojson, ".wkt": _wkt}
-    readers |= {".csv": _csv, ".txt": _csv}
+    readers = {
+        ".dxf": _read_dxf,
+        ".geojson": _read_geojson,
+        ".json": _read_geojson,
+        ".wkt": _read_wkt,
+    }
+    readers |= {".csv": _read_csv, ".txt": _read_csv}
     reader = readers.get(file.suffix.lower())
     if reader is None:
         known = ", ".join(readers)
@@ -92,7 +97,7 @@ def read_outlines(
         raise InputError(f"scale = {scale:g} must be a positive number")
     _check_size(file)
     try:
-        found = list(_limited(file, reader(file, scale)))
+        found = list(_check_lines(file, reader(file, scale)))
     except OSError as trouble:
         raise OutputError(f"{file} cannot be read: {trouble.strerror}") from trouble
     except RecursionError:
@@ -125,8 +130,8 @@ def _check_size(file: Path) -> None:
         raise InputError(f"{file} has {size} bytes, more than {MOST_BYTES}")
 
 
-def _limited(file: Path, lines) -> Iterator[Outline]:
-    """Lines as they should be: bounded in number, finite, closed ones without the last point."""
+def _check_lines(file: Path, lines) -> Iterator[Outline]:
+    """Check that lines are finite and not too many; drop the last point of closed ones."""
     total = 0
     for count, (points, closed, name, layer) in enumerate(lines, 1):
         total += len(points)
@@ -156,8 +161,8 @@ def _text(file: Path) -> str:
         raise InputError(f"{file} is not a text file in UTF-8") from None
 
 
-def _csv(file: Path, scale):
-    """One line for each run of equal names."""
+def _read_csv(file: Path, scale):
+    """Read a CSV file: one line per sequence of equal names."""
     try:
         rows = [row for row in csv.reader(_text(file).splitlines()) if row and row[0][:1] != "#"]
     except csv.Error as trouble:
@@ -187,25 +192,25 @@ def _csv(file: Path, scale):
         yield np.array(points) * (scale or 1.0), name is not None, label, ""
 
 
-def _wkt(file: Path, scale):
-    """One geometry a line."""
+def _read_wkt(file: Path, scale):
+    """Read a WKT file with one geometry per line."""
     import shapely
 
     for number, line in enumerate(_text(file).splitlines(), 1):
         if not line.strip() or line.lstrip()[0] == "#":
             continue
-        if _depth(line, "(") > DEEPEST:
+        if _nesting_depth(line, "(") > DEEPEST:
             raise InputError(f"{file}, line {number}: nested too deeply")
         try:
             shape = shapely.from_wkt(line)
         except (shapely.errors.ShapelyError, UnicodeError) as trouble:
             words = str(trouble).splitlines()[0][:100]
             raise InputError(f"{file}, line {number}: {words}") from None
-        yield from _of_shape(file, shape, scale or 1.0, "", "")
+        yield from _lines_of_shape(file, shape, scale or 1.0, "", "")
 
 
-def _depth(text: str, opening: str) -> int:
-    """How deeply brackets are nested in a text."""
+def _nesting_depth(text: str, opening: str) -> int:
+    """Return how deeply brackets are nested in a text."""
     deepest = depth = 0
     for mark in text:
         depth += (mark in opening) - (mark in ")]}")
@@ -213,13 +218,13 @@ def _depth(text: str, opening: str) -> int:
     return deepest
 
 
-def _of_shape(file: Path, shape, scale: float, name: str, layer: str, depth: int = 0):
-    """The lines of a geometry of shapely."""
+def _lines_of_shape(file: Path, shape, scale: float, name: str, layer: str, depth: int = 0):
+    """Yield the lines of a geometry of shapely."""
     if depth > DEEPEST:
         raise InputError(f"{file}: nested too deeply")
     if hasattr(shape, "geoms"):
         for part in shape.geoms:
-            yield from _of_shape(file, part, scale, name, layer, depth + 1)
+            yield from _lines_of_shape(file, part, scale, name, layer, depth + 1)
     elif shape.geom_type == "Polygon" and not shape.is_empty:
         if len(shape.interiors):
             raise InputError(f"{file}: a polygon {name} has holes; give each as a separate polygon")
@@ -229,10 +234,10 @@ def _of_shape(file: Path, shape, scale: float, name: str, layer: str, depth: int
         yield points * scale, False, name, layer
 
 
-def _geojson(file: Path, scale):
-    """Features, collections of them, or bare geometries."""
+def _read_geojson(file: Path, scale):
+    """Read GeoJSON: features, collections of features, or geometries."""
     text = _text(file)
-    if _depth(text, "([{") > 4 * DEEPEST:
+    if _nesting_depth(text, "([{") > 4 * DEEPEST:
         raise InputError(f"{file}: nested too deeply")
     try:
         data = json.loads(text)
@@ -250,18 +255,18 @@ def _geojson(file: Path, scale):
         given = given if isinstance(given, dict) else {}
         name, layer = (str(given.get(key) or "") for key in ("name", "layer"))
         if geometry is not None:
-            yield from _of_geometry(where, geometry, scale or 1.0, name, layer)
+            yield from _lines_of_geometry(where, geometry, scale or 1.0, name, layer)
 
 
-def _of_geometry(where: str, geometry, scale: float, name: str, layer: str, depth: int = 0):
-    """The lines of a geometry of GeoJSON."""
+def _lines_of_geometry(where: str, geometry, scale: float, name: str, layer: str, depth: int = 0):
+    """Yield the lines of a geometry of GeoJSON."""
     kind = geometry.get("type") if isinstance(geometry, dict) else None
     if depth > DEEPEST:
         raise InputError(f"{where}: nested too deeply")
     if kind == "GeometryCollection":
         parts = geometry.get("geometries")
         for part in parts if isinstance(parts, list) else []:
-            yield from _of_geometry(where, part, scale, name, layer, depth + 1)
+            yield from _lines_of_geometry(where, part, scale, name, layer, depth + 1)
         return
     levels = {"LineString": 0, "MultiLineString": 1, "Polygon": 1, "MultiPolygon": 2}
     if kind in ("Point", "MultiPoint"):
@@ -291,8 +296,8 @@ def _of_geometry(where: str, geometry, scale: float, name: str, layer: str, dept
         yield points * scale, kind.endswith("Polygon"), name, layer
 
 
-def _dxf(file: Path, scale):
-    """Lines, polylines, arcs, circles, ellipses and splines of the model space."""
+def _read_dxf(file: Path, scale):
+    """Read lines, polylines, arcs, circles, ellipses and splines of the model space of a DXF."""
     try:
         import ezdxf
     except ImportError:
@@ -303,18 +308,18 @@ def _dxf(file: Path, scale):
         drawing = ezdxf.readfile(file)
     except OSError as trouble:
         raise InputError(f"{file} is not a DXF file: {trouble}") from None
-    except Exception as trouble:  # a parser of foreign text may raise anything
+    except Exception as trouble:  # a third-party parser may raise any exception
         words = (str(trouble).splitlines() or [type(trouble).__name__])[0][:100]
         raise InputError(f"{file} cannot be read as DXF: {words}") from None
     unit = scale or _UNITS.get(drawing.units, 1.0)
     budget = [MOST_LINES]
     for entity in drawing.modelspace():
-        for points, closed, layer in _of_entity(file, entity, budget, 0):
+        for points, closed, layer in _lines_of_entity(file, entity, budget, 0):
             yield np.asarray(points) * unit, closed, "", layer
 
 
-def _of_entity(file: Path, entity, budget: list[int], depth: int):
-    """The lines of an entity; those of a block that is inserted, without end of nesting bounded."""
+def _lines_of_entity(file: Path, entity, budget: list[int], depth: int):
+    """Yield the lines of an entity; of inserted blocks with bounded nesting."""
     from ezdxf import path
 
     budget[0] -= 1
@@ -328,22 +333,22 @@ def _of_entity(file: Path, entity, budget: list[int], depth: int):
                 raise InputError(f"{file}: a block is inserted {rows} times")
             for one in entity.multi_insert() if rows > 1 else [entity]:
                 for part in one.virtual_entities():
-                    yield from _of_entity(file, part, budget, depth + 1)
+                    yield from _lines_of_entity(file, part, budget, depth + 1)
         elif kind in ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE"):
             way = path.make_path(entity)
             size = path.bbox([way]).size.magnitude
-            if not size <= 1e6 * _FARTHEST:  # in units of the file; not a number, too
+            if not size <= 1e6 * _FARTHEST:  # in units of the file; also rejects NaN
                 raise InputError(f"{file}: an entity {kind} has no finite size")
             beside = _SAGITTA * max(size, 1e-9)
-            points = [(p.x, p.y) for p in _bounded(file, way.flattening(beside))]
+            points = [(p.x, p.y) for p in _check_length(file, way.flattening(beside))]
             yield points, way.is_closed, entity.dxf.get("layer", "")
     except InputError:
         raise
-    except Exception as trouble:  # a broken entity may raise anything
+    except Exception as trouble:  # a broken entity may raise any exception
         raise InputError(f"{file}: an entity {kind} cannot be read: {trouble}") from None
 
 
-def _bounded(file: Path, points) -> Iterator:
+def _check_length(file: Path, points) -> Iterator:
     for count, point in enumerate(points):
         if count > MOST_OF_CURVE:
             raise InputError(f"{file} contains a curve of more than {MOST_OF_CURVE} points")

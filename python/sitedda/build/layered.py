@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Level ground in layers: a group that makes blocks, materials, base, sides and measured points."""
+"""Level layered ground: generates blocks, materials, base, sides and measured points."""
 
 import math
 from pathlib import Path
@@ -10,12 +10,12 @@ from ..base.errors import InputError
 from ..input import schema
 from .profile import Ground, SoilProfile, curve_of, curve_table, read_soil_profile
 
-_CELLS = 12  # in the length of S waves of the highest frequency
+_CELLS = 12  # cells per wavelength of S waves at the highest frequency
 _MOST = 100_000  # blocks
-_STIFF = 1e3  # stiffness of welds over that of a block: their compliance is a thousandth of it
-_STRENGTH = 1e12  # Pa, of welds
+_STIFF = 1e3  # stiffness of welds over that of a block
+_STRENGTH = 1e12  # Pa, strength of welds
 _ANGLE = 45.0  # degrees
-# Curves of a file as those of &material: how many numbers they need, and what these are.
+# Curves of a file as in &material: number of required parameters, and names of parameters.
 _CURVES = {
     "darendeli": (0, ("plasticity_index", "ocr", "reference_frequency")),
     "hyperbolic": (1, ("reference_strain",)),
@@ -28,7 +28,7 @@ class LayeredGround(schema.ProfileValues):
     """Level ground from a file of velocities over depth."""
 
     def groups(self, folder: Path, others) -> tuple[list[tuple[str, dict]], list[str]]:
-        """The groups that it generates: names and variables; and notes on them.
+        """Generate the groups (names and variables) and notes on them.
 
         Parameters
         ----------
@@ -39,7 +39,7 @@ class LayeredGround(schema.ProfileValues):
         """
         profile = read_soil_profile(Path(folder) / self.file)
         rigid = not self.base and profile.half_space is None
-        self._fit(profile)
+        self._check_profile(profile)
         cells = [self._cells(layer) for layer in profile.layers]
         if sum(cells) * self.columns > _MOST:
             raise InputError(f"{sum(cells) * self.columns} blocks exceed the limit of {_MOST}; "
@@ -53,9 +53,9 @@ class LayeredGround(schema.ProfileValues):
         if self.law == "linear" and any(layer.curve for layer in profile.layers):
             notes += [f"the curves of {self.file} do not act in blocks, which are linear: "
                      "law = 'hysteretic' lets them"]  # fmt: skip
-        return found + (self._measured(profile) if self.points else []), notes
+        return found + (self._measured_points(profile) if self.points else []), notes
 
-    def _fit(self, profile: SoilProfile) -> None:
+    def _check_profile(self, profile: SoilProfile) -> None:
         if not self.base:
             self.base = "fixed" if profile.half_space is None else "compliant"
         if self.base == "compliant" and profile.half_space is None:
@@ -67,12 +67,12 @@ class LayeredGround(schema.ProfileValues):
                                  "poisson_ratio")  # fmt: skip
 
     def _cells(self, layer: Ground) -> int:
-        """Blocks over the height of a layer."""
+        """Return the number of blocks over the height of a layer."""
         length = layer.shear_velocity / self.highest_frequency
         return max(1, math.ceil(_CELLS * layer.thickness / length * (1 - 1e-9)))
 
     def _base_material(self, profile: SoilProfile) -> Ground:
-        """Material of the block under the layers."""
+        """Return the material of the block under the layers."""
         return profile.half_space or profile.layers[-1]
 
     def _materials(self, profile: SoilProfile) -> list[tuple[str, dict]]:
@@ -87,25 +87,25 @@ class LayeredGround(schema.ProfileValues):
         return found
 
     def _laws(self, profile: SoilProfile) -> list[dict]:
-        """The law by which each layer yields; none for a linear layer."""
+        """Return the yield law of each layer; none for a linear layer."""
         if self.law == "linear":
             return [{} for _ in profile.layers]
         table = math.inf if self.water_table is None else self.water_table
         stresses = profile.mean_stresses(table, self.pressure_at_rest)
-        found = [_law(layer, stress, profile.file)
+        found = [_hysteretic_law(layer, stress, profile.file)
                  for layer, stress in zip(profile.layers, stresses, strict=True)]  # fmt: skip
         if not any(found):
             raise InputError(f"law = 'hysteretic': no layer of {self.file} has a curve")
         return found
 
     def _names(self, profile: SoilProfile) -> list[str]:
-        """Of the materials: layers from the surface, then what is below them."""
+        """Return the names of the materials: layers from the surface, then the base."""
         return [f"{self.name}_{i}" for i in range(1, len(profile.layers) + 1)] + [
             f"{self.name}_base"
         ]
 
     def _joints(self, profile: SoilProfile, cells: list[int]) -> list[tuple[str, dict]]:
-        """Welds between layers, of a stiffness by area; upright ones, which may be tied."""
+        """Return the joints: welds between layers, and vertical ones, which may be tied."""
         stiff = max(one.density * one.pressure_velocity**2 * count / one.thickness
                     for one, count in zip(profile.layers, cells, strict=True))  # fmt: skip
         whole = {"friction_angle": _ANGLE, "cohesion": _STRENGTH, "tensile_strength": _STRENGTH}
@@ -116,7 +116,7 @@ class LayeredGround(schema.ProfileValues):
         ]  # fmt: skip
 
     def _blocks(self, profile: SoilProfile, cells: list[int]) -> list[tuple[str, dict]]:
-        """Rectangles from below, row by row."""
+        """Return the rectangular blocks from below, row by row."""
         names = self._names(profile)
         thick = [layer.thickness / count for layer, count in zip(profile.layers, cells,
                                                                  strict=True)]  # fmt: skip
@@ -137,7 +137,7 @@ class LayeredGround(schema.ProfileValues):
         return found
 
     def _row(self, name: str, material: str, sides, low: float, high: float):
-        """Blocks of one name beside each other."""
+        """Return a row of adjacent blocks of one name."""
         weld, side = f"{self.name}_weld", f"{self.name}_side"
         for left, right in zip(sides, sides[1:], strict=False):
             corners = np.array([[left, low], [right, low], [right, high], [left, high]])
@@ -167,8 +167,8 @@ class LayeredGround(schema.ProfileValues):
                       for side in ("left", "right")]  # fmt: skip
         return found
 
-    def _measured(self, profile: SoilProfile) -> list[tuple[str, dict]]:
-        """Points in the middle of the first column of blocks."""
+    def _measured_points(self, profile: SoilProfile) -> list[tuple[str, dict]]:
+        """Return measured points in the middle of the first column of blocks."""
         x = self.left + 0.5 * self.width / self.columns
         rows = self._rows(profile)
         found = [("surface", self.top, rows[0])]
@@ -180,13 +180,13 @@ class LayeredGround(schema.ProfileValues):
                 for name, y, block in found]  # fmt: skip
 
     def _rows(self, profile: SoilProfile) -> list[str]:
-        """The name of the highest blocks of each layer."""
+        """Return the name of the highest blocks of each layer."""
         cells = [self._cells(layer) for layer in profile.layers]
         return [f"{self.name}_{sum(cells[i:])}" for i in range(len(cells))]
 
 
-def _law(layer: Ground, stress: float, file: Path) -> dict:
-    """Variables of a material that yields by the curve of a layer under a mean stress, Pa."""
+def _hysteretic_law(layer: Ground, stress: float, file: Path) -> dict:
+    """Return the variables of a material that yields by the curve of a layer at a stress, Pa."""
     where = f"{file}, row {layer.row}"
     name, numbers = curve_of(layer.curve, where)
     if not name:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Notes on sizes in groups that make blocks, which are probably mistakes."""
+"""Notes on sizes in groups that are probably mistakes."""
 
 from collections.abc import Sequence
 
@@ -7,12 +7,12 @@ import numpy as np
 
 
 def doubtful_sizes(groups: Sequence[tuple[str, dict, str]]) -> list[str]:
-    """A sentence for each group with a doubtful size.
+    """Return a sentence for each group whose size is probably a mistake.
 
     Parameters
     ----------
     groups : sequence of (str, dict, str)
-        Name, variables, and where the group stands.
+        Name, variables and position in the file.
     """
     outlines = [np.reshape(values["outline"], (-1, 2)) for kind, values, _ in groups
                 if kind == "region" and len(values.get("outline", ()))]  # fmt: skip

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Masonry from a few numbers: arches, piers, lintels, colonnades, walls."""
+"""Build masonry from few parameters: arches, piers, lintels, colonnades, walls."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ import numpy as np
 from ..base.errors import InputError
 from ..input import schema
 
-MOST_BLOCKS = 100_000  # of one structure
+MOST_BLOCKS = 100_000  # largest number of blocks of a structure
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class Stone:
     polygon : ndarray, shape (n, 2)
         Corners, m, counter-clockwise.
     material, joint : str
-        Blank: the first of the model.
+        Names; blank selects the first of the model.
     """
 
     name: str
@@ -31,7 +31,7 @@ class Stone:
     joint: str = ""
 
 
-def _require_few(blocks: int) -> None:
+def _check_count(blocks: int) -> None:
     if blocks > MOST_BLOCKS:
         raise InputError(f"{blocks} blocks exceed the limit of {MOST_BLOCKS}")
 
@@ -40,8 +40,8 @@ def _rectangle(left, bottom, right, top) -> np.ndarray:
     return np.array([[left, bottom], [right, bottom], [right, top], [left, top]], dtype=float)
 
 
-def _courses(left, right, bottom, height, courses, stones) -> Iterator[tuple[int, np.ndarray]]:
-    """Stones in running bond between two straight faces: number of the course and corners.
+def _lay_courses(left, right, bottom, height, courses, stones) -> Iterator[tuple[int, np.ndarray]]:
+    """Yield course number and corners of stones in running bond between two straight faces.
 
     Parameters
     ----------
@@ -71,19 +71,19 @@ def _courses(left, right, bottom, height, courses, stones) -> Iterator[tuple[int
             )
 
 
-def _numbered(name: str, polygons, material: str, joint: str) -> list[Stone]:
+def _number_stones(name: str, polygons, material: str, joint: str) -> list[Stone]:
     return [Stone(f"{name}_{i}", one, material, joint) for i, one in enumerate(polygons, 1)]
 
 
 class Arch(schema.ArchValues):
-    """An arch of straight-sided voussoirs, cut at right angles to its centre line."""
+    """An arch of straight-sided voussoirs, with joints at right angles to the centre line."""
 
     def _check(self) -> None:
         if self.radius is not None:
             self.span, self.rise = 2 * self.radius, self.radius
         if self.is_pointed and self.voussoirs % 2:
             raise InputError(f"voussoirs = {self.voussoirs} of a pointed arch must be even")
-        radius, _ = self._arc()
+        radius, _ = self._right_arc()
         if self.thickness / 2 >= radius:
             raise InputError(
                 f"thickness = {self.thickness:g} must be less than twice the radius, {radius:g} m"
@@ -91,11 +91,11 @@ class Arch(schema.ArchValues):
 
     @property
     def is_pointed(self) -> bool:
-        """Whether the centre line has a corner at the crown."""
+        """Return whether the centre line has a corner at the crown."""
         return self.rise > 0.5 * self.span * (1 + 1e-12)
 
-    def _arc(self) -> tuple[float, tuple[float, float]]:
-        """Radius (m) of the right arc, and its centre from the middle of the springing line."""
+    def _right_arc(self) -> tuple[float, tuple[float, float]]:
+        """Return radius and centre of the right arc from the middle of the springing line, m."""
         half, rise = self.span / 2, self.rise
         if self.is_pointed:
             radius = (half**2 + rise**2) / (2 * half)
@@ -103,9 +103,9 @@ class Arch(schema.ArchValues):
         radius = (half**2 + rise**2) / (2 * rise)
         return radius, (0.0, rise - radius)
 
-    def _rays(self, offset: float) -> np.ndarray:
-        """Ends of the joints at a distance from the centre line, from the right, (n + 1, 2), m."""
-        radius, (x0, y0) = self._arc()
+    def _joint_ends(self, offset: float) -> np.ndarray:
+        """Return the ends of the joints at a distance from the centre line, (n + 1, 2), m."""
+        radius, (x0, y0) = self._right_arc()
         half, n = self.span / 2, self.voussoirs
         springing = np.arctan2(-y0, half - x0)
         if not self.is_pointed:
@@ -116,18 +116,18 @@ class Arch(schema.ArchValues):
             ends = (radius + offset) * np.column_stack([np.cos(angle), np.sin(angle)]) + (x0, y0)
             ends[-1] = 0.0, np.sqrt((radius + offset) ** 2 - x0**2)
         right = ends[: n // 2 + 1]
-        # The left half mirrors the right one, to the last bit.
+        # The left half mirrors the right half exactly.
         left = right[::-1] * (-1, 1) if n % 2 else right[-2::-1] * (-1, 1)
         return np.vstack([right, left]) + np.asarray(self.centre, dtype=float)
 
     def blocks(self) -> list[Stone]:
-        """Voussoirs from the right springing, then the abutments."""
-        inner, outer = self._rays(-self.thickness / 2), self._rays(self.thickness / 2)
+        """Return the voussoirs from the right springing, then the abutments."""
+        inner, outer = self._joint_ends(-self.thickness / 2), self._joint_ends(self.thickness / 2)
         polygons = [
             np.array([inner[i], outer[i], outer[i + 1], inner[i + 1]])
             for i in range(self.voussoirs)
         ]
-        found = _numbered(self.name, polygons, self.material, self.joint)
+        found = _number_stones(self.name, polygons, self.material, self.joint)
         if self.abutment:
             for side, i in (("left", -1), ("right", 0)):
                 block = self._abutment(inner[i], outer[i])
@@ -146,21 +146,21 @@ class Pier(schema.PierValues):
 
     def _check(self) -> None:
         self.top_width = self.top_width or self.width
-        _require_few(self.courses * (self.stones + 1))
+        _check_count(self.courses * (self.stones + 1))
 
     def blocks(self) -> list[Stone]:
-        """Stones course by course from below."""
+        """Return the stones course by course from below."""
         half = 0.5 * np.array([self.width, self.top_width])
         faces = (self.centre - half, self.centre + half)
-        laid = _courses(*faces, self.bottom, self.height, self.courses, self.stones)
-        return _numbered(self.name, (stone for _, stone in laid), self.material, self.joint)
+        laid = _lay_courses(*faces, self.bottom, self.height, self.courses, self.stones)
+        return _number_stones(self.name, (stone for _, stone in laid), self.material, self.joint)
 
 
 class Lintel(schema.LintelValues):
     """A beam over an opening."""
 
     def blocks(self) -> list[Stone]:
-        """The beam."""
+        """Return the beam."""
         right = self.left + self.span + self.bearing
         beam = _rectangle(self.left - self.bearing, self.bottom, right, self.bottom + self.height)
         return [Stone(self.name, beam, self.material, self.joint)]
@@ -171,28 +171,28 @@ class Colonnade(schema.ColonnadeValues):
 
     def _check(self) -> None:
         self.top_width = self.top_width or self.width
-        _require_few(self.columns * (self.drums + 2))
+        _check_count(self.columns * (self.drums + 2))
         if (self.capital_width > 0) != (self.capital_height > 0):
             raise InputError("give both capital_width and capital_height, or neither")
         if self.spacing <= max(self.width, self.top_width, self.capital_width):
             raise InputError(f"spacing = {self.spacing:g}: the columns would touch each other")
 
     def blocks(self) -> list[Stone]:
-        """Column by column from below, then the beams from the left."""
+        """Return the columns from below, then the beams from the left."""
         found = []
         top = self.bottom + self.height
         half = 0.5 * np.array([self.width, self.top_width])
         for c in range(self.columns):
             axis, name = self.left + c * self.spacing, f"{self.name}{c + 1}"
             faces = (axis - half, axis + half)
-            laid = _courses(*faces, self.bottom, self.height, self.drums, 1)
-            found += _numbered(name, (drum for _, drum in laid), self.material, self.joint)
+            laid = _lay_courses(*faces, self.bottom, self.height, self.drums, 1)
+            found += _number_stones(name, (drum for _, drum in laid), self.material, self.joint)
             if self.capital_height:
                 wide = 0.5 * self.capital_width
                 block = _rectangle(axis - wide, top, axis + wide, top + self.capital_height)
                 found.append(Stone(f"{name}_capital", block, self.material, self.joint))
         if self.beam_height:
-            found += _numbered(f"{self.name}_beam", self._beams(), self.material, self.joint)
+            found += _number_stones(f"{self.name}_beam", self._beams(), self.material, self.joint)
         return found
 
     def _beams(self) -> Iterator[np.ndarray]:
@@ -206,29 +206,29 @@ class Colonnade(schema.ColonnadeValues):
 
 
 class RetainingWall(schema.RetainingWallValues):
-    """A wall of courses in running bond with an upright back and a battered face."""
+    """A wall of courses in running bond with a vertical back and a battered face."""
 
     def _check(self) -> None:
-        _require_few(self.courses * (self.stones + 1))
+        _check_count(self.courses * (self.stones + 1))
 
     def blocks(self) -> list[Stone]:
-        """Stones course by course from below."""
+        """Return the stones course by course from below."""
         right = self.left + self.base_width
         faces = (self.left, right - self.top_width), (right, right)
         if self.face == "right":
             faces = (self.left, self.left), (right, self.left + self.top_width)
-        laid = _courses(*faces, self.bottom, self.height, self.courses, self.stones)
-        return _numbered(self.name, (stone for _, stone in laid), self.material, self.joint)
+        laid = _lay_courses(*faces, self.bottom, self.height, self.courses, self.stones)
+        return _number_stones(self.name, (stone for _, stone in laid), self.material, self.joint)
 
 
 class MultiLeafWall(schema.MultiLeafWallValues):
-    """Two leaves of stones with a core between them, seen in section."""
+    """A cross-section of two leaves of stones with a core between them."""
 
     def _check(self) -> None:
-        _require_few(self.courses * (2 + self.core_courses * (self.core_stones + 1)))
+        _check_count(self.courses * (2 + self.core_courses * (self.core_stones + 1)))
 
     def blocks(self) -> list[Stone]:
-        """Course by course from below: left leaf, core, right leaf; or a tie."""
+        """Return the courses from below: left leaf, core, right leaf; or a bond stone."""
         x = self.left + np.cumsum([0.0, self.leaf, self.core, self.leaf])
         step = self.height / self.courses
         core_material = self.core_material or self.material
@@ -247,7 +247,7 @@ class MultiLeafWall(schema.MultiLeafWallValues):
                 continue
             add("left", _rectangle(x[0], low, x[1], high), self.material, self.joint)
             faces = (x[1], x[1]), (x[2], x[2])
-            for _, one in _courses(*faces, low, step, self.core_courses, self.core_stones):
+            for _, one in _lay_courses(*faces, low, step, self.core_courses, self.core_stones):
                 add("core", one, core_material, core_joint)
             add("right", _rectangle(x[2], low, x[3], high), self.material, self.joint)
         return found

@@ -26,7 +26,7 @@ from sitedda.cutting import (
     slivers,
 )
 from sitedda.cutting.distributions import draw, normal_quantile, uniform
-from sitedda.cutting.network import CORNER, Network, _crossings
+from sitedda.cutting.network import CORNER, Network, _find_crossings
 from sitedda.cutting.rings import Rings
 
 SQUARE = [0.0, 0, 10, 0, 10, 10, 0, 10]
@@ -366,7 +366,7 @@ def test_thin_blocks_vanish_with_least_edge_and_sharp_ones_with_least_angle():
     region = [Region(outline=SQUARE)]
     assert len(cut(region, WEDGE, settings=KEEP)) == 3
     flat = cut(region, WEDGE, settings=Cutting(least_edge=0.01))
-    assert len(flat) == 2 and "became one with it" in flat.messages[0]
+    assert len(flat) == 2 and "merged with it" in flat.messages[0]
     sharp = cut(region, [JointLine(points=[0, 0, 10, 1])], settings=Cutting(least_angle=8))
     assert len(sharp) == 1
     check_partition(flat, 100.0)
@@ -414,7 +414,7 @@ def crossings_found(ends):
     """Of the pairs of edges, how many are found to cross when each is looked at alone."""
     network = pairs_of_edges(ends)
     one = 2 * np.arange(len(ends))
-    return len(_crossings(network, one, one + 1, np.ones(len(one), dtype=bool))[0])
+    return len(_find_crossings(network, one, one + 1, np.ones(len(one), dtype=bool))[0])
 
 
 def test_edges_of_one_side_do_not_cross_by_rounding():

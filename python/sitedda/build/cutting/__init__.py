@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Regions cut into blocks by joints: single ones, sets, random polygons; holes and surfaces."""
+"""Cut regions into blocks by joints, joint sets, random polygons, holes and surfaces."""
 
 from importlib import import_module
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Regions cut into blocks by joints."""
+"""Cut regions into blocks by joints."""
 
 import os
 from collections import Counter
@@ -39,31 +39,31 @@ from .network import (
 from .rings import Rings
 from .small_blocks import Sliver, in_words, slivers
 
-_ROUNDING = 1e-9  # of the size of the regions
-_BITS = 8  # error of coordinates far from (0, 0), in last bits
-_SLIVER_AREA = 1e-3  # of the mean area of the blocks
-_SLIVER_EDGE = 1e-3  # of its root
-_BYTES = 4000  # of memory for a block during cutting
-MOST_CORNERS = 512  # of one block
-_MARGIN = 1.25  # in the estimate of crossings; the blocks are counted later
-_NAMED = 5  # positions in a message
-_STRAIGHT = 1e-13  # of the size of the regions: corners closer to a straight line are left out
-_LEVEL = 1e-9  # of the size of the regions: corners closer in height are equally low
-_ORDER = 1e-6  # of the size of the regions: centroids closer in height count as level
+_ROUNDING = 1e-9  # tolerance over the size of the regions
+_BITS = 8  # rounding error of coordinates far from (0, 0), in last bits
+_SLIVER_AREA = 1e-3  # smallest area of a block over the mean area
+_SLIVER_EDGE = 1e-3  # shortest edge over the root of the mean area
+_BYTES = 4000  # bytes of memory per block during cutting
+MOST_CORNERS = 512  # largest number of corners of a block
+_MARGIN = 1.25  # allowance in the estimate of crossings; the blocks are counted later
+_NAMED = 5  # largest number of positions in a message
+_STRAIGHT = 1e-13  # corners closer to a straight line, over the size of the regions, are omitted
+_LEVEL = 1e-9  # corners closer in height, over the size of the regions, are equally low
+_ORDER = 1e-6  # centroids closer in height, over the size of the regions, are level
 
 
 @dataclass
 class Blocks:
-    """Blocks that were cut.
+    """The blocks cut from regions.
 
     Attributes
     ----------
     polygons : list of ndarray, shape (corners, 2)
         m, counter-clockwise, from the lowest corner.
     edge_joints : list of list of str
-        Joint that cut each edge; edge i runs from corner i to the next.
+        Joint of each edge; edge i connects corner i with the next.
     holes : list of list of (ndarray, list of str)
-        Corners, clockwise, and joints of the holes that a block surrounds, where rings are allowed.
+        Corners, clockwise, and joints of the holes within a block, if rings are allowed.
     names, materials, regions : list of str
     messages : list of str
         Notes on removed, merged or remaining blocks.
@@ -91,17 +91,17 @@ class Blocks:
     merged: int = 0
 
     def __len__(self) -> int:
-        """Number of blocks."""
+        """Return the number of blocks."""
         return len(self.polygons)
 
     @property
     def joints(self) -> list[str]:
-        """The joint of each block that cut the greatest length of its outline."""
+        """Return the joint with the greatest length on the outline of each block."""
         return main_joints(self.polygons, self.edge_joints)
 
 
 def main_joints(polygons: Sequence, edge_joints: Sequence[Sequence[str]]) -> list[str]:
-    """The joint with the greatest length on each outline; blank if no edge has one."""
+    """Return the joint with the greatest length on each outline; blank if no edge has a joint."""
     lengths = Rings.of(polygons).edge_lengths().tolist() if len(polygons) else []
     found, at = [], 0
     for names in edge_joints:
@@ -136,21 +136,21 @@ def cut(
     excavations : sequence of Excavation
     settings : Cutting
     rings : bool
-        Whether a block may surround others or a hole; no engine takes it before it is meshed.
+        Whether a block may surround other blocks or a hole; it must then be meshed.
 
     Returns
     -------
     Blocks
-        In an order that does not depend on that of the input.
+        In an order that does not depend on the order of the input.
 
     Raises
     ------
     InputError
-        If the input cannot be cut, or would make too many blocks; checked before the work.
+        If the input cannot be cut, or would give too many blocks, which is checked first.
 
     Notes
     -----
-    Where two cuts lie on each other, the edge takes the joint of the one named first here: hole,
+    If two cuts coincide, the edge gets the joint of the kind named first here: hole,
     excavation, single joint, surface, joint set, Voronoi polygons, region.
     """
     settings = settings or Cutting()
@@ -158,7 +158,7 @@ def cut(
 
 
 class _Cut:
-    """The steps of `cut`; coordinates are taken from the middle of the regions."""
+    """The steps of `cut`; coordinates are relative to the middle of the regions."""
 
     def __init__(self, regions, joints, surfaces, holes, excavations, settings):
         if not regions:
@@ -168,25 +168,25 @@ class _Cut:
         corners = np.concatenate([region.outline for region in regions])
         self.centre = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
         self.size = float((corners.max(axis=0) - corners.min(axis=0)).max())
-        # Far from (0, 0) coordinates are rounded more coarsely than the size requires.
+        # Far from (0, 0), rounding of coordinates exceeds the tolerance from the size.
         self.rounding = _BITS * float(np.spacing(abs(corners).max()))
         self.tolerance = settings.tolerance or max(_ROUNDING * self.size, self.rounding)
         self.messages: list[str] = []
-        self.outlines = [self._local(region.outline) for region in regions]
+        self.outlines = [self._to_local(region.outline) for region in regions]
         self._check_overlap()
-        self.holes = [self._local(hole.outline) for hole in holes]
-        self.pits = [self._local(excavation.outline) for excavation in excavations]
+        self.holes = [self._to_local(hole.outline) for hole in holes]
+        self.pits = [self._to_local(excavation.outline) for excavation in excavations]
         self._check_inside(holes, self.holes, "hole")
         self._check_inside(excavations, self.pits, "excavation")
-        # One after the other: the union of many at once has been seen to lose some (GEOS 3.14).
+        # One at a time: the union of many polygons at once can lose some (GEOS 3.14).
         self.domain = reduce(shapely.union, self.outlines)
         self.domain = reduce(shapely.difference, self.holes, self.domain)
         if self.domain.area <= 0:
             raise InputError("the holes cover the regions completely")
         shapely.prepare(self.domain)
-        self._gather(joints, surfaces, holes, excavations)
+        self._gather_segments(joints, surfaces, holes, excavations)
 
-    def _local(self, outline) -> shapely.Polygon:
+    def _to_local(self, outline) -> shapely.Polygon:
         return shapely.Polygon(outline - self.centre)
 
     def _check_overlap(self) -> None:
@@ -202,8 +202,8 @@ class _Cut:
             if not any(shapely.intersection(polygon, one).area > 0 for one in self.outlines):
                 raise InputError(f"the {kind} {thing.name!r} lies outside every region")
 
-    def _gather(self, joints, surfaces, holes, excavations) -> None:
-        """All segments with their labels; bounds are checked before any is made."""
+    def _gather_segments(self, joints, surfaces, holes, excavations) -> None:
+        """Collect all segments with their labels; their number is checked first."""
         reach = self.size * 0.75
         expected = sum(joint.expected(reach) for joint in joints if hasattr(joint, "expected"))
         if expected > MOST_JOINTS:
@@ -211,15 +211,15 @@ class _Cut:
                 f"the joints would have about {expected:.2g} segments, more than {MOST_JOINTS:.2g};"
                 " choose a larger spacing, or a smaller region"
             )
-        rows = []  # of: rank, joint, segments, outline or not
+        rows = []  # tuples of rank, joint, segments, outline or not
         for hole, polygon in zip(holes, self.holes, strict=True):
             rows.append((0, hole.joint, _ring(polygon), True))
         for excavation, polygon in zip(excavations, self.pits, strict=True):
-            rows.append((1, excavation.joint, self._clipped(_ring(polygon), ""), True))
+            rows.append((1, excavation.joint, self._clip(_ring(polygon), ""), True))
         ranks = {JointLine: 2, JointSet: 4, Voronoi: 5}
         cutters = [(ranks[type(joint)], joint) for joint in joints]
         for rank, cutter in [*cutters, *((3, surface) for surface in surfaces)]:
-            rows.append((rank, cutter.joint, self._segments(cutter, reach), False))
+            rows.append((rank, cutter.joint, self._clip_cutter(cutter, reach), False))
         for region, polygon in zip(self.regions, self.outlines, strict=True):
             rows.append((6, region.joint, _ring(polygon), True))
         keys = sorted({row[:2] for row in rows})
@@ -230,22 +230,22 @@ class _Cut:
         self.outline = np.repeat([row[3] for row in rows], counts)
         self._check_amount()
 
-    def _segments(self, cutter, reach: float) -> np.ndarray:
-        """The parts of a joint or a surface within what it cuts; an error says which one it is."""
+    def _clip_cutter(self, cutter, reach: float) -> np.ndarray:
+        """Return the parts of a joint or surface within what it cuts; an error names it."""
         try:
-            more = {"corner": self._corner(cutter)} if isinstance(cutter, JointSet) else {}
-            return self._clipped(cutter.segments(self.centre, reach, **more) - self.centre, cutter)
+            more = {"corner": self._lower_left(cutter)} if isinstance(cutter, JointSet) else {}
+            return self._clip(cutter.segments(self.centre, reach, **more) - self.centre, cutter)
         except InputError as error:
             error.cause = cutter
             raise
 
-    def _corner(self, cutter) -> np.ndarray:
-        """The lower left corner of the box around what a joint set cuts, m."""
+    def _lower_left(self, cutter) -> np.ndarray:
+        """Return the lower left corner of the box around what a joint set cuts, m."""
         cut = [region.outline for region in self.regions if cutter.region in ("", region.name)]
         return np.min([outline.min(axis=0) for outline in cut or [self.centre[None]]], axis=0)
 
-    def _clipped(self, segments, cutter) -> np.ndarray:
-        """The parts of segments within the regions, or within one of them."""
+    def _clip(self, segments, cutter) -> np.ndarray:
+        """Clip segments to the regions, or to one of them."""
         domain, wanted = self.domain, getattr(cutter, "region", "")
         if wanted:
             names = [region.name for region in self.regions]
@@ -267,7 +267,7 @@ class _Cut:
         return np.stack([ends[:-1][inside], ends[1:][inside]], axis=1)
 
     def _check_amount(self) -> None:
-        """Refuse more blocks than wanted, or than memory can hold, from lengths and directions.
+        """Reject too many blocks for the limit or the memory, by an estimate.
 
         Segments of lengths L at angles θ that lie anywhere in an area A cross
         ½ Σ Lᵢ Lⱼ |sin(θᵢ − θⱼ)| / A times on average.
@@ -296,7 +296,7 @@ class _Cut:
             )
 
     def blocks(self, rings: bool = False) -> Blocks:
-        """The blocks, with slivers merged, named or refused."""
+        """Return the blocks; slivers are merged, reported or rejected."""
         network = split_segments(self.segments, self.labels, self.outline, self.tolerance)
         network, dead, loops = without_dead_ends(network)
         faces = trace_faces(network)
@@ -305,16 +305,16 @@ class _Cut:
                 f"the joints make {len(faces.cycles)} blocks, more than most_blocks = "
                 f"{self.settings.most_blocks}; choose larger spacings, or a smaller region"
             )
-        network, faces = self._without_short_edges(network, faces)
-        self._raise_loops(loops)
+        network, faces = self._merge_short_edges(network, faces)
+        self._report_loops(loops)
         polygons = _shapes(network, faces.cycles)
-        inner = self._inner(network, faces, polygons)
+        inner = self._find_inner(network, faces, polygons)
         if inner and not rings:
-            self._refuse_rings(network, inner)
+            self._reject_rings(network, inner)
         for face, cycles in inner.items():
             holes = [network.nodes[half_edge_starts(network)[cycle]] for cycle in cycles]
             polygons[face] = shapely.Polygon(polygons[face].exterior, holes)
-        kinds, keys = self._kinds(polygons)
+        kinds, keys = self._find_kinds(polygons)
         self._check_area(shapely.area(polygons[kinds >= 0]))
         mean = self.domain.area / max(1, int((kinds >= 0).sum()))
         least = self.settings.least_area
@@ -326,7 +326,7 @@ class _Cut:
             )
         keep = [i for i, cycle in enumerate(cycles) if cycle and kinds[i] >= 0]
         inner = [inner.get(i, []) for i in keep]
-        found = self._finished(
+        found = self._order_blocks(
             network, [cycles[i] for i in keep], [keys[kinds[i]] for i in keep], inner
         )
         found.area, found.dead_ends, found.loops = self.domain.area, dead, len(loops)
@@ -335,7 +335,7 @@ class _Cut:
         found.messages = self.messages
         return found
 
-    def _without_short_edges(self, network: Network, faces):
+    def _merge_short_edges(self, network: Network, faces):
         """Merge corners that are close to each other, if slivers are merged."""
         least = self.settings.least_edge
         if least is None:
@@ -346,20 +346,20 @@ class _Cut:
         for reach in (least, least / 2, least / 4):
             try:
                 network, _, _ = without_dead_ends(split_network(network, reach, rigid=True))
-            except InputError:  # merged corners kept coming close to others
+            except InputError:  # merging corners repeatedly brought them close to others
                 continue
             least = reach
             break
         if network.moved > before:
             what = counted(network.moved - before, "corner", "corners")
-            words = f"{what} closer than {least:.3g} m to another became one with it"
+            words = f"{what} closer than {least:.3g} m to another merged with it"
             self.messages.append(words)
         return network, trace_faces(network)
 
-    def _raise_loops(self, loops) -> None:
+    def _report_loops(self, loops) -> None:
         if loops:
             self.messages.append(
-                f"{counted(len(loops), 'loop', 'loops')} of joints inside one block left out, as "
+                f"{counted(len(loops), 'loop', 'loops')} of joints inside one block omitted, as "
                 f"at {self._listed(loops)}"
             )
 
@@ -367,12 +367,12 @@ class _Cut:
         shown = [f"({x:.6g}, {y:.6g})" for x, y in np.array(places[:_NAMED]) + self.centre]
         return ", ".join(shown) + (" …" if len(places) > _NAMED else "")
 
-    def _kinds(self, polygons):
-        """For each face the number of its key, or −1 outside; the keys: region, pit, material."""
+    def _find_kinds(self, polygons):
+        """Return the key index of each face, −1 outside, and the keys: region, pit, material."""
         points = shapely.point_on_surface(polygons)
-        region = _containing(points, self.outlines)
-        region[_containing(points, self.holes) >= 0] = -1
-        pit = _containing(points, self.pits)
+        region = _find_containing(points, self.outlines)
+        region[_find_containing(points, self.holes) >= 0] = -1
+        pit = _find_containing(points, self.pits)
         places = shapely.get_coordinates(points) + self.centre
         above = np.array([surface.is_above(places) for surface in self.surfaces], dtype=bool)
         layer = np.full(len(polygons), -1)
@@ -382,8 +382,8 @@ class _Cut:
         keys, kinds = np.unique(np.column_stack([region, pit, layer]), axis=0, return_inverse=True)
         return np.where(region >= 0, kinds.ravel(), -1), keys
 
-    def _inner(self, network: Network, faces, polygons) -> dict[int, list[np.ndarray]]:
-        """Half-edges round what a face surrounds: such a block is no simple polygon."""
+    def _find_inner(self, network: Network, faces, polygons) -> dict[int, list[np.ndarray]]:
+        """Return the half-edges around what a face surrounds; such a block is no simple polygon."""
         count = len(network.nodes)
         ends = network.edges.T
         graph = coo_array((np.ones(ends.shape[1]), ends), shape=(count, count))
@@ -398,12 +398,12 @@ class _Cut:
         for n in np.unique(node):
             around = face[node == n]
             f = int(around[faces.areas[around].argmin()])
-            place = self._inside_edge(network, faces.cycles[f])
+            place = self._point_inside(network, faces.cycles[f])
             if shapely.contains_xy(self.domain, *place):
                 found.setdefault(f, []).append(_outer_cycle(network, faces, part == parts[n]))
         return found
 
-    def _refuse_rings(self, network: Network, inner) -> None:
+    def _reject_rings(self, network: Network, inner) -> None:
         cycle = next(iter(inner.values()))[0]
         raise InputError(
             "a block is a ring around the hole or region with a corner at "
@@ -412,8 +412,8 @@ class _Cut:
         )
 
     @staticmethod
-    def _inside_edge(network: Network, cycle) -> np.ndarray:
-        """A point just inside the longest edge of a face."""
+    def _point_inside(network: Network, cycle) -> np.ndarray:
+        """Return a point just inside the longest edge of a face."""
         start = half_edge_starts(network)
         edges = np.array(cycle)
         a, b = network.nodes[start[edges]], network.nodes[start[edges ^ 1]]
@@ -429,8 +429,8 @@ class _Cut:
                 "outlines lie closer to each other than the tolerance; let them share corners"
             )
 
-    def _finished(self, network: Network, cycles, keys, inner) -> Blocks:
-        """Corners, joints of the edges and names, in an order of their own."""
+    def _order_blocks(self, network: Network, cycles, keys, inner) -> Blocks:
+        """Return corners, edge joints and names of the blocks in a canonical order."""
         near = max(_STRAIGHT * self.size, self.rounding)
         edges = np.concatenate([np.array(cycle) for cycle in cycles])
         rings = Rings(network.nodes[half_edge_starts(network)[edges]], list(map(len, cycles)))
@@ -451,14 +451,14 @@ class _Cut:
             material = self.surfaces[layer].material if layer >= 0 else ""
             blocks.polygons.append(polygons[i])
             blocks.edge_joints.append(joints[rings.first[i] : rings.first[i + 1]])
-            blocks.holes.append([self._hole(network, cycle) for cycle in inner[i]])
+            blocks.holes.append([self._hole_of(network, cycle) for cycle in inner[i]])
             blocks.names.append(f"{stem}_{numbers[stem]}")
             blocks.regions.append(self.regions[region].name)
             blocks.materials.append(material or self.regions[region].material)
         return blocks
 
-    def _hole(self, network: Network, cycle) -> tuple[np.ndarray, list[str]]:
-        """Corners and joints of what a block surrounds."""
+    def _hole_of(self, network: Network, cycle) -> tuple[np.ndarray, list[str]]:
+        """Return corners and joints of what a block surrounds."""
         corners = network.nodes[half_edge_starts(network)[cycle]] + self.centre
         return corners, [self.joint_names[label] for label in network.labels[cycle >> 1]]
 
@@ -473,7 +473,7 @@ class _Cut:
             )
 
     def _judge_slivers(self, blocks: Blocks, mean: float, least_area: float) -> None:
-        """Name the slivers that are left, or refuse them."""
+        """Report or reject the remaining slivers."""
         least_edge = self.settings.least_edge
         if least_edge is None:
             least_edge = _SLIVER_EDGE * np.sqrt(mean)
@@ -495,13 +495,13 @@ class _Cut:
 
 
 def _ring(polygon: shapely.Polygon) -> np.ndarray:
-    """The sides of a polygon, shape (n, 2, 2)."""
+    """Return the sides of a polygon, shape (n, 2, 2)."""
     corners = shapely.get_coordinates(polygon.exterior)
     return np.stack([corners[:-1], corners[1:]], axis=1)
 
 
 def _outer_cycle(network: Network, faces, nodes) -> np.ndarray:
-    """The half-edges round a part of the network, clockwise, from its nodes."""
+    """Return the half-edges around a part of the network, clockwise, from its nodes."""
     start = half_edge_starts(network)
     outside = np.flatnonzero((faces.face < 0) & nodes[start])
     following = dict(zip(start[outside].tolist(), outside.tolist(), strict=True))
@@ -511,8 +511,8 @@ def _outer_cycle(network: Network, faces, nodes) -> np.ndarray:
     return np.array(cycle)
 
 
-def _containing(points, polygons) -> np.ndarray:
-    """The polygon that each point lies in, −1 if none."""
+def _find_containing(points, polygons) -> np.ndarray:
+    """Return the polygon that contains each point, −1 if none."""
     found = np.full(len(points), -1)
     if polygons:
         point, polygon = shapely.STRtree(polygons).query(points, predicate="within")
@@ -521,7 +521,7 @@ def _containing(points, polygons) -> np.ndarray:
 
 
 def _shapes(network: Network, cycles) -> np.ndarray:
-    """Faces as polygons of shapely."""
+    """Return the faces as polygons of shapely."""
     lengths = [len(cycle) for cycle in cycles]
     if not lengths:
         return np.array([], dtype=object)
@@ -532,7 +532,7 @@ def _shapes(network: Network, cycles) -> np.ndarray:
 
 
 def _free_memory() -> float:
-    """Bytes of free memory; assumed plenty if the system does not report it."""
+    """Return the bytes of free memory, infinite if the system does not report them."""
     try:
         with open("/proc/meminfo") as file:
             lines = dict(line.split(":") for line in file)

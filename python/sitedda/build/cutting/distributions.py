@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Random lengths and angles of joints: the same numbers for a seed in every version.
+"""Random lengths and angles of joints, reproducible from a seed in every version.
 
 Raw 64-bit integers come from numpy's Philox generator, whose key is (seed, stream); the formulas
-that turn them into distributions stand here, not in numpy, which may change its own.
+for distributions are defined here, because those of numpy may change.
 """
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from ...base.errors import InputError
 
 DISTRIBUTIONS = ("constant", "uniform", "normal", "log-normal", "exponential")
-_LEAST = 0.01  # of the mean: a length drawn from a uniform or normal distribution is not shorter
+_LEAST = 0.01  # shortest length over the mean in uniform and normal distributions
 
 # Rational approximations of the inverse normal distribution, relative error below 1e-15:
 # Wichura (1988), Algorithm AS 241, Applied Statistics 37, 477-484; highest power first.
@@ -53,15 +53,15 @@ _TAIL = (
 
 
 def uniform(seed: int, stream: tuple[int, ...], count: int) -> np.ndarray:
-    """Uniform numbers in the open interval (0, 1), shape (count,).
+    """Draw uniform numbers in the open interval (0, 1), shape (count,).
 
     Parameters
     ----------
     seed : int
         0 … 2⁶⁴ − 1.
     stream : up to three int
-        Numbers that tell streams of one seed apart; the first is part of the key, the others are
-        words of the counter.  A longer draw of the same stream begins with a shorter one.
+        Numbers that identify a stream of a seed; the first is part of the key, the others are words
+        of the counter. A longer draw of a stream begins with the numbers of a shorter one.
     count : int
     """
     kind, *place = stream
@@ -71,22 +71,22 @@ def uniform(seed: int, stream: tuple[int, ...], count: int) -> np.ndarray:
 
 
 def normal_quantile(share) -> np.ndarray:
-    """The standard normal number that is not exceeded with a probability in (0, 1)."""
+    """Return the quantile of the standard normal distribution for a probability in (0, 1)."""
     share = np.asarray(share, dtype=float)
     centred = share - 0.5
     inner = 0.180625 - centred**2
     root = np.sqrt(-np.log(np.minimum(share, 1 - share)))
-    middle, tail = _ratio(_MIDDLE, root - 1.6), _ratio(_TAIL, root - 5.0)
+    middle, tail = _evaluate_ratio(_MIDDLE, root - 1.6), _evaluate_ratio(_TAIL, root - 5.0)
     outer = np.sign(centred) * np.where(root <= 5.0, middle, tail)
-    return np.where(inner >= 0, centred * _ratio(_CENTRAL, inner), outer)
+    return np.where(inner >= 0, centred * _evaluate_ratio(_CENTRAL, inner), outer)
 
 
-def _ratio(polynomials, x):
+def _evaluate_ratio(polynomials, x):
     return np.polyval(polynomials[0], x) / np.polyval(polynomials[1], x)
 
 
 def draw(share, distribution: str, mean: float, deviation: float) -> np.ndarray:
-    """Numbers of a distribution from uniform ones.
+    """Convert uniform numbers to numbers of a distribution.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def draw(share, distribution: str, mean: float, deviation: float) -> np.ndarray:
 
 
 def draw_lengths(share, distribution: str, mean: float, deviation: float) -> np.ndarray:
-    """As `draw`; lengths below 1 % of the mean (uniform, normal distribution) are raised to it."""
+    """Draw lengths; those below 1 % of the mean (uniform, normal distribution) are raised to it."""
     lengths = draw(share, distribution, mean, deviation)
     if distribution in ("uniform", "normal"):
         lengths = np.maximum(lengths, _LEAST * mean)
@@ -121,7 +121,7 @@ def draw_lengths(share, distribution: str, mean: float, deviation: float) -> np.
 
 
 def check_distribution(name: str, distribution: str, mean: float, deviation: float) -> None:
-    """Refuse a distribution that has no such deviation."""
+    """Reject a deviation or mean that the distribution does not permit."""
     if distribution in ("constant", "exponential") and deviation:
         raise InputError(f"{name}_deviation: a distribution {distribution!r} has none")
     if distribution in ("log-normal", "exponential") and not mean > 0:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Regions and the lines that cut them: surfaces, joints, polygons, holes."""
+"""Regions and the surfaces, joints, polygons and holes that cut them."""
 
 import numpy as np
 
@@ -8,13 +8,11 @@ from ...input import schema
 from ...input.values import points_of
 from .distributions import check_distribution, draw, draw_lengths, uniform
 
-MOST_JOINTS = 2_000_000  # segments of all joints together
+MOST_JOINTS = 2_000_000  # largest number of segments of all joints together
 
 
 def outline_of(name: str, values) -> np.ndarray:
-    """The corners of a polygon, counter-clockwise, shape (n, 2); a last one equal to the first
-    is dropped.
-    """
+    """Return the corners of a polygon, counter-clockwise, shape (n, 2), without repetition."""
     points = points_of(name, values, 3)
     if (points[0] == points[-1]).all():
         points = points[:-1]
@@ -29,8 +27,8 @@ def outline_of(name: str, values) -> np.ndarray:
     return points if shapely.is_ccw(polygon.exterior) else points[::-1].copy()
 
 
-def _chain(points) -> np.ndarray:
-    """Segments between successive points, shape (n − 1, 2, 2)."""
+def _connect(points) -> np.ndarray:
+    """Return the segments between successive points, shape (n − 1, 2, 2)."""
     return np.stack([points[:-1], points[1:]], axis=1)
 
 
@@ -56,7 +54,7 @@ class Excavation(schema.ExcavationValues):
 
 
 class Tunnel(schema.TunnelValues):
-    """A hole of a usual shape: an ellipse, upright walls under half of one, or a box."""
+    """A hole shaped as an ellipse, a horseshoe (walls under half an ellipse) or a box."""
 
     def _check(self) -> None:
         self.height = self.height or self.width
@@ -65,7 +63,7 @@ class Tunnel(schema.TunnelValues):
 
     @property
     def outline(self) -> np.ndarray:
-        """Corners, shape (n, 2), m, counter-clockwise; those of an ellipse lie on it."""
+        """Return the corners, shape (n, 2), m, counter-clockwise; those of an ellipse lie on it."""
         half, tall = self.width / 2, self.height / 2
         if self.shape == "rectangle":
             corners = np.array([[-half, -tall], [half, -tall], [half, tall], [-half, tall]])
@@ -88,15 +86,15 @@ class Surface(schema.SurfaceValues):
             raise InputError(f"points: x must grow; at point {at} it does not")
 
     def segments(self, centre, radius: float) -> np.ndarray:
-        """Segments across a circle (m), shape (n, 2, 2)."""
+        """Return the segments across a circle (m), shape (n, 2, 2)."""
         left, right = centre[0] - radius, centre[0] + radius
         x, y = self.points.T
         before = [[left, y[0]]] if left < x[0] else []
         after = [[right, y[-1]]] if right > x[-1] else []
-        return _chain(np.vstack([*before, self.points, *after]))
+        return _connect(np.vstack([*before, self.points, *after]))
 
     def is_above(self, places) -> np.ndarray:
-        """Whether the surface lies above places, shape (n, 2), m."""
+        """Return whether the surface lies above positions, shape (n, 2), m."""
         return np.interp(places[:, 0], *self.points.T) > places[:, 1]
 
 
@@ -107,41 +105,42 @@ class JointLine(schema.JointLineValues):
         points_of("points", self.points, 2)
 
     def segments(self, centre, radius: float) -> np.ndarray:
-        """Its segments, shape (n, 2, 2), m."""
-        return _chain(self.points)
+        """Return the segments, shape (n, 2, 2), m."""
+        return _connect(self.points)
 
     def expected(self, radius: float) -> float:
-        """Number of segments."""
+        """Return the number of segments."""
         return len(self.points) - 1
 
 
 class JointSet(schema.JointSetValues):
-    """Parallel joints, or joints that are so on average.
+    """A set of parallel joints, or of joints that are parallel on average.
 
-    Joints are drawn from the origin outwards, each line from numbers of its own: with the same
-    origin, a larger region holds the joints of a smaller one; without one they begin at the corner
-    of what is cut, so that the blocks move with it.  Joints of random angle turn about the middle
-    of their trace; those without end about the point nearest to the middle of the regions.
+    Joints are drawn from the origin outwards, each line with its own random numbers. With the same
+    origin, a larger region therefore contains the joints of a smaller one. Without an origin, they
+    begin at the corner of the region, so that the blocks move with it. Joints of random angle turn
+    about the middle of their trace, infinite ones about the point nearest to the middle of the
+    regions.
     """
 
     def _check(self) -> None:
         if self.angle is None:
             self.angle = -self.dip
         for name in ("angle", "spacing", "trace_length", "bridge"):
-            check_distribution(name, *self._distribution(name))
+            check_distribution(name, *self._distribution_of(name))
 
-    def _distribution(self, name: str):
+    def _distribution_of(self, name: str):
         values = (f"{name}_distribution", name, f"{name}_deviation")
         return tuple(getattr(self, value) for value in values)
 
     def expected(self, radius: float) -> float:
-        """About how many segments there are in a circle (m)."""
+        """Estimate the number of segments in a circle (m)."""
         lines = 2 * radius / self.spacing + 1
         period = self.trace_length + self.bridge
         return lines * (2 * radius / period + 1) if period else lines
 
     def segments(self, centre, radius: float, corner=(0.0, 0.0)) -> np.ndarray:
-        """The joints that reach into a circle (m), shape (n, 2, 2).
+        """Return the joints that reach into a circle (m), shape (n, 2, 2).
 
         They begin at the `corner` (m) if no origin is given.
         """
@@ -155,45 +154,45 @@ class JointSet(schema.JointSetValues):
         if np.hypot(*middle) > 1e6 * self.spacing:
             raise InputError("origin is more than a million spacings away from the regions")
         for side in (1, -1):
-            places = self._offsets(side, max(side * p0 + reach, 0.0))
-            turns = np.radians(self._random_angles((3 + (side < 0),), len(places)))
+            places = self._draw_offsets(side, max(side * p0 + reach, 0.0))
+            turns = np.radians(self._draw_angles((3 + (side < 0),), len(places)))
             for k in np.flatnonzero(abs(side * places - p0) <= reach):
                 p = side * places[k]
                 if not self.trace_length:
                     ends = np.array([[s0 - 2 * reach, s0 + 2 * reach]])
-                    found.append(_placed(origin, ends, p, turns[k : k + 1], along, across))
+                    found.append(_place_segments(origin, ends, p, turns[k : k + 1], along, across))
                     continue
-                ends, turn = self._traces(side, k, s0 - reach, s0 + reach)
-                found.append(_placed(origin, ends, p, turn, along, across))
+                ends, turn = self._draw_traces(side, k, s0 - reach, s0 + reach)
+                found.append(_place_segments(origin, ends, p, turn, along, across))
         return np.concatenate(found) if found else np.zeros((0, 2, 2))
 
     def _largest_turn(self) -> float:
-        """Degrees that a joint hardly ever turns beyond."""
+        """Return the angle, degrees, that the turn of a joint hardly ever exceeds."""
         share = {"constant": 0, "uniform": 1}.get(self.angle_distribution, 3)
         return min(share * self.angle_deviation, 75.0)
 
-    def _random_angles(self, stream, count: int) -> np.ndarray:
+    def _draw_angles(self, stream, count: int) -> np.ndarray:
         if self.angle_distribution == "constant":
             return np.zeros(count)
-        return draw(uniform(self.seed, stream, count), *self._distribution("angle")) - self.angle
+        return draw(uniform(self.seed, stream, count), *self._distribution_of("angle")) - self.angle
 
-    def _offsets(self, side: int, end: float) -> np.ndarray:
-        """Distances of the lines from the origin on one side, up to one beyond the end (m).
+    def _draw_offsets(self, side: int, end: float) -> np.ndarray:
+        """Return distances of the lines from the origin on one side, up to one beyond the end, m.
 
         The line through the origin counts to the upper side.
         """
         count = int(end / self.spacing * 1.2) + 16
         while True:
             share = uniform(self.seed, (1 + (side < 0),), count)
-            steps = draw_lengths(share, *self._distribution("spacing"))
+            steps = draw_lengths(share, *self._distribution_of("spacing"))
             places = np.cumsum(steps)
             if places[-1] > end:
                 places = places[: np.searchsorted(places, end) + 1]
                 return np.append(0.0, places) if side > 0 else places
             count *= 2
 
-    def _traces(self, side: int, k: int, start: float, stop: float):
-        """Ends of the traces on a line, shape (n, 2), m from the origin, and their turns, rad."""
+    def _draw_traces(self, side: int, k: int, start: float, stop: float):
+        """Return the ends of the traces on a line, (n, 2), m from the origin, and turns, rad."""
         period = self.trace_length + self.bridge
         constant = self.trace_length_distribution == self.bridge_distribution == "constant"
         index = k if side > 0 else k + 1
@@ -203,27 +202,27 @@ class JointSet(schema.JointSetValues):
             shift += period * (uniform(self.seed, (7, *place), 1)[0] - 0.5)
         ends, turns = [], []
         for way in (0, 1):
-            pairs = self._row((*place, way), max(stop - shift, shift - start, period))
+            pairs = self._draw_row((*place, way), max(stop - shift, shift - start, period))
             pairs = shift + pairs if way == 0 else shift - pairs[:, ::-1]
             keep = (pairs[:, 1] > start) & (pairs[:, 0] < stop)
             ends.append(pairs[keep])
-            turns.append(np.radians(self._random_angles((8, *place, way), len(pairs)))[keep])
+            turns.append(np.radians(self._draw_angles((8, *place, way), len(pairs)))[keep])
         return np.concatenate(ends), np.concatenate(turns)
 
-    def _row(self, place, end: float) -> np.ndarray:
-        """Beginnings and ends of traces in one direction, shape (n, 2), to beyond the end (m).
+    def _draw_row(self, place, end: float) -> np.ndarray:
+        """Return starts and ends of traces in one direction, (n, 2), to beyond the end, m.
 
         The first direction begins with a trace, the second with a bridge.
         """
         count = int(end / (self.trace_length + self.bridge) * 1.2) + 8
         while True:
             lengths = draw_lengths(
-                uniform(self.seed, (5, *place), count), *self._distribution("trace_length")
+                uniform(self.seed, (5, *place), count), *self._distribution_of("trace_length")
             )
             gaps = np.zeros(count)
             if self.bridge:
                 gaps = draw_lengths(
-                    uniform(self.seed, (6, *place), count), *self._distribution("bridge")
+                    uniform(self.seed, (6, *place), count), *self._distribution_of("bridge")
                 )
             finish = np.cumsum(lengths + gaps)
             if finish[-1] > end:
@@ -235,8 +234,8 @@ class JointSet(schema.JointSetValues):
             count *= 2
 
 
-def _placed(origin, ends, p: float, turns, along, across) -> np.ndarray:
-    """Segments from their ends along a line at a distance p (m), turned about their middles."""
+def _place_segments(origin, ends, p: float, turns, along, across) -> np.ndarray:
+    """Return segments along a line at a distance p (m), turned about their middles."""
     middle, half = ends.mean(axis=1), 0.5 * (ends[:, 1] - ends[:, 0])
     foot = origin + middle[:, None] * along + p * np.asarray(across)
     arm = np.outer(np.cos(turns), along) + np.outer(np.sin(turns), across)
@@ -245,14 +244,14 @@ def _placed(origin, ends, p: float, turns, along, across) -> np.ndarray:
 
 
 class Voronoi(schema.VoronoiValues):
-    """Random polygons."""
+    """Random polygons of a Voronoi diagram."""
 
     def expected(self, radius: float) -> float:
-        """About how many segments there are in a circle (m)."""
+        """Estimate the number of segments in a circle (m)."""
         return 3 * (2 * (min(radius / self.size, 1e9) + 3)) ** 2
 
     def segments(self, centre, radius: float) -> np.ndarray:
-        """Sides of the polygons in a circle (m), shape (n, 2, 2)."""
+        """Return the sides of the polygons in a circle (m), shape (n, 2, 2)."""
         from scipy.spatial import Voronoi as Diagram
 
         half = radius + 3 * self.size
@@ -260,15 +259,15 @@ class Voronoi(schema.VoronoiValues):
         share = uniform(self.seed, (9,), 2 * count).reshape(-1, 2)
         points = half * (2 * share - 1)
         for _ in range(self.iterations):
-            points = _middles(Diagram(_mirrored(points, half, 6 * self.size)), count)
-        diagram = Diagram(_mirrored(points, half, 6 * self.size))
+            points = _centroids(Diagram(_mirror(points, half, 6 * self.size)), count)
+        diagram = Diagram(_mirror(points, half, 6 * self.size))
         sides = np.array(diagram.ridge_vertices)
         near = (diagram.ridge_points < count).any(axis=1) & (sides >= 0).all(axis=1)
         return diagram.vertices[sides[near]] + centre
 
 
-def _mirrored(points, half: float, band: float) -> np.ndarray:
-    """Points with the images of those near the sides of a square: every polygon is bounded."""
+def _mirror(points, half: float, band: float) -> np.ndarray:
+    """Mirror points near the sides of a square, so that every polygon is bounded."""
     images = [points]
     for axis in (0, 1):
         for side in (-half, half):
@@ -278,10 +277,10 @@ def _mirrored(points, half: float, band: float) -> np.ndarray:
     return np.concatenate(images)
 
 
-def _middles(diagram, count: int) -> np.ndarray:
-    """Centroids of the first polygons of a Voronoi diagram, shape (count, 2).
+def _centroids(diagram, count: int) -> np.ndarray:
+    """Return the centroids of the first polygons of a Voronoi diagram, shape (count, 2).
 
-    Each is the sum of the triangles between its point and its sides.
+    A polygon is split into the triangles between its point and its sides.
     """
     points, sides = diagram.points, np.array(diagram.ridge_vertices)
     area, moment = np.zeros(count), np.zeros((count, 2))

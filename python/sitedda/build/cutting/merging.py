@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Slivers merged with a neighbour."""
+"""Merge slivers with a neighbour."""
 
 import heapq
 
@@ -12,7 +12,7 @@ from .rings import Rings
 def merge_slivers(
     network: Network, faces: Faces, kinds, least_area: float, least_angle: float
 ) -> tuple[list[list[int]], np.ndarray, int, list[int]]:
-    """Merge small and sharp faces with the neighbour that they have the longest common edge with.
+    """Merge small and sharp faces with the neighbour of the longest common edge.
 
     Parameters
     ----------
@@ -28,11 +28,11 @@ def merge_slivers(
     Returns
     -------
     cycles : list of list of int
-        Half-edges around each face; empty for those that are gone.
+        Half-edges around each face; empty for merged faces.
     areas : ndarray, shape (faces,)
     merged : int
     left : list of int
-        Faces that no neighbour could take.
+        Faces that could not be merged with any neighbour.
     """
     work = _Merging(network, faces, kinds)
     measure = work.sharpest if least_angle > 0 else None
@@ -59,7 +59,7 @@ def merge_slivers(
 
 
 class _Merging:
-    """Faces as cycles of half-edges that can be made one."""
+    """Faces as cycles of half-edges that can be merged."""
 
     def __init__(self, network: Network, faces: Faces, kinds):
         self.nodes = network.nodes
@@ -72,7 +72,7 @@ class _Merging:
         self.kinds = kinds
 
     def sharpest(self, i: int) -> float:
-        """Sharpest corner of a face, degrees."""
+        """Return the sharpest corner of a face, degrees."""
         corners = self.nodes[[self.start[h] for h in self.cycles[i]]]
         return float(Rings.of([corners]).sharpest_corners()[0])
 
@@ -94,16 +94,16 @@ class _Merging:
         return None
 
     def _union_cycle(self, i: int, other: int) -> list[int] | None:
-        """The cycle around two faces; None if it would not be one simple polygon."""
-        rest = self._without_common(i, other)
-        more = self._without_common(other, i)
+        """Return the cycle around two faces; None if it is not one simple polygon."""
+        rest = self._remaining_chain(i, other)
+        more = self._remaining_chain(other, i)
         if rest is None or more is None:
             return None
         nodes = [self.start[h] for h in rest + more]
         return rest + more if len(set(nodes)) == len(nodes) else None
 
-    def _without_common(self, i: int, other: int) -> list[int] | None:
-        """The chain of half-edges of a face that are not common with another, if it is one."""
+    def _remaining_chain(self, i: int, other: int) -> list[int] | None:
+        """Return the half-edges of a face not shared with another, if they form one chain."""
         cycle = self.cycles[i]
         is_common = [self.face[h ^ 1] == other for h in cycle]
         changes = [k for k in range(len(cycle)) if is_common[k - 1] and not is_common[k]]

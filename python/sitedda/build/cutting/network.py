@@ -2,9 +2,9 @@
 """The plane graph of joints: crossings, common ends, dead ends, and the faces that become blocks.
 
 Segments are split where they cross or touch, which gives nodes and edges; every edge keeps the
-number of the segment that it comes from.  Faces whose outline is one simple polygon are exactly
-those of a graph that stays connected when any one node is taken out, so dead ends, bridges and
-loops of joints that hang on one node or on none are removed before the faces are traced.
+number of its segment. All faces are simple polygons if and only if the graph remains connected when
+any one node is removed. Therefore dead ends, bridges, and loops of joints connected at one node or
+none are removed before the faces are traced.
 """
 
 from dataclasses import dataclass
@@ -18,21 +18,22 @@ from scipy.spatial import cKDTree
 from ...base.errors import InputError
 
 _PASSES = 40
-# Of the tolerance: nodes closer to an edge split it.  Below cos 45° two nodes that are no closer to
-# each other than the tolerance cannot both lie that close to the edge from a third to the other,
-# which would split the two edges in turn without end.
+# Fraction of the tolerance within which a node splits an edge.  Below cos 45°, two nodes separated
+# by
+# the tolerance cannot both lie that close to the edge from a third node to the other node, which
+# would split the two edges in turn without end.
 _BESIDE = 0.7
-_ROUNDING = 16 * np.finfo(float).eps  # of the size of the regions: of places and their products
-_CANDIDATES = 1_000_000  # pairs of segments looked at together
+_ROUNDING = 16 * np.finfo(float).eps  # rounding of positions and their products
+_CANDIDATES = 1_000_000  # pairs of segments processed at once
 MOST_CANDIDATES = 400_000_000
 
-# Kinds of nodes, by how little they may move.
+# Kinds of nodes, ordered from fixed to free.
 CORNER, BOUNDARY, CROSSING, END = range(4)
 
 
 @dataclass
 class Network:
-    """Nodes and the edges between them.
+    """A plane graph of nodes and edges.
 
     Attributes
     ----------
@@ -41,13 +42,13 @@ class Network:
     kinds : ndarray, shape (nodes,)
         0 corner of an outline, 1 on an outline, 2 crossing, 3 end of a joint.
     edges : ndarray, shape (edges, 2)
-        Nodes at the ends, the smaller number first; no edge twice.
+        Nodes at the ends, the smaller index first; each edge occurs once.
     labels : ndarray, shape (edges,)
         The smallest label of the segments that an edge is part of.
     outline : ndarray of bool, shape (edges,)
         Whether an edge is part of an outline.
     moved : int
-        Nodes that were moved to become one with others.
+        Number of nodes merged with others.
     """
 
     nodes: np.ndarray
@@ -58,13 +59,13 @@ class Network:
     moved: int = 0
 
     def subset(self, keep) -> "Network":
-        """The network with some of its edges, all nodes kept."""
+        """Return the network with some of its edges and all nodes."""
         edges, labels, outline = self.edges[keep], self.labels[keep], self.outline[keep]
         return Network(self.nodes, self.kinds, edges, labels, outline, self.moved)
 
 
 def split_segments(segments, labels, outline, tolerance: float) -> Network:
-    """The network of segments, split where they cross or touch.
+    """Return the network of segments, split where they cross or touch.
 
     Parameters
     ----------
@@ -76,27 +77,27 @@ def split_segments(segments, labels, outline, tolerance: float) -> Network:
     tolerance : float
         m, see `split_network`.
     """
-    return split_network(_in_order(segments, labels, outline), tolerance)
+    return split_network(_sort_segments(segments, labels, outline), tolerance)
 
 
 def split_network(network: Network, tolerance: float, rigid: bool = False) -> Network:
-    """The network with its edges split where they cross or touch.
+    """Split the edges of a network where they cross or touch.
 
     Parameters
     ----------
     network : Network
     tolerance : float
-        m: nodes that are closer to each other become one, those that are closer than 0.7 of it to
-        an edge split it, and free ends of joints are moved onto it.
+        m. Nodes closer to each other are merged. Nodes within 0.7 of the tolerance of an edge split
+        the edge, and free ends of joints are moved onto it.
     rigid : bool
-        Outlines keep their shape: what lies on one does not become one with another.
+        Outlines keep their shape: nodes of different outlines are not merged.
     """
-    network = _joined(network, tolerance, rigid)
+    network = _merge_nodes(network, tolerance, rigid)
     for _ in range(_PASSES):
-        events = _events(network, tolerance, rigid)
+        events = _find_splits(network, tolerance, rigid)
         before = len(network.nodes)
-        network = _split(network, *events)
-        network = _joined(network, tolerance, rigid)
+        network = _split_edges(network, *events)
+        network = _merge_nodes(network, tolerance, rigid)
         if not len(events[0]) and len(network.nodes) == before:
             return network
     raise InputError(
@@ -105,8 +106,8 @@ def split_network(network: Network, tolerance: float, rigid: bool = False) -> Ne
     )
 
 
-def _in_order(segments, labels, outline) -> Network:
-    """Segments as a network of unconnected edges, in an order of their own.
+def _sort_segments(segments, labels, outline) -> Network:
+    """Return segments as a network of unconnected edges in a canonical order.
 
     The result then does not depend on the order of the input.
     """
@@ -124,8 +125,8 @@ def _in_order(segments, labels, outline) -> Network:
     return Network(nodes, kinds, edges, labels, outline)
 
 
-def _candidates(network: Network, tolerance: float):
-    """Pairs of edges whose boxes overlap, in portions: arrays i < j."""
+def _candidate_pairs(network: Network, tolerance: float):
+    """Yield pairs of edges i < j whose bounding boxes overlap, in chunks."""
     ends = network.nodes[network.edges]
     low, high = ends.min(axis=1) - tolerance, ends.max(axis=1) + tolerance
     boxes = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
@@ -151,26 +152,26 @@ def _cross(a, b):
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
-def _events(network: Network, tolerance: float, rigid: bool):
-    """Where edges are to be split: edge, fraction of its length, node; and the new nodes.
+def _find_splits(network: Network, tolerance: float, rigid: bool):
+    """Find the splits of edges: edge, fraction of its length, node; and the new nodes.
 
     Returns
     -------
     edge, share, node : ndarray
-        Nodes beyond those of the network are new.
+        Indices beyond the nodes of the network are new nodes.
     places : ndarray, shape (new, 2)
     kinds : ndarray, shape (new,)
     moved, targets : ndarray
-        Free ends that touch an edge, and their places on it; those on outlines last.
+        Free ends that touch an edge, and their positions on it; those on outlines last.
     """
     edge, share, node, places, kinds, moved, targets, on_outline = ([] for _ in range(8))
     fresh = len(network.nodes)
-    for one, other in _candidates(network, tolerance):
+    for one, other in _candidate_pairs(network, tolerance):
         touched = np.zeros(len(one), dtype=bool)
         for this, that in ((one, other), (other, one)):
             for side in (0, 1):
                 ends = network.edges[that, side]
-                hit, along, where = _touches(network, this, ends, _BESIDE * tolerance)
+                hit, along, where = _find_touching(network, this, ends, _BESIDE * tolerance)
                 if rigid:
                     stiff = network.outline[this[hit]] & (network.kinds[ends[hit]] <= BOUNDARY)
                     hit, along, where = hit[~stiff], along[~stiff], where[~stiff]
@@ -184,7 +185,7 @@ def _events(network: Network, tolerance: float, rigid: bool):
                 moved.append(end[free])
                 targets.append(where[free])
                 on_outline.append(network.outline[this[hit]][free])
-        hit, along, across, where = _crossings(network, one, other, ~touched)
+        hit, along, across, where = _find_crossings(network, one, other, ~touched)
         new = fresh + np.arange(len(hit))
         fresh += len(hit)
         edge += [one[hit], other[hit]]
@@ -200,15 +201,15 @@ def _events(network: Network, tolerance: float, rigid: bool):
     last = np.argsort(join(on_outline), kind="stable")
     moved, targets = join(moved)[last], join(targets)[last]
     split = np.array([join(edge), join(node)]), join(share)
-    keep = _on_one_outline(network, *split[0]) if rigid else slice(None)
+    keep = _on_last_outline(network, *split[0]) if rigid else slice(None)
     (edge, node), share = split[0][:, keep], split[1][keep]
     return edge, share, node, join(places), join(kinds), moved, targets
 
 
-def _on_one_outline(network: Network, edge, node) -> np.ndarray:
-    """Which events leave a node within the regions to the last outline that it touches.
+def _on_last_outline(network: Network, edge, node) -> np.ndarray:
+    """Return which events assign an inner node only to the last outline that it touches.
 
-    It is moved onto that one; another one that it split would lose its shape.
+    The node is moved onto this outline; splitting another one would change its shape.
     """
     inner = network.outline[edge] & (node < len(network.nodes))
     inner[inner] = network.kinds[node[inner]] > BOUNDARY
@@ -219,8 +220,8 @@ def _on_one_outline(network: Network, edge, node) -> np.ndarray:
     return keep
 
 
-def _touches(network, edge, node, tolerance):
-    """Which of the nodes lie within the tolerance of an edge that they are not an end of."""
+def _find_touching(network, edge, node, tolerance):
+    """Return which nodes lie within the tolerance of an edge without being its end."""
     a, b = network.nodes[network.edges[edge]].swapaxes(0, 1)
     along, to = b - a, network.nodes[node] - a
     squared = (along**2).sum(axis=1)
@@ -231,8 +232,8 @@ def _touches(network, edge, node, tolerance):
     return hit, share[hit], a[hit] + share[hit, None] * along[hit]
 
 
-def _crossings(network, one, other, wanted):
-    """Which pairs of edges cross inside both, the fractions of their lengths, and where."""
+def _find_crossings(network, one, other, wanted):
+    """Return which pairs of edges cross inside both, at which fractions and positions."""
     foreign = (network.edges[one][:, :, None] != network.edges[other][:, None, :]).all(axis=(1, 2))
     pairs = np.flatnonzero(wanted & foreign)
     a, b = network.nodes[network.edges[one[pairs]]].swapaxes(0, 1)
@@ -242,24 +243,24 @@ def _crossings(network, one, other, wanted):
     parallel = sine == 0
     sine = np.where(parallel, 1.0, sine)
     t, u = _cross(between, s) / sine, _cross(between, r) / sine
-    apart = ~(_collinear(r, c - a, network) & _collinear(r, d - a, network))
-    apart &= ~(_collinear(s, a - c, network) & _collinear(s, b - c, network))
+    apart = ~(_is_collinear(r, c - a, network) & _is_collinear(r, d - a, network))
+    apart &= ~(_is_collinear(s, a - c, network) & _is_collinear(s, b - c, network))
     hit = np.flatnonzero(~parallel & apart & (t > 0) & (t < 1) & (u > 0) & (u < 1))
     return pairs[hit], t[hit], u[hit], a[hit] + t[hit, None] * r[hit]
 
 
-def _collinear(along, to, network) -> np.ndarray:
-    """Whether a place lies on the line of an edge except for the rounding of places.
+def _is_collinear(along, to, network) -> np.ndarray:
+    """Return whether a position lies on the line of an edge within rounding.
 
-    Edges of one side of an outline are no more parallel than that; the shares at which they would
-    cross are rounding over rounding.
+    Edges of one side of an outline are parallel only within rounding, so that the position of their
+    crossing is undefined.
     """
     rounding = _ROUNDING * abs(network.nodes).max()
     return abs(_cross(along, to)) <= rounding * (np.hypot(*along.T) + np.hypot(*to.T))
 
 
-def _split(network, edge, share, node, places, kinds, moved, targets) -> Network:
-    """The network with its edges split at the nodes that lie on them."""
+def _split_edges(network, edge, share, node, places, kinds, moved, targets) -> Network:
+    """Return the network with its edges split at the nodes that lie on them."""
     nodes = np.concatenate([network.nodes, places])
     kinds = np.concatenate([network.kinds, kinds]).astype(int)
     # If a free end touches both, the outline prevails over the joint.
@@ -282,12 +283,12 @@ def _split(network, edge, share, node, places, kinds, moved, targets) -> Network
     )
 
 
-def _joined(network: Network, tolerance: float, rigid: bool) -> Network:
-    """The network with nodes that are close to each other made one, and every edge once."""
+def _merge_nodes(network: Network, tolerance: float, rigid: bool) -> Network:
+    """Merge nodes that are close to each other, and remove repeated edges."""
     count = len(network.nodes)
     pairs = cKDTree(network.nodes).query_pairs(tolerance, output_type="ndarray")
     if rigid and len(pairs):
-        pairs = _rigid_pairs(network, pairs)
+        pairs = _mergeable_pairs(network, pairs)
     links = coo_array((np.ones(len(pairs)), pairs.T.reshape(2, -1)), shape=(count, count))
     groups, group = connected_components(links, directed=False)
     nodes, kinds = network.nodes, network.kinds
@@ -296,7 +297,7 @@ def _joined(network: Network, tolerance: float, rigid: bool) -> Network:
     leads = kinds == best[group]
     weight = np.bincount(group, leads, groups)
     places = np.column_stack([np.bincount(group, leads * xy, groups) / weight for xy in nodes.T])
-    # One node alone keeps its place to the last bit.
+    # A node that is not merged keeps its exact position.
     first = np.full(groups, count)
     np.minimum.at(first, group, np.where(leads, np.arange(count), count))
     alone = weight == 1
@@ -313,12 +314,12 @@ def _joined(network: Network, tolerance: float, rigid: bool) -> Network:
     return Network(places, best, edges, labels, outline, moved)
 
 
-def _rigid_pairs(network: Network, pairs) -> np.ndarray:
-    """Of pairs of nodes that are close, those that may become one while outlines keep their shape.
+def _mergeable_pairs(network: Network, pairs) -> np.ndarray:
+    """Return the pairs of close nodes that can be merged without changing outlines.
 
-    A node within the regions may become one with the nearest on an outline, a node on an outline
-    with the nearest corner beside it on the same outline, and nodes of one kind with each other if
-    they have no such partner; corners stay.
+    An inner node can merge with the nearest node on an outline, and a node on an outline with the
+    nearest adjacent corner of the same outline. Nodes of one kind merge with each other if they
+    have no such partner. Corners do not move.
     """
     kinds = np.minimum(network.kinds, CROSSING)
     count = np.array([len(network.nodes), 1])
@@ -340,20 +341,20 @@ def _rigid_pairs(network: Network, pairs) -> np.ndarray:
 
 
 def without_dead_ends(network: Network) -> tuple[Network, int, list[np.ndarray]]:
-    """The part of a network whose faces are simple polygons.
+    """Return the part of a network whose faces are simple polygons.
 
     Returns
     -------
     Network
     int
-        Edges of dead ends that were removed.
+        Number of removed edges of dead ends.
     list of ndarray
-        A place (m) on each loop of joints that was removed, since it lies inside one block and
-        touches its outline at no more than one point.
+        A position (m) on each removed loop of joints, which lies inside a block and touches its
+        outline at no more than one point.
     """
-    rest = _pruned(network)
+    rest = _prune(network)
     dead = len(network.edges) - len(rest.edges)
-    parts = _blocks_of_graph(len(rest.nodes), rest.edges)
+    parts = _biconnected_parts(len(rest.nodes), rest.edges)
     anchored = np.unique(parts[rest.outline])
     keep = np.isin(parts, anchored)
     sizes = np.bincount(parts, minlength=parts.max(initial=0) + 1)
@@ -363,8 +364,8 @@ def without_dead_ends(network: Network) -> tuple[Network, int, list[np.ndarray]]
     return rest.subset(keep), dead + int((~keep & ~loose).sum()), places
 
 
-def _pruned(network: Network) -> Network:
-    """The network without edges that end freely, again and again."""
+def _prune(network: Network) -> Network:
+    """Remove edges with a free end until none is left."""
     while True:
         degree = np.bincount(network.edges.ravel(), minlength=len(network.nodes))
         keep = (degree[network.edges] > 1).all(axis=1)
@@ -373,8 +374,8 @@ def _pruned(network: Network) -> Network:
         network = network.subset(keep)
 
 
-def _blocks_of_graph(nodes: int, edges) -> np.ndarray:
-    """Number of the biconnected part of each edge (Hopcroft & Tarjan 1973), shape (edges,)."""
+def _biconnected_parts(nodes: int, edges) -> np.ndarray:
+    """Return the biconnected component of each edge (Hopcroft & Tarjan 1973), shape (edges,)."""
     ends = edges.ravel()
     order = np.argsort(ends, kind="stable")
     first = np.searchsorted(ends[order], np.arange(nodes + 1)).tolist()
@@ -425,7 +426,7 @@ def _blocks_of_graph(nodes: int, edges) -> np.ndarray:
 
 @dataclass
 class Faces:
-    """Faces of a network, each on the left of its half-edges.
+    """The faces of a network, each on the left of its half-edges.
 
     Half-edge 2e runs along edge e from its first node to its second, 2e + 1 runs back.
 
@@ -445,12 +446,12 @@ class Faces:
 
 
 def half_edge_starts(network: Network) -> np.ndarray:
-    """The node where each half-edge begins, shape (2 × edges,)."""
+    """Return the start node of each half-edge, shape (2 × edges,)."""
     return network.edges.ravel()
 
 
 def trace_faces(network: Network) -> Faces:
-    """All bounded faces of a network without dead ends."""
+    """Return all bounded faces of a network without dead ends."""
     start = half_edge_starts(network)
     count = len(start)
     twin = np.arange(count) ^ 1

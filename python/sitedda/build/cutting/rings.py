@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Many polygons at once: their corners one after the other, and where each polygon begins."""
+"""Many polygons stored as one array of corners and the index of each first corner."""
 
 from collections.abc import Sequence
 
@@ -14,7 +14,7 @@ class Rings:
     corners : ndarray, shape (all corners, 2)
         m.
     first : ndarray of int, shape (polygons + 1,)
-        Where the corners of each polygon begin.
+        Index of the first corner of each polygon.
     """
 
     def __init__(self, corners, lengths):
@@ -27,20 +27,20 @@ class Rings:
 
     @classmethod
     def of(cls, polygons: Sequence) -> "Rings":
-        """From a list of arrays, shape (n, 2)."""
+        """Create rings from a list of arrays, shape (n, 2)."""
         arrays = [np.asarray(polygon, dtype=float) for polygon in polygons]
         return cls(np.concatenate(arrays), [len(array) for array in arrays])
 
     @property
     def owner(self) -> np.ndarray:
-        """The polygon of each corner."""
+        """Return the polygon of each corner."""
         return np.repeat(np.arange(len(self.first) - 1), np.diff(self.first))
 
     def _sums(self, values) -> np.ndarray:
         return np.add.reduceat(values, self.first[:-1])
 
     def _relative_corners(self):
-        """Corners from the first of their polygon, those after them, and their cross products."""
+        """Return corners relative to the first, their successors, and their cross products."""
         here = self.corners - self.corners[self.first[:-1]][self.owner]
         after = here[self._after]
         return here, after, here[:, 0] * after[:, 1] - here[:, 1] * after[:, 0]
@@ -72,7 +72,7 @@ class Rings:
         return np.degrees(np.minimum.reduceat(inner, self.first[:-1]))
 
     def straight(self, near: float) -> np.ndarray:
-        """Which corners lie within a distance (m) of the line between their neighbours."""
+        """Return which corners lie within a distance (m) of the line between their neighbours."""
         chord = self.corners[self._after] - self.corners[self._before]
         arm = self.corners - self.corners[self._before]
         away = abs(chord[:, 0] * arm[:, 1] - chord[:, 1] * arm[:, 0])
@@ -80,17 +80,17 @@ class Rings:
 
     @property
     def after(self) -> np.ndarray:
-        """Number of the corner after each, within its polygon."""
+        """Return the index of the next corner within the polygon."""
         return self._after
 
     def before(self, values) -> np.ndarray:
-        """Values of corners as those of the corner before."""
+        """Return the value at the previous corner of each corner."""
         return values[self._before]
 
     def from_lowest(self, near: float) -> np.ndarray:
-        """Numbers of the corners such that each polygon begins with its lowest, leftmost one.
+        """Return an order in which each polygon begins with its lowest, leftmost corner.
 
-        Corners within about `near` (m) of each other in height count as equally low.
+        Corners within about `near` (m) in height count as equally low.
         """
         owner = self.owner
         x, y = np.round(self.corners / near).T

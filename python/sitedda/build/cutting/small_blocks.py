@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blocks too small or too thin to compute with."""
+"""Find blocks that are too small or too thin for the computation."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from .rings import Rings
 _AREA = 1e-4  # of the median area of the blocks
 _EDGE = 1e-4  # of the root of the median area
 _ANGLE = 0.5  # degrees
-_NAMED = 5  # in words
+_NAMED = 5  # largest number of slivers in a sentence
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Sliver:
 
 
 def in_words(found: Sequence) -> str:
-    """How many blocks are slivers, the first ones by name; blank of none."""
+    """Return the number of slivers with the names of the first ones; blank if none."""
     if not found:
         return ""
     more = " …" if len(found) > _NAMED else ""
@@ -58,7 +58,7 @@ def slivers(
     least_edge: float | None = None,
     least_angle: float = _ANGLE,
 ) -> list[Sliver]:
-    """The blocks of a model that are too small or too thin to compute with.
+    """Return the blocks of a model that are too small or too thin for the computation.
 
     Parameters
     ----------
