@@ -10,8 +10,7 @@ from ..input import schema
 from .meshing.settings import Mesh
 
 # Stiffness of ties over that of a cell.  Softer ties add compliance to the ground; stiffer ties
-# keep
-# non-matching faces straight.  At this value, both errors are 0.2 % of an S wave over 40 cells.
+# keep non-matching faces straight.  Here, both errors are 0.2 % of an S wave over 40 cells.
 _STIFF = 30.0
 _STRENGTH = 1e12  # Pa, strength of ties
 _ANGLE = 45.0  # degrees

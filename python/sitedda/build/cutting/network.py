@@ -18,10 +18,9 @@ from scipy.spatial import cKDTree
 from ...base.errors import InputError
 
 _PASSES = 40
-# Fraction of the tolerance within which a node splits an edge.  Below cos 45°, two nodes separated
-# by
-# the tolerance cannot both lie that close to the edge from a third node to the other node, which
-# would split the two edges in turn without end.
+# Fraction of the tolerance within which a node splits an edge.  Below cos 45°, two nodes apart by
+# the tolerance cannot both lie so close to the edge from a third node to the other one, which would
+# split both edges in turn without end.
 _BESIDE = 0.7
 _ROUNDING = 16 * np.finfo(float).eps  # rounding of positions and their products
 _CANDIDATES = 1_000_000  # pairs of segments processed at once
