@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Site response as it is practised: columns under motions, equivalent-linear soil, DDA beside."""
+"""Site response: linear, equivalent-linear and nonlinear columns, compared with DDA."""
 
 from .amplification import AmplificationTable, amplification_table
 from .beside import Beside, beside

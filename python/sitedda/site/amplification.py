@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Amplification of a suite over the intensity of the rock, as tables for hazard analyses."""
+"""Fit the amplification of a suite over rock intensity, for hazard analyses."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 G = 9.80665  # m/s²
-_FEWEST = 10  # cases at a period that a fit needs
-_KERNEL = 0.5  # width in ln Sa of the window of σ
-_CORNERS = np.geomspace(0.01, 10.0, 61)  # f₃ over the median Sa, which are tried
+_FEWEST = 10  # smallest number of cases at a period for a fit
+_KERNEL = 0.5  # half-width in ln Sa of the window of σ
+_CORNERS = np.geomspace(0.01, 10.0, 61)  # trial values of f₃ over the median Sa
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class AmplificationTable:
     table: xr.Dataset
 
     def hazard(self, period: float, levels, rates, wanted) -> NDArray[np.float64]:
-        """Rates of exceedance at the surface, by convolution with the curve of the rock.
+        """Compute rates of exceedance at the surface by convolution with the rock hazard curve.
 
         Parameters
         ----------
@@ -74,7 +74,7 @@ class AmplificationTable:
         return (ndtr(-above / np.maximum(sigma, 1e-9)) * falls).sum(axis=1)
 
     def to_openquake(self, file, code: str = "A", vs30: float = 760.0) -> Path:
-        """Write the amplification functions of OpenQuake: levels in g, PGA and SA(T), sigmas.
+        """Write the amplification functions for OpenQuake: levels in g, PGA and SA(T), sigmas.
 
         Parameters
         ----------
@@ -89,8 +89,8 @@ class AmplificationTable:
         whole = self.table
         good = np.isfinite(whole["median"]).all("period").values
         if not good.any():
-            raise InputError("no level has cases near it at all periods: choose fewer levels, or "
-                             "scale the motions to more of them")  # fmt: skip
+            raise InputError("no level has nearby cases at all periods: choose fewer levels, or "
+                             "scale the motions to more levels")  # fmt: skip
         names = ["PGA" if p == 0 else f"SA({p:g})" for p in whole.period.values]
         rows = [f'#,,"vs30_ref={vs30:g}"',
                 ",".join(["ampcode", "level", *names, *(f"sigma_{n}" for n in names)])]  # fmt: skip
@@ -147,7 +147,7 @@ def amplification_table(
     periods = part.period.values.copy()
     if pga and periods.min() <= 0.05:
         periods[periods.argmin()] = 0.0
-    fits = [_fit(r, a, at) for r, a in zip(rock.T, factor.T, strict=True)]
+    fits = [_fit_period(r, a, at) for r, a in zip(rock.T, factor.T, strict=True)]
     median, sigma, numbers, count = (np.array(one) for one in zip(*fits, strict=True))
     about = {"units": "m/s^2"}
     return AmplificationTable(xr.Dataset(
@@ -161,8 +161,8 @@ def amplification_table(
     ))  # fmt: skip
 
 
-def _fit(rock, factor, levels):
-    """Median and σ at levels, coefficients and number of cases of one period."""
+def _fit_period(rock, factor, levels):
+    """Return median and σ at levels, coefficients and number of cases of a period."""
     good = np.isfinite(factor) & (factor > 0)
     x, y = rock[good], np.log(factor[good])
     if x.size < _FEWEST:
@@ -171,7 +171,7 @@ def _fit(rock, factor, levels):
     spread = float(np.ptp(np.log(x)))
     for corner in _CORNERS * np.median(x) if spread > 0.1 else (np.median(x),):
         basis = np.column_stack([np.ones(x.size), np.log((x + corner) / corner)])
-        if spread <= 0.1:  # one level: no dependence can be found
+        if spread <= 0.1:  # with one level, no dependence can be fitted
             basis[:, 1] = 0.0
         share = np.linalg.lstsq(basis, y, rcond=None)[0]
         off = float(((basis @ share - y) ** 2).sum())
@@ -182,7 +182,7 @@ def _fit(rock, factor, levels):
     near = np.abs(np.log(x[None, :] / levels[:, None])) <= _KERNEL
     count = near.sum(axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
-        free = max(x.size - 3, 1) / x.size  # two coefficients and a corner were fitted
+        free = max(x.size - 3, 1) / x.size  # three parameters were fitted: two coefficients and f₃
         sigma = np.sqrt((near * residual**2).sum(axis=1) / count / free)
     few = count < _FEWEST
     median, sigma = np.where(few, np.nan, median), np.where(few, np.nan, sigma)

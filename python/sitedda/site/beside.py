@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A run of layered blocks and its one-dimensional column side by side."""
+"""Compare a run of layered blocks with its one-dimensional column."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from .twin import layered_soils
 if TYPE_CHECKING:
     import xarray as xr
 
-_SHOWN = (0.1, 0.2, 0.5, 1.0)  # s, periods of the table
+_SHOWN = (0.1, 0.2, 0.5, 1.0)  # s, periods in the table
 
 
 @dataclass(frozen=True)
@@ -68,27 +68,27 @@ class Beside:
 
     @property
     def response(self) -> SiteResponse:
-        """The first of the columns, of the kind of the blocks."""
+        """Return the response of the first column, whose soil model equals that of the blocks."""
         return next(iter(self.columns.values()))
 
     @property
     def column_surface(self) -> NDArray[np.float64]:
-        """Acceleration of its surface, m/s², shape (samples,)."""
+        """Return the acceleration of the surface of this column, m/s², shape (samples,)."""
         return self.response.acceleration()[: self.surface.size]
 
     @property
     def column_ratio(self) -> NDArray[np.complex128]:
-        """Its surface over base, shape (bins,)."""
+        """Return the ratio of surface to base of this column, shape (bins,)."""
         return next(iter(self.column_ratios.values()))
 
     @property
     def time(self) -> NDArray[np.float64]:
-        """s, shape (samples,)."""
+        """Return the times, s, shape (samples,)."""
         return self.response.time
 
     @property
     def yields(self) -> bool:
-        """The column is one of soil that yields."""
+        """Return whether the soil of the column yields."""
         return len(self.columns) > 1
 
     def __str__(self) -> str:
@@ -121,7 +121,7 @@ class Beside:
         return "\n".join([f"column: {self.words}", *lines, *nonlinear])
 
     def plot(self):
-        """All in one picture; a matplotlib.figure.Figure."""
+        """Draw all results in one picture; return the figure."""
         from .picture import beside_figure
 
         return beside_figure(self)
@@ -133,7 +133,7 @@ def beside(
     base: str | None = None,
     damping: float | None = None,
 ) -> Beside:
-    """Put a finished run beside the column that it models.
+    """Compare a finished run with the column that it models.
 
     Parameters
     ----------
@@ -172,7 +172,7 @@ def beside(
     if np.any(np.abs(np.diff(time) - step) > 1e-6 * step):
         raise ValueError("the samples of the run are not at equal steps (adaptive time steps)")
     ground, scheme = series[base], run_scheme(history)
-    columns, words = _columns(column, soils, ground, step, scheme, damping)
+    columns, words = _compute_columns(column, soils, ground, step, scheme, damping)
     frequency, ratio = spectral_ratio(series[surface], ground, step, 8)
     band = (frequency >= 0.2) & (frequency <= min(25.0, 0.4 / step))
     top = float(history.point_place.sel(point=surface).values[1])
@@ -182,7 +182,7 @@ def beside(
         ground,
         frequency[band],
         ratio[band],
-        {name: _ratio(one, ground, step, frequency[band]) for name, one in columns.items()},
+        {name: _column_ratio(one, ground, step, frequency[band]) for name, one in columns.items()},
         _points(history, series, top, column.depth),
         _strains(history, names, top, column.depth),
         words,
@@ -190,14 +190,14 @@ def beside(
     )
 
 
-def _columns(
+def _compute_columns(
     column: Column, soils, ground, step: float, scheme: Scheme, damping: float | None
 ) -> tuple[dict[str, SiteResponse], str]:
-    """The column under the base's motion, and what damps it."""
+    """Return the columns under the motion of the base, and a description of their damping."""
     if any(soils):
         if damping is not None:
             raise ValueError(
-                "a column of soil that yields has the damping of its curves: leave out --damping"
+                "a column of yielding soil has the damping of its curves: omit --damping"
             )
         three = analyses(column, soils, ground, step, kind="within")
         words = "the branches of the blocks' materials"
@@ -217,8 +217,8 @@ def _columns(
     return {"column": response}, f"{words}; {response.words}"
 
 
-def _ratio(response: SiteResponse, ground, step: float, frequency: NDArray[np.float64]):
-    """Surface over base of a column: its transfer function, or what its motions say."""
+def _column_ratio(response: SiteResponse, ground, step: float, frequency: NDArray[np.float64]):
+    """Return surface over base of a column: transfer function, or ratio of the spectra."""
     if isinstance(response, ColumnResponse):
         return response.transfer(frequency)
     bins, ratio = spectral_ratio(response.acceleration(), ground, step, 8)
@@ -226,14 +226,14 @@ def _ratio(response: SiteResponse, ground, step: float, frequency: NDArray[np.fl
 
 
 def _points_within(history, names, top: float, depth: float) -> list[tuple[float, str]]:
-    """Depths of the measured points within the column, from the surface down, and their names."""
+    """Return depths and names of the measured points within the column, downwards."""
     heights = {name: float(history.point_place.sel(point=name).values[1]) for name in names}
     depths = sorted((top - height, name) for name, height in heights.items())
     return [(at, name) for at, name in depths if -1e-9 <= at <= depth * 1.2]
 
 
 def _points(history, series, top: float, depth: float):
-    """Depths and peak accelerations of the measured points within the column."""
+    """Return depths and peak accelerations of the measured points within the column."""
     inside = _points_within(history, series, top, depth)
     return (
         np.array([min(at, depth) for at, _ in inside]),
@@ -242,7 +242,7 @@ def _points(history, series, top: float, depth: float):
 
 
 def _strains(history, names, top: float, depth: float):
-    """Depths and peak mean shear strains between measured points that follow each other."""
+    """Return depths and peak mean shear strains between adjacent measured points."""
     inside = _points_within(history, names, top, depth)
     moved = [history.displacement.sel(point=name).sel(axis="x").values for _, name in inside]
     found = [

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Soil with a memory: branches in parallel that slip or recover, fitted to curves of a soil."""
+"""Hysteretic soil: parallel branches that slip or recover, fitted to curves of a soil."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,11 +16,12 @@ DAMPING_CURVES = ("target", "masing")
 
 @dataclass(frozen=True)
 class Branches:
-    """How a soil is represented: branch j has the modulus g_j G and yields at γ_j.
+    """Representation of a soil: branch j has the modulus g_j G and yields at γ_j.
 
-    A share F_j of it slips, the rest recovers its strain with the same cap; so modulus *and*
-    damping curve are met.  Small strains have a damping ratio that does not depend on frequency,
-    by a body whose stress is capped, so that it fades where the soil yields (``docs/site.md``).
+    A fraction F_j of a branch slips, and the rest recovers its strain with the same stress cap, so
+    that modulus *and* damping curve are fitted. A body with capped stress gives small strains a
+    damping ratio independent of frequency; its effect vanishes as the soil yields
+    (``docs/site.md``).
 
     Attributes
     ----------
@@ -53,7 +54,7 @@ class Branches:
         least_damping: float | None = None,
         reference_frequency: float = 1.0,
     ) -> "Branches":
-        """Fit branches to curves.
+        """Fit branches to the curves of a soil.
 
         Parameters
         ----------
@@ -61,7 +62,7 @@ class Branches:
         branches : int
             2 … 200; the misfit falls with their number.
         damping_curve : {'target', 'masing'}
-            The damping ratio of the curves, or what Masing's rules make of their moduli.
+            The damping ratio of the curves, or the one of Masing's rules from their moduli.
         least_damping : float, optional
             At small strains; by default the least of the curves, by Masing's rules none.
         reference_frequency : float
@@ -98,7 +99,7 @@ class Branches:
 
     @classmethod
     def of_material(cls, material: Mapping, shear_modulus: float) -> "Branches | None":
-        """The branches that blocks have of a group &material; None: it is linear.
+        """Return the branches of blocks of a group &material; None if it is linear.
 
         Parameters
         ----------
@@ -118,7 +119,7 @@ class Branches:
         )
 
     def curves(self) -> SoilCurves:
-        """Modulus reduction and damping of the branches themselves."""
+        """Return the modulus reduction and damping curves of the branches."""
         strain = np.minimum(STRAINS, self.strain[-1])
         strain = strain[: np.searchsorted(STRAINS, self.strain[-1]) + 1]
         return SoilCurves(
@@ -126,14 +127,14 @@ class Branches:
         )
 
     def reduction_at(self, strain: ArrayLike) -> NDArray[np.float64]:
-        """G/G_max of the branches at shear strains above 0; their shape."""
+        """Return G/G_max of the branches at shear strains above 0."""
         at = positive("strain", strain)[..., None]
         branches = np.sum(self.modulus * np.minimum(1.0, self.strain / at), -1)
         at = at[..., 0]
         return branches + (1 - self.modulus.sum()) * np.minimum(at, self.body_strain) / at
 
     def damping_at(self, strain: ArrayLike) -> NDArray[np.float64]:
-        """Damping ratio of closed loops of the branches, with that of small strains."""
+        """Return the damping ratio of closed loops of the branches, with that of small strains."""
         at = positive("strain", strain)[..., None]
         slipped = self.slipping * self.modulus * self.strain * np.maximum(at - self.strain, 0.0)
         at, least = at[..., 0], self.least_damping

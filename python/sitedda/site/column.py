@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The one-dimensional twin of a layered model: exact transfer functions of a soil column.
+"""The one-dimensional column of a layered model: exact transfer functions.
 
-Horizontal layers on a rigid base or on an elastic half-space, shaken by vertically propagating SH
+Horizontal layers on a rigid base or on an elastic half-space under vertically propagating SH
 waves, are solved exactly by the Thomson-Haskell recursion that SHAKE uses (`layers`).
 
-The same column *as the engine's time integration sees it* has a closed form as well:
+The response of the same column *under the engine's time integration* also has a closed form:
 :meth:`Column.scheme_transfer`.
 """
 
@@ -41,14 +41,14 @@ __all__ = [
     "undamped_amplification",
 ]
 
-_UNBOUNDED = 1e7  # a peak above this is the resonance of an undamped column
-_POINTS_PER_MODE = 64  # samples between two resonances when peaks are searched
+_UNBOUNDED = 1e7  # a higher peak is the resonance of an undamped column
+_POINTS_PER_MODE = 64  # samples between two resonances in the search of peaks
 _MOST_POINTS = 1_000_000
 
 
 @dataclass(frozen=True)
 class Column:
-    """Horizontal layers on a base, shaken from below by SH waves that travel vertically.
+    """Horizontal layers on a base, excited from below by vertically propagating SH waves.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ class Column:
 
     @property
     def depth(self) -> float:
-        """Depth of the base below the surface, m."""
+        """Return the depth of the base below the surface, m."""
         return float(self._interfaces[-1])
 
     @property
@@ -115,7 +115,7 @@ class Column:
         bottom: float | None = None,
         kind: str = "within",
     ) -> NDArray[np.complex128]:
-        """Motion at depth ``top`` divided by the motion at depth ``bottom``.
+        """Return the motion at depth ``top`` divided by the motion at depth ``bottom``.
 
         The ratio is the same for displacement, velocity and acceleration.
 
@@ -145,7 +145,7 @@ class Column:
         """
         values = not_negative("frequencies", frequencies)
         waves = Waves.damped(values.ravel(), self.convention)
-        return self._ratio(waves, (top, bottom, kind)).reshape(values.shape)
+        return self._response_ratio(waves, (top, bottom, kind)).reshape(values.shape)
 
     def scheme_transfer(
         self,
@@ -157,7 +157,7 @@ class Column:
         integration: str | Scheme = "dda",
         theta: float = 0.75,
     ) -> NDArray[np.complex128]:
-        """Transfer function of the same column under the engine's time integration.
+        """Return the transfer function of the column under the engine's time integration.
 
         Exact in time for a base that moves by a prescribed displacement, exact in space: what the
         engine tends to with thin bonded layers and stiff contacts.  With τ = tan(ωΔt/2) the
@@ -191,7 +191,7 @@ class Column:
         """
         values = not_negative("frequencies", frequencies)
         waves = Waves.stepped(values.ravel(), time_step, Scheme.named(integration, theta))
-        return self._ratio(waves, (top, bottom, kind)).reshape(values.shape)
+        return self._response_ratio(waves, (top, bottom, kind)).reshape(values.shape)
 
     def peak(
         self,
@@ -203,7 +203,7 @@ class Column:
         integration: str | Scheme = "dda",
         theta: float = 0.75,
     ) -> Peak:
-        """The highest resonance peak of the transfer function inside a band.
+        """Return the highest resonance peak of the transfer function inside a band.
 
         Parameters
         ----------
@@ -228,7 +228,7 @@ class Column:
             If an argument is out of range, the band contains no peak, or the peak is unbounded.
         """
         mode_spacing = 0.5 / self.travel_time
-        low, high = _band((0.0, mode_spacing) if band is None else band)
+        low, high = _check_band((0.0, mode_spacing) if band is None else band)
         points = int(np.ceil(_POINTS_PER_MODE * max(1.0, (high - low) / mode_spacing)))
         place = (top, bottom, kind)
         if time_step is None:
@@ -238,13 +238,13 @@ class Column:
             lambda f: self.scheme_transfer(f, time_step, *place, *scheme), (low, high), points
         )
 
-    def _ratio(
+    def _response_ratio(
         self, waves: Waves, place: tuple[float, float | None, str]
     ) -> NDArray[np.complex128]:
-        """Response at one depth over reference motion at another, shape of ``waves.omega``."""
+        """Return the response at a depth over the reference motion at another depth."""
         top, bottom, kind = place
         one_of("kind", kind, ("within", "outcrop"))
-        upper, lower = self._depths(top, bottom)
+        upper, lower = self._check_depths(top, bottom)
         media, depths = self.cut_at([upper, lower])
         first, last = np.searchsorted(depths, [upper, lower])
         steps, reflections = recursion(waves, media, np.diff(depths))
@@ -259,17 +259,17 @@ class Column:
             )
         return ratio
 
-    def _depths(self, top: float, bottom: float | None) -> tuple[float, float]:
-        """Both depths, checked and moved onto an interface that they meet except for rounding."""
+    def _check_depths(self, top: float, bottom: float | None) -> tuple[float, float]:
+        """Check both depths; move them onto an interface if they equal it within rounding."""
         interfaces = self._interfaces
-        upper = _snapped("top", top, interfaces)
-        lower = interfaces[-1] if bottom is None else _snapped("bottom", bottom, interfaces)
+        upper = _snap_depth("top", top, interfaces)
+        lower = interfaces[-1] if bottom is None else _snap_depth("bottom", bottom, interfaces)
         if upper > lower:
             raise ValueError(f"top must not lie below bottom, got {upper:g} m and {lower:g} m")
         return upper, lower
 
     def cut_at(self, depths: ArrayLike) -> tuple[list[HalfSpace | None], NDArray[np.float64]]:
-        """The layers cut so that depths are interfaces.
+        """Cut the layers so that depths are interfaces.
 
         Parameters
         ----------
@@ -289,7 +289,7 @@ class Column:
             If a depth lies outside the column.
         """
         interfaces = self._interfaces
-        cuts = np.union1d(interfaces, [_snapped("depth", depth, interfaces) for depth in depths])
+        cuts = np.union1d(interfaces, [_snap_depth("depth", depth, interfaces) for depth in depths])
         owners = np.searchsorted(interfaces, (cuts[:-1] + cuts[1:]) / 2) - 1
         base = self.base if isinstance(self.base, HalfSpace) else None
         return [*(self.layers[owner] for owner in owners), base], cuts
@@ -302,7 +302,7 @@ class Column:
         bottom: float | None = None,
         kind: str = "outcrop",
     ):
-        """The column under a motion: histories at any depth, profiles, spectra.
+        """Compute the response to a motion: histories at any depth, profiles, spectra.
 
         Parameters
         ----------
@@ -332,10 +332,10 @@ def refined_peak(
     band: tuple[float, float],
     points: int = 1000,
 ) -> Peak:
-    """The highest interior maximum of |transfer| in a band, refined beyond any grid.
+    """Find the highest interior maximum of |transfer| in a band, refined beyond the grid.
 
-    Each local maximum of ``points`` samples brackets a peak; 1/|transfer|², smooth at a resonance
-    however sharp, is minimised in the bracket (Brent, scipy).
+    Each local maximum of ``points`` samples brackets a peak. In the bracket, 1/|transfer|², which
+    is smooth even at a sharp resonance, is minimised (Brent, scipy).
 
     Parameters
     ----------
@@ -356,7 +356,7 @@ def refined_peak(
     ValueError
         If the band is invalid, contains no interior maximum, or the maximum is unbounded.
     """
-    low, high = _band(band)
+    low, high = _check_band(band)
     if not 2 <= points <= _MOST_POINTS:
         raise ValueError(f"points must be in 2 ... {_MOST_POINTS}, got {points}")
     grid = np.linspace(low, high, points + 1)
@@ -366,11 +366,11 @@ def refined_peak(
     summits = 1 + np.flatnonzero((size[1:-1] >= size[:-2]) & (size[1:-1] > size[2:]))
     if summits.size == 0:
         raise ValueError(f"band {low:g} ... {high:g} Hz contains no peak of the transfer function")
-    peaks = (_refined(transfer, grid[i - 1], grid[i + 1]) for i in summits)
+    peaks = (_refine_peak(transfer, grid[i - 1], grid[i + 1]) for i in summits)
     return max(peaks, key=lambda peak: peak.amplitude)
 
 
-def _refined(transfer: Callable, low: float, high: float) -> Peak:
+def _refine_peak(transfer: Callable, low: float, high: float) -> Peak:
     from scipy.optimize import minimize_scalar
 
     def inverse_square(frequency: float) -> float:
@@ -385,14 +385,14 @@ def _refined(transfer: Callable, low: float, high: float) -> Peak:
     return Peak(float(found.x), float(amplitude))
 
 
-def _band(band: tuple[float, float]) -> tuple[float, float]:
+def _check_band(band: tuple[float, float]) -> tuple[float, float]:
     edges = np.asarray(band, dtype=float)
     if edges.shape != (2,) or not np.all(np.isfinite(edges)) or not 0 <= edges[0] < edges[1]:
         raise ValueError(f"band must be two frequencies 0 <= low < high, got {band!r}")
     return float(edges[0]), float(edges[1])
 
 
-def _snapped(name: str, depth: float, interfaces: NDArray[np.float64]) -> float:
+def _snap_depth(name: str, depth: float, interfaces: NDArray[np.float64]) -> float:
     bottom = interfaces[-1]
     tolerance = 1e-9 * bottom
     value = float(depth)

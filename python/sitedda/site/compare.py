@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One site by three analyses: linear, equivalent-linear and nonlinear."""
+"""Compare linear, equivalent-linear and nonlinear analyses of a site."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ _PERIODS = (0.1, 0.2, 0.5, 1.0)  # s, of the table
 
 @dataclass(frozen=True)
 class Analyses:
-    """A site by three analyses.
+    """The results of three analyses of a site.
 
     Attributes
     ----------
@@ -34,9 +34,9 @@ class Analyses:
 
     @property
     def responses(self) -> dict[str, SiteResponse]:
-        """The responses by the names of their analyses.
+        """Return the responses by the names of their analyses.
 
-        A linear column without damping on a rigid base resonates without bound, and is left out.
+        The unbounded response of a linear column without damping on a rigid base is omitted.
         """
         found = {
             "linear": self.linear,
@@ -49,7 +49,7 @@ class Analyses:
 
     @property
     def unbounded(self) -> str:
-        """Why the linear response has no bound; '' if it has one."""
+        """Return why the linear response is unbounded; '' if it is bounded."""
         column = self.linear.column
         if column.base != "rigid" or any(layer.damping_at([1.0])[0] for layer in column.layers):
             return ""
@@ -76,7 +76,7 @@ class Analyses:
         return "\n".join([self.nonlinear.words, *lines, *said, "", str(self.nonlinear)])
 
     def plot(self):
-        """Spectra, profiles and loops side by side; a matplotlib.figure.Figure."""
+        """Draw spectra, profiles and loops side by side; return the figure."""
         from .picture import analyses_figure
 
         return analyses_figure(self)
@@ -91,7 +91,7 @@ def analyses(
     kind: str = "outcrop",
     **options,
 ) -> Analyses:
-    """Put linear, equivalent-linear and nonlinear response of a site side by side.
+    """Compute the linear, equivalent-linear and nonlinear response of a site.
 
     Parameters
     ----------

@@ -10,16 +10,16 @@ from numpy.typing import ArrayLike, NDArray
 from ..base.arguments import first_of, positive
 
 ATMOSPHERE = 101325.0  # Pa
-STRAINS = np.logspace(-6, -1.5, 91)  # at which formulas are tabulated
-_PARTS = 60  # of their intervals, in integrals of Masing's rules
-_BELOW = 60  # intervals below the table where such integrals begin
+STRAINS = np.logspace(-6, -1.5, 91)  # strains at which formulas are tabulated
+_PARTS = 60  # parts of their intervals in integrals of Masing's rules
+_BELOW = 60  # number of intervals below the table at which such integrals begin
 
 
 @dataclass(frozen=True)
 class SoilCurves:
-    """Secant modulus and damping ratio of a soil over the shear strain.
+    """Secant modulus and damping ratio of a soil as functions of the shear strain.
 
-    Between the strains straight in the logarithm of the strain, beyond them constant, as in SHAKE.
+    They are interpolated linearly in the logarithm of the strain and constant beyond, as in SHAKE.
 
     Attributes
     ----------
@@ -59,15 +59,15 @@ class SoilCurves:
         return self.strain, self.reduction, self.damping
 
     def reduction_at(self, strain: ArrayLike) -> NDArray[np.float64]:
-        """G/G_max at shear strains; their shape."""
-        return np.interp(_logarithm(strain), np.log(self.strain), self.reduction)
+        """Return G/G_max at shear strains."""
+        return np.interp(_log_strain(strain), np.log(self.strain), self.reduction)
 
     def damping_at(self, strain: ArrayLike) -> NDArray[np.float64]:
-        """Damping ratio at shear strains; their shape."""
-        return np.interp(_logarithm(strain), np.log(self.strain), self.damping)
+        """Return the damping ratio at shear strains."""
+        return np.interp(_log_strain(strain), np.log(self.strain), self.damping)
 
     def implied_strength(self, shear_modulus: float) -> float:
-        """Largest shear stress that the curves reach, Pa.
+        """Return the largest shear stress that the curves reach, Pa.
 
         Parameters
         ----------
@@ -78,7 +78,7 @@ class SoilCurves:
 
     @classmethod
     def from_pystrata(cls, soil) -> "SoilCurves":
-        """The curves of a soil type of pystrata (Vucetic & Dobry, Seed & Idriss, …)."""
+        """Return the curves of a soil type of pystrata (Vucetic & Dobry, Seed & Idriss, …)."""
         reduction, damping = soil.mod_reduc, soil.damping
         strain = np.union1d(reduction.strains, damping.strains)
         name = str(getattr(soil, "name", ""))
@@ -89,7 +89,7 @@ class SoilCurves:
         return cls(strain, np.clip(values(reduction), 1e-6, 1.0), values(damping), name)
 
 
-def _logarithm(strain: ArrayLike) -> NDArray[np.float64]:
+def _log_strain(strain: ArrayLike) -> NDArray[np.float64]:
     return np.log(np.maximum(np.abs(np.asarray(strain, dtype=float)), 1e-12))
 
 
@@ -115,12 +115,12 @@ def hyperbolic(
     reference = float(positive("reference_strain", reference_strain))
     power = float(positive("curvature", curvature))
     reduction = 1 / (1 + (STRAINS / reference) ** power)
-    damping = least_damping + _masing(STRAINS / reference)
+    damping = least_damping + _masing_damping(STRAINS / reference)
     return SoilCurves(STRAINS, reduction, np.minimum(damping, 0.999), "hyperbolic")
 
 
 def mkz(reference_strain: float, beta: float = 1.0, power: float = 1.0) -> SoilCurves:
-    """The modified hyperbola G/G_max = 1/(1 + β(γ/γ_r)^s), with the damping of Masing's rules.
+    """Return the modified hyperbola G/G_max = 1/(1 + β(γ/γ_r)^s) with Masing's damping.
 
     Parameters
     ----------
@@ -145,11 +145,11 @@ def mkz(reference_strain: float, beta: float = 1.0, power: float = 1.0) -> SoilC
     factor, exponent = float(positive("beta", beta)), float(positive("power", power))
     if exponent > 1:
         raise ValueError(f"power must be in 0 < s <= 1, or the stress falls, got {exponent:g}")
-    return _by_masing(lambda strain: 1 / (1 + factor * (strain / reference) ** exponent), "MKZ")
+    return _masing_curves(lambda strain: 1 / (1 + factor * (strain / reference) ** exponent), "MKZ")
 
 
 def gqh(reference_strain: float, theta: ArrayLike) -> SoilCurves:
-    """Quadratic/hyperbolic backbone with a shear strength, and the damping of Masing's rules.
+    """Return a quadratic/hyperbolic backbone with shear strength and Masing's damping.
 
     τ/τ_max = 2x/[1 + x + √((1 + x)² − 4θx)] with x = γ/γ_r and
     θ = θ₁ + θ₂ θ₄ x^θ₅/(θ₃^θ₅ + θ₄ x^θ₅), which must nowhere be above 1.
@@ -188,13 +188,13 @@ def gqh(reference_strain: float, theta: ArrayLike) -> SoilCurves:
             )
         return 2 / (1 + x + np.sqrt((1 + x) ** 2 - 4 * share * x))
 
-    return _by_masing(reduction, "GQ/H")
+    return _masing_curves(reduction, "GQ/H")
 
 
 def strength_corrected(
     curves: SoilCurves, shear_modulus: float, strength: float, known: float = 1e-3
 ) -> SoilCurves:
-    """Curves that follow given ones at small strains and tend to a shear strength, by GQ/H.
+    """Return curves that follow given ones at small strains and tend to a strength (GQ/H).
 
     θ of :func:`gqh` is fitted to G/G_max up to a strain; the damping ratio stays the given one.
 
@@ -238,7 +238,7 @@ def strength_corrected(
     def reduction(p, at):
         return 2 / (1 + at + np.sqrt((1 + at) ** 2 - 4 * share(p, at) * at))
 
-    end = 0.1 / reference  # at a strain of 10 % the strength is to be reached
+    end = 0.1 / reference  # the strength must be reached at a strain of 10 %
 
     def lack(p):
         return np.append(reduction(p, x) - target, 0.4 * (end * reduction(p, end) - 1))
@@ -261,7 +261,7 @@ def darendeli(
     frequency: float = 1.0,
     cycles: float = 10.0,
 ) -> SoilCurves:
-    """Curves of Darendeli (2001) for any soil, from its state.
+    """Return the curves of Darendeli (2001) for a soil in a given state.
 
     Parameters
     ----------
@@ -299,18 +299,18 @@ def darendeli(
     reduction = 1 / (1 + (STRAINS / reference) ** power)
     least = (0.8005 + 0.0129 * plasticity * ratio**-0.1069) * stress**-0.2889
     least *= 1 + 0.2919 * log_frequency
-    masing = 100 * _masing(STRAINS / reference)
+    masing = 100 * _masing_damping(STRAINS / reference)
     c1 = -1.1143 * power**2 + 1.8618 * power + 0.2523
     c2 = 0.0805 * power**2 - 0.0710 * power - 0.0095
     c3 = -0.0005 * power**2 + 0.0002 * power + 0.0003
     masing = c1 * masing + c2 * masing**2 + c3 * masing**3
     damping = (least + (0.6329 - 0.00566 * log_cycles) * reduction**0.1 * masing) / 100
-    damping = np.maximum.accumulate(damping)  # the polynomial would fall again at large strain
+    damping = np.maximum.accumulate(damping)  # the polynomial would decrease again at large strain
     return SoilCurves(STRAINS, reduction, np.clip(damping, 0.0, 0.999), "Darendeli (2001)")
 
 
 def curves_of(material: Mapping, shear_modulus: float) -> SoilCurves:
-    """The curves of a group &material of law 'hysteretic'.
+    """Return the curves of a group &material of law 'hysteretic'.
 
     Parameters
     ----------
@@ -341,8 +341,8 @@ def curves_of(material: Mapping, shear_modulus: float) -> SoilCurves:
     return gqh(reference, material["curve_fit"]) if curve == "gqh" else hyperbolic(reference)
 
 
-def _by_masing(reduction, name: str) -> SoilCurves:
-    """Curves of a function G/G_max of the strain, with the damping of Masing's rules.
+def _masing_curves(reduction, name: str) -> SoilCurves:
+    """Return curves of a function G/G_max of the strain with Masing's damping.
 
     D = (2/π) [2 ∫τ dγ/(τγ) − 1], by the trapezoidal rule on _PARTS strains between two of the
     table, from _BELOW intervals before it on; the soil is linear up to there.
@@ -362,8 +362,8 @@ def _by_masing(reduction, name: str) -> SoilCurves:
     )
 
 
-def _masing(ratio: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Damping ratio of Masing's rules on a hyperbola, over γ/γ_r."""
+def _masing_damping(ratio: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return Masing's damping ratio of a hyperbola at γ/γ_r."""
     small = ratio < 1e-3
     safe = np.where(small, 1.0, ratio)
     loop = 4 * (safe - np.log1p(safe)) / (safe**2 / (1 + safe)) - 2

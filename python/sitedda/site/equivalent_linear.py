@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Equivalent-linear soil: moduli and damping that fit the strains they lead to (SHAKE)."""
+"""Equivalent-linear analysis: moduli and damping consistent with the strains (SHAKE)."""
 
 from collections.abc import Sequence
 from contextlib import suppress
@@ -15,15 +15,15 @@ from .layers import convention_words, largest_damping
 from .motion import Motion
 from .response import ColumnResponse
 
-DOUBTFUL_STRAIN = 0.005  # largest strain beyond which equivalent-linear results are doubtful
-_HARDLY = 0.01  # from which results are meaningless
-_SOFT = 0.1  # strain from which another solution is sought
-_APART = 0.01  # relative difference of strains of two solutions
+DOUBTFUL_STRAIN = 0.005  # strain above which equivalent-linear results are doubtful
+_HARDLY = 0.01  # strain above which results are meaningless
+_SOFT = 0.1  # strain above which another solution is sought
+_APART = 0.01  # smallest relative difference of the strains of two solutions
 
 
 @dataclass(frozen=True)
 class EquivalentLinear:
-    """The column that fits its strains, and how it was found.
+    """A column whose properties fit its strains, and data on the iteration.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class EquivalentLinear:
     strain_ratio : float
         Effective over largest strain.
     other_strain : float
-        Largest strain of another solution that fits its strains as well; NaN if none was found.
+        Largest strain of another consistent solution; NaN if none was found.
     """
 
     response: ColumnResponse
@@ -55,12 +55,12 @@ class EquivalentLinear:
 
     @property
     def largest_strain(self) -> NDArray[np.float64]:
-        """Largest shear strain in the middle of each layer, shape (layers,)."""
+        """Return the largest shear strain in the middle of each layer, shape (layers,)."""
         return self.strain / self.strain_ratio
 
     @property
     def doubt(self) -> str:
-        """Why the result may be wrong: strains above 0.5 %, two solutions; '' if it is not."""
+        """Return a warning: strains above 0.5 % or two solutions; '' if there is none."""
         most = float(self.largest_strain.max())
         if most <= DOUBTFUL_STRAIN:
             return ""
@@ -101,7 +101,7 @@ def equivalent_linear(
     tolerance: float = 1e-4,
     most_iterations: int = 500,
 ) -> EquivalentLinear:
-    """Fit moduli and damping ratios of the layers to their strains under a motion.
+    """Iterate moduli and damping ratios of the layers until they fit their strains.
 
     Parameters
     ----------
@@ -143,11 +143,11 @@ def equivalent_linear(
     def fitted_from(strain: float) -> EquivalentLinear:
         begin = np.full(len(curves), strain)
         place = {"bottom": bottom, "kind": kind}
-        return _fitted(column, curves, ground, begin, place, strain_ratio, tolerance,
+        return _iterate(column, curves, ground, begin, place, strain_ratio, tolerance,
                        most_iterations)  # fmt: skip
 
     found = fitted_from(0.0)
-    if found.doubt:  # soil so soft that it may have another solution
+    if found.doubt:  # soft soil may have another solution
         with suppress(ConvergenceError, ValueError):
             other = fitted_from(_SOFT)
             if np.max(abs(other.strain / found.strain - 1)) > _APART:
@@ -155,10 +155,10 @@ def equivalent_linear(
     return found
 
 
-def _fitted(
+def _iterate(
     column, curves, ground, begin, place, strain_ratio, tolerance, most_iterations
 ) -> EquivalentLinear:
-    """The column that fits its strains, by iterations from given ones."""
+    """Iterate from given strains to a column whose properties fit its strains."""
     linear = _own_damping(column)
     reduction, damping = _properties(curves, begin, linear)
     _, interfaces = column.cut_at([])
@@ -188,18 +188,18 @@ def _fitted(
 
 
 def small_strain_column(column: Column, curves: Sequence[SoilCurves | None]) -> Column:
-    """The column with the moduli and damping ratios that its curves have at small strains."""
+    """Return the column with the moduli and damping ratios of its curves at small strains."""
     linear = _own_damping(column)
     return _updated_column(column, curves, *_properties(curves, np.zeros(len(linear)), linear))
 
 
 def _own_damping(column: Column) -> NDArray[np.float64]:
-    """Damping ratio of each layer at 1 Hz."""
+    """Return the damping ratio of each layer at 1 Hz."""
     return np.array([layer.damping_at([1.0])[0] for layer in column.layers])
 
 
 def _properties(curves, strain, linear):
-    """G/G_max and damping ratio of each layer at its strain."""
+    """Return G/G_max and damping ratio of each layer at its strain."""
     pairs = [
         (1.0, own) if curve is None else (curve.reduction_at(at), curve.damping_at(at))
         for curve, at, own in zip(curves, strain, linear, strict=True)
@@ -208,7 +208,7 @@ def _properties(curves, strain, linear):
 
 
 def _check_damping(column: Column, damping, strain) -> None:
-    """Refuse damping ratios that the convention has no complex modulus for."""
+    """Reject damping ratios for which the convention has no complex modulus."""
     largest = largest_damping(column.convention)
     for number, (ratio, at) in enumerate(zip(damping, strain, strict=True), start=1):
         if ratio > largest:
@@ -220,7 +220,7 @@ def _check_damping(column: Column, damping, strain) -> None:
 
 
 def _updated_column(column: Column, curves, reduction, damping) -> Column:
-    """The column with these moduli; iterates that are damped beyond the convention, at its end."""
+    """Return the column with these properties; damping is limited to the range allowed."""
     damping = np.minimum(damping, largest_damping(column.convention))
     layers = [
         layer

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Motion and strain anywhere in a column, for a unit reference motion."""
+"""Motion and strain at any depth of a column, for a unit reference motion."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 def displacements(
     column: Column, waves: Waves, depths: ArrayLike, bottom: float, kind: str
 ) -> NDArray[np.complex128]:
-    """Displacements for a unit reference displacement.
+    """Return displacements for a unit reference displacement.
 
     Parameters
     ----------
@@ -40,25 +40,25 @@ def displacements(
     ValueError
         If a depth lies outside the column.
     """
-    _, interfaces, upgoing, reflections = _waves(column, waves, depths, bottom, kind)
-    found = [upgoing[j] * (1 + reflections[j]) for j in _nearest(interfaces, depths)]
+    _, interfaces, upgoing, reflections = _waves_at(column, waves, depths, bottom, kind)
+    found = [upgoing[j] * (1 + reflections[j]) for j in _nearest_interface(interfaces, depths)]
     return np.array(found)
 
 
 def strains(
     column: Column, waves: Waves, depths: ArrayLike, bottom: float, kind: str
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-    """Shear strains ∂u/∂z, z downwards (1/m), and stresses (Pa/m), shape (k, n); as above.
+    """Return shear strains ∂u/∂z, z downwards (1/m), and stresses (Pa/m), shape (k, n).
 
-    At an interface the strain is that of the medium below, at a rigid base of the one above.
+    At an interface, strains belong to the medium below, at a rigid base to the one above.
     """
-    media, interfaces, upgoing, reflections = _waves(column, waves, depths, bottom, kind)
-    at = _nearest(interfaces, depths)
+    media, interfaces, upgoing, reflections = _waves_at(column, waves, depths, bottom, kind)
+    at = _nearest_interface(interfaces, depths)
     strain = np.empty((len(at), upgoing.shape[1]), dtype=complex)
     stress = np.empty_like(strain)
     for row, j in enumerate(at):
         medium, up, down = media[j], upgoing[j], upgoing[j] * reflections[j]
-        if medium is None:  # a rigid base: the waves of the layer above, at its bottom
+        if medium is None:  # at a rigid base, use the waves at the bottom of the layer above
             medium = media[j - 1]
             modulus, density = waves.properties(medium)
             number = waves.omega / np.sqrt(modulus / density)
@@ -70,22 +70,22 @@ def strains(
     return strain, stress
 
 
-def _waves(column: Column, waves: Waves, depths: ArrayLike, bottom: float, kind: str):
-    """Media, their tops (m), upgoing waves there and the downgoing over them, (m + 1, n) each."""
+def _waves_at(column: Column, waves: Waves, depths: ArrayLike, bottom: float, kind: str):
+    """Return media, their tops (m), upgoing waves, and downgoing over upgoing waves."""
     media, interfaces = column.cut_at([*np.asarray(depths, dtype=float), bottom])
     steps, reflections = recursion(waves, media, np.diff(interfaces))
-    last = _nearest(interfaces, [bottom])[0]
+    last = _nearest_interface(interfaces, [bottom])[0]
     upgoing = _upgoing(steps, last)
     upgoing /= 2.0 if kind == "outcrop" else 1 + reflections[last]
     return media, interfaces, upgoing, reflections
 
 
-def _nearest(interfaces: NDArray[np.float64], depths: ArrayLike) -> NDArray[np.intp]:
+def _nearest_interface(interfaces: NDArray[np.float64], depths: ArrayLike) -> NDArray[np.intp]:
     return np.array([np.argmin(np.abs(interfaces - depth)) for depth in depths], dtype=int)
 
 
 def _upgoing(steps: NDArray[np.complex128], last: int) -> NDArray[np.complex128]:
-    """Upgoing wave at the top of each medium, over that at interface `last`; shape (m + 1, n)."""
+    """Return the upgoing wave at the top of each medium over that at interface `last`."""
     upgoing = np.empty((len(steps) + 1, steps.shape[1]), dtype=complex)
     upgoing[last] = 1.0
     for j in range(last - 1, -1, -1):

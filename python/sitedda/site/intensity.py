@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measures of how strong and how long a motion is."""
+"""Measures of the strength and the duration of a motion."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from .motion import Motion
 
 @dataclass(frozen=True)
 class Intensity:
-    """Measures of one acceleration.
+    """Intensity measures of an acceleration.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class Intensity:
 
 
 def intensity(motion, time_step: float | None = None) -> Intensity:
-    """Intensity measures of a motion.
+    """Compute the intensity measures of a motion.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Layers of soil and how shear waves travel in them: complex moduli, the recursion of SHAKE.
+"""Shear waves in layers of soil: complex moduli and the recursion of SHAKE.
 
 Time dependence is exp(iωt) and depth grows downwards from the free surface, so layer *j* holds the
 displacement ``A exp(ikz) + B exp(-ikz)``, with the upgoing wave first.
@@ -34,23 +34,23 @@ Damping = float | Callable[[NDArray[np.float64]], ArrayLike] | MaterialDamping
 # Complex modulus
 # ---------------------------------------------------------------------------------------------
 
-# name: (factor G*/G of the damping ratio D, largest D for which it is defined, modulus of G*)
+# name: (factor G*/G as a function of the damping ratio D, largest permitted D, modulus of G*)
 CONVENTIONS = {
     "shake": (lambda d: 1 + 2j * d, np.inf, "G √(1 + 4D²)"),
     "shake91": (lambda d: 1 - 2 * d**2 + 2j * d * np.sqrt(1 - d**2), 1.0, "G"),
     "kramer": (lambda d: 1 - d**2 + 2j * d, 1.0, "G (1 + D²)"),
     "dormieux": (lambda d: np.sqrt(1 - 4 * d**2) + 2j * d, 0.5, "G"),
 }
-DEFAULT_CONVENTION = "dormieux"  # as pystrata: the modulus is G, and the loss πD of ½ |G*| γ²
+DEFAULT_CONVENTION = "dormieux"  # as in pystrata: |G*| = G, loss per cycle πD of ½ |G*| γ²
 
 
 def largest_damping(convention: str) -> float:
-    """Largest damping ratio for which a convention of :func:`complex_modulus` is defined."""
+    """Return the largest damping ratio permitted by a convention of :func:`complex_modulus`."""
     return CONVENTIONS[one_of("convention", convention, CONVENTIONS)][1]
 
 
 def convention_words(convention: str) -> str:
-    """Modulus and damping ratio of a convention of :func:`complex_modulus`, in words."""
+    """Describe modulus and damping ratio of a convention of :func:`complex_modulus`."""
     _, largest, modulus = CONVENTIONS[one_of("convention", convention, CONVENTIONS)]
     limit = "" if np.isinf(largest) else f", D up to {largest:g}"
     return f"complex modulus '{convention}', |G*| = {modulus}{limit}"
@@ -59,7 +59,7 @@ def convention_words(convention: str) -> str:
 def complex_modulus(
     shear_modulus: ArrayLike, damping: ArrayLike, convention: str = DEFAULT_CONVENTION
 ) -> NDArray[np.complex128]:
-    """Complex shear modulus G* of a linear hysteretic material.
+    """Return the complex shear modulus G* of a linear hysteretic material.
 
     ============  ==================================  ==============  =======
     convention    G*                                  modulus abs G*  source
@@ -98,13 +98,13 @@ def complex_modulus(
     if not np.all(inside):
         raise ValueError(
             f"damping must be in 0 ... {largest:g} for convention '{convention}',"
-            f" got {first_of(ratio, ~inside):g}{_wider(convention, ratio[~inside])}"
+            f" got {first_of(ratio, ~inside):g}{_wider_conventions(convention, ratio[~inside])}"
         )
     return np.asarray(shear_modulus, dtype=float) * factor(ratio).astype(complex)
 
 
-def _wider(convention: str, damping: NDArray[np.float64]) -> str:
-    """Conventions that are defined for damping ratios that this one is not, for its message."""
+def _wider_conventions(convention: str, damping: NDArray[np.float64]) -> str:
+    """Return the conventions that permit these damping ratios, for a message."""
     most = np.max(damping)
     others = [
         f"'{name}'"
@@ -122,9 +122,9 @@ def _wider(convention: str, damping: NDArray[np.float64]) -> str:
 def undamped_amplification(
     frequency: ArrayLike, thickness: float, shear_velocity: float
 ) -> NDArray[np.float64]:
-    """Surface amplification of a uniform undamped layer on a rigid base: paper eq. 9.
+    """Return the surface amplification of a uniform undamped layer on a rigid base (eq. 9).
 
-    ``1 / |cos(ωH/v)|``; at a resonance it is as large as rounding lets it be.
+    ``1 / |cos(ωH/v)|`` as in eq. 9 of the paper; rounding limits it at a resonance.
 
     Parameters
     ----------
@@ -151,7 +151,7 @@ def undamped_amplification(
 def damped_amplification(
     frequency: ArrayLike, thickness: float, shear_velocity: float, damping: ArrayLike
 ) -> NDArray[np.float64]:
-    """Surface amplification of a uniform damped layer on a rigid base: paper eq. 10.
+    """Return the surface amplification of a uniform damped layer on a rigid base (eq. 10).
 
     ``1 / √(cos²(ωH/v) + (ζωH/v)²)``: the exact ``1 / |cos(k*H)|`` but for a relative error of the
     order of ζ² (1 + (ωH/v)²).
@@ -233,7 +233,7 @@ class HalfSpace:
             object.__setattr__(self, "damping", float(not_negative("damping", self.damping)))
 
     def damping_at(self, frequencies: ArrayLike) -> NDArray[np.float64]:
-        """Damping ratio at each frequency.
+        """Return the damping ratio at each frequency.
 
         Parameters
         ----------
@@ -266,7 +266,7 @@ class HalfSpace:
 
 @dataclass(frozen=True)
 class Layer(HalfSpace):
-    """One horizontal layer: a :class:`HalfSpace` cut to a thickness.
+    """A horizontal layer: a :class:`HalfSpace` with a finite thickness.
 
     ``Layer(1.0, density=2643.0, shear_velocity=851.0, damping=0.022)``
 
@@ -292,14 +292,14 @@ class Layer(HalfSpace):
 
 @dataclass(frozen=True)
 class Waves:
-    """How shear waves travel in media, at some frequencies.
+    """Propagation of shear waves in media at some frequencies.
 
     Attributes
     ----------
     omega : ndarray, shape (n,)
         Angular frequencies, rad/s; complex ones include the damping of a time integration.
     properties : callable
-        Of a medium: its complex shear modulus, Pa, and density, kg/m³, each of shape (n,).
+        Returns complex shear modulus, Pa, and density, kg/m³, of a medium, each of shape (n,).
     """
 
     omega: NDArray[np.complex128]
@@ -307,7 +307,7 @@ class Waves:
 
     @classmethod
     def damped(cls, frequencies: NDArray[np.float64], convention: str) -> "Waves":
-        """With the damping of the media, ratios in a convention of :func:`complex_modulus`."""
+        """Return waves with the damping of the media in a convention of :func:`complex_modulus`."""
 
         def properties(medium: HalfSpace):
             if isinstance(medium.damping, MaterialDamping):
@@ -321,7 +321,7 @@ class Waves:
 
     @classmethod
     def stepped(cls, frequencies: NDArray[np.float64], time_step: float, scheme: Scheme) -> "Waves":
-        """Under a time integration, as :meth:`Column.scheme_transfer`."""
+        """Return waves under a time integration, as in :meth:`Column.scheme_transfer`."""
         factors = scheme.steady(frequencies, time_step)
 
         def properties(medium: HalfSpace):
@@ -332,18 +332,17 @@ class Waves:
                 )
             return medium.shear_modulus * modulus, medium.density * density
 
-        # A complex frequency with the modulus of the materials: only ω²/G and ratios of moduli
-        # matter.
+        # The frequency is complex and moduli are unchanged: only ω²/G and ratios of moduli matter.
         return cls(np.sqrt(-factors.inertia), properties)
 
 
 def recursion(
     waves: Waves, media: Sequence[HalfSpace | None], thicknesses: NDArray[np.float64]
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-    """Waves in a stack of m layers: the SHAKE recursion in quotients that cannot overflow.
+    """Compute the waves in m layers by the SHAKE recursion in quotients that cannot overflow.
 
-    Instead of A and B, which grow like exp(|Im k| z), carry R = B/A at the top of each medium and
-    the step A_j / A_{j+1}; every exponential in them decays.  A rigid base has impedance ratio 0.
+    A and B grow like exp(|Im k| z). Therefore R = B/A at the top of each medium and A_j / A_{j+1}
+    are used, in which every exponential decays. A rigid base has impedance ratio 0.
 
     Parameters
     ----------
@@ -388,7 +387,7 @@ def recursion(
 
 
 def one_of(name: str, value: str, known: Collection[str]) -> str:
-    """The value, if it is known."""
+    """Return the value; raise an error if it is not in the list."""
     if not isinstance(value, str) or value not in known:
         raise ValueError(f"{name} must be one of {', '.join(known)}, got {value!r}")
     return value

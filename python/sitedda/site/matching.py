@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Motions matched to a response spectrum by wavelets that end at rest."""
+"""Match motions to a response spectrum by wavelets without permanent motion."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _FINE = 10  # samples in the shortest matched period
-_PER_DECADE = 40  # periods that are matched
+_PER_DECADE = 40  # number of matched periods
 _RELAXED = 0.7  # fraction of the required change made in a round
-_MEEK = 0.1  # weight of peaks that are below the target and need not change
-_RIVAL = 0.85  # of the target: peaks above it must not grow beyond it
-_SMALL = (5e-3, 2e-4)  # regularisation over the largest singular value, in the first round and last
+_MEEK = 0.1  # weight of peaks below the target that need not change
+_RIVAL = 0.85  # fraction of the target from which a peak is watched, so as not to exceed it
+_SMALL = (5e-3, 2e-4)  # regularisation in first and last round, over the largest singular value
 _WIDTH = 1.178  # γ(f) = 1.178 f^−0.93, s: duration of a wavelet
 
 
@@ -34,11 +34,12 @@ def matched(
     damping: float = 0.05,
     most_rounds: int = 40,
 ) -> xr.Dataset:
-    """Add wavelets to a motion until its response spectrum is a target.
+    """Add wavelets to a motion until its response spectrum equals a target.
 
-    For each period a cosine under a bell is put where its oscillator is largest (Al Atik and
-    Abrahamson 2010); a bell times a straight line takes its drift away, so that every wavelet
-    leaves velocity and displacement at rest exactly.  The same is done once to the motion itself.
+    For each period, a cosine times a bell is added at the time of the largest response of its
+    oscillator (Al Atik and Abrahamson 2010). A bell times a linear function removes its drift, so
+    that velocity and displacement of each wavelet end exactly at 0. The drift of the motion itself
+    is removed once in the same way.
 
     Parameters
     ----------
@@ -89,7 +90,7 @@ def matched(
     if least > tolerance:
         raise ConvergenceError(
             f"the spectrum is within {100 * least:.3g} % of the target, not {100 * tolerance:g} %: "
-            "choose a motion whose spectrum is nearer to it, or fewer periods"
+            "choose a motion whose spectrum is closer to the target, or fewer periods"
         )
     found = of_acceleration(best, given.time_step, f"matched to a spectrum, {low:g} to {high:g} s")
     found.attrs["misfit"] = least
@@ -108,7 +109,7 @@ class _Matching:
         self.transfer = -(own**2) / (own**2 - omega**2 + 2j * damping * own * omega)
         time = self.step * np.arange(self.size)
         bell = np.sin(np.pi * time / time[-1]) ** 2
-        self.motion = _at_rest(motion.acceleration, bell, self.step)
+        self.motion = _remove_drift(motion.acceleration, bell, self.step)
         own_spectrum = self._spectrum(self.motion)
         self.motion = self.motion * np.exp(np.mean(np.log(wanted / own_spectrum)))
 
@@ -117,7 +118,7 @@ class _Matching:
         return spectral_acceleration(series, self.step, at, self.damping)
 
     def rounds(self, tolerance: float, most: int):
-        """The best motion and its misfit, between the matched periods too."""
+        """Return the best motion and its misfit, also between the matched periods."""
         between = np.sqrt(self.grid[1:] * self.grid[:-1])
         logs = np.interp(np.log(between), np.log(self.grid), np.log(self.wanted))
         best, least, series = self.motion, np.inf, self.motion
@@ -128,11 +129,11 @@ class _Matching:
                 best, least = series, float(off)
             if least <= 0.8 * tolerance:
                 break
-            series = series + self._change(series, small)
+            series = series + self._find_wavelets(series, small)
         return best, least
 
-    def _change(self, series, small: float) -> NDArray[np.float64]:
-        """Wavelets that take the spectrum towards the target, to first order."""
+    def _find_wavelets(self, series, small: float) -> NDArray[np.float64]:
+        """Return wavelets that change the spectrum towards the target, to first order."""
         spectrum = np.fft.rfft(series, self.length)
         responses = np.fft.irfft(self.transfer * spectrum, self.length, axis=-1)
         largest = np.abs(responses).argmax(axis=1)
@@ -140,7 +141,7 @@ class _Matching:
         value = responses[owner, peak]
         lack = self.wanted[owner] - np.abs(value)
         first = peak == largest[owner]
-        lack[first] = (self.wanted - self._spectrum(series))[owner[first]]  # between samples too
+        lack[first] = (self.wanted - self._spectrum(series))[owner[first]]  # also between samples
         lack = np.where(first, lack, np.minimum(lack, 0.0)) * np.sign(value)
         strong = first | (lack * np.sign(value) < 0)
         waves = np.array([self._wavelet(t, at) for t, at in zip(self.grid, largest, strict=True)])
@@ -148,7 +149,7 @@ class _Matching:
         phase = np.exp(2j * np.pi * np.outer(peak, np.arange(moved.shape[1])) / self.length)
         weight = np.full(moved.shape[1], 2.0 / self.length)
         weight[0] = 1.0 / self.length
-        effect = ((self.transfer[owner] * phase * weight) @ moved.T).real  # of wavelets on peaks
+        effect = ((self.transfer[owner] * phase * weight) @ moved.T).real  # on peaks
         rows = np.where(strong, 1.0, _MEEK) / self.wanted[owner]
         left, sizes, right = np.linalg.svd(effect * rows[:, None], full_matrices=False)
         filtered = sizes / (sizes**2 + (small * sizes[0]) ** 2)
@@ -156,7 +157,7 @@ class _Matching:
         return amplitude @ waves
 
     def _peaks(self, sizes, largest):
-        """Peaks that are near the largest of their oscillator: its number, and the sample."""
+        """Return oscillator and sample of the peaks close to the largest of their oscillator."""
         inner = sizes[:, 1:-1]
         high = (inner >= sizes[:, :-2]) & (inner > sizes[:, 2:])
         high &= inner > _RIVAL * np.maximum(self.wanted, inner.max(axis=1))[:, None]
@@ -166,7 +167,7 @@ class _Matching:
         return keep[:, 0], keep[:, 1]
 
     def _wavelet(self, period: float, peak: int) -> NDArray[np.float64]:
-        """A cosine under a bell around a time, which leaves no velocity or displacement behind."""
+        """Return a cosine times a bell around a time, without final velocity or displacement."""
         time = self.step * np.arange(self.size)
         width = min(_WIDTH * period**0.93, time[-1] / 8)
         own = 2 * np.pi / period * np.sqrt(1 - self.damping**2)
@@ -176,11 +177,11 @@ class _Matching:
         bell = np.exp(-((at / width) ** 2))
         edge = np.minimum(1.0, np.minimum(time, time[-1] - time) / (width / 2))
         bell *= np.sin(0.5 * np.pi * edge) ** 2
-        return _at_rest(np.cos(own * at) * bell, bell, self.step)
+        return _remove_drift(np.cos(own * at) * bell, bell, self.step)
 
 
-def _at_rest(series, bell, step: float) -> NDArray[np.float64]:
-    """The series less (a + b t) times a bell, so that velocity and displacement end at 0."""
+def _remove_drift(series, bell, step: float) -> NDArray[np.float64]:
+    """Subtract (a + b t) times a bell, so that velocity and displacement end at 0."""
     time = np.linspace(-1.0, 1.0, series.size)
     basis = np.array([bell, bell * time])
     ends = []

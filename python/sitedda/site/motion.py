@@ -12,7 +12,7 @@ from ..engine.signals import fast_length
 
 @dataclass(frozen=True)
 class Motion:
-    """Acceleration at equal steps, with zeros behind it so that the response can ring out.
+    """Acceleration at equal steps, followed by zeros for the free vibration after it.
 
     Attributes
     ----------
@@ -30,7 +30,7 @@ class Motion:
 
     @classmethod
     def of(cls, motion, time_step: float | None = None) -> "Motion":
-        """From a Dataset of :func:`sitedda.read_record`, or an array and its time step.
+        """Create a motion from a Dataset of :func:`sitedda.read_record`, or array and time step.
 
         Raises
         ------
@@ -39,7 +39,7 @@ class Motion:
         """
         if hasattr(motion, "acceleration"):
             if time_step is not None:
-                raise ValueError("time_step is that of the record: leave it out")
+                raise ValueError("omit time_step: the record states its time step")
             series = np.asarray(motion.acceleration.values, dtype=float)
             times = np.asarray(motion.time.values, dtype=float)
             time_step = (times[-1] - times[0]) / (times.size - 1) if times.size > 1 else 0.0
@@ -50,7 +50,7 @@ class Motion:
                 raise ValueError("time_step is needed beside an array of accelerations")
             series = np.array(motion, dtype=float)
         if series.ndim != 1 or series.size < 2:
-            raise ValueError(f"a motion has one row of at least 2 samples, not {series.shape}")
+            raise ValueError(f"a motion needs one row of at least 2 samples, not {series.shape}")
         if not np.all(np.isfinite(series)):
             where = int(np.flatnonzero(~np.isfinite(series))[0])
             raise ValueError(f"sample {where} of the motion is {series[where]}")
@@ -59,14 +59,14 @@ class Motion:
 
     @property
     def frequencies(self) -> NDArray[np.float64]:
-        """Hz, shape (length // 2 + 1,)."""
+        """Return the frequencies, Hz, shape (length // 2 + 1,)."""
         return np.fft.rfftfreq(self.length, self.time_step)
 
     @property
     def spectrum(self) -> NDArray[np.complex128]:
-        """Discrete Fourier transform of the acceleration, m/s², shape (length // 2 + 1,)."""
+        """Return the discrete Fourier transform, m/s², shape (length // 2 + 1,)."""
         return np.fft.rfft(self.acceleration, self.length)
 
     def history(self, spectrum: NDArray[np.complex128]) -> NDArray[np.float64]:
-        """Back to the times of the samples; shape (..., samples)."""
+        """Transform a spectrum back to the samples; shape (..., samples)."""
         return np.fft.irfft(spectrum, self.length, axis=-1)[..., : self.acceleration.size]

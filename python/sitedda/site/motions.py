@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Records made ready for an analysis: filtered, resampled, rotated, scaled, selected."""
+"""Prepare records for an analysis: filter, resample, rotate, scale and select them."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ from .motion import Motion
 if TYPE_CHECKING:
     import xarray as xr
 
-_LARGEST = 2**28  # bytes of a flatfile
-_MOST_RATIO = 1000  # terms of the ratio of two time steps
+_LARGEST = 2**28  # largest size of a flatfile, bytes
+_MOST_RATIO = 1000  # largest integer in the ratio of two time steps
 _HEAD = re.compile(r"\s*(?:T|SA|PSA)?[\s_(]*([0-9.]+)\s*S?\)?\s*", re.IGNORECASE)  # of a spectrum
 _NAMES = ("file", "record", "name", "file name (horizontal 1)", "record sequence number")
 Target = Callable | tuple[ArrayLike, ArrayLike]
 
 
 def of_acceleration(acceleration: ArrayLike, time_step: float, method: str = "") -> xr.Dataset:
-    """A motion as :func:`sitedda.read_record` returns it, integrated from rest.
+    """Return a motion like :func:`sitedda.read_record`, integrated from zero velocity.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def of_acceleration(acceleration: ArrayLike, time_step: float, method: str = "")
 
 
 def band_pass(motion, low: float | None, high: float | None = None, order: int = 4) -> xr.Dataset:
-    """Filter a motion forwards and backwards by Butterworth's filter: no phase is changed.
+    """Filter a motion forwards and backwards by a Butterworth filter without phase shift.
 
     Zeros for 1.5 × order / low on both sides contain the transients of the filter, so that
     velocity and displacement end at rest (Boore 2005, BSSA 95, 745-750).
@@ -97,7 +97,7 @@ def band_pass(motion, low: float | None, high: float | None = None, order: int =
 
 
 def resampled(motion, time_step: float) -> xr.Dataset:
-    """A motion at another time step, low-passed below its Nyquist frequency where that falls.
+    """Resample a motion, low-passed if its Nyquist frequency decreases.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ def rotated_spectra(
     first, second, periods: ArrayLike, percentiles: Sequence[float] = (0, 50, 100),
     damping: float = 0.05,
 ) -> NDArray[np.float64]:  # fmt: skip
-    """RotDnn of two horizontal components: percentiles of Sa over all directions, by pyrotd.
+    """Return RotDnn of two horizontal components: percentiles of Sa over all directions.
 
     Parameters
     ----------
@@ -160,7 +160,7 @@ def rotated_spectra(
 
 
 def scale_to(motion, target: Target, periods: ArrayLike, damping: float = 0.05) -> float:
-    """Factor with which the mean of ln Sa over periods is that of a target.
+    """Return the factor with which the mean of ln Sa over periods equals that of a target.
 
     Parameters
     ----------
@@ -179,7 +179,7 @@ def scale_to(motion, target: Target, periods: ArrayLike, damping: float = 0.05) 
 
 
 def target_at(target: Target, periods: NDArray[np.float64]) -> NDArray[np.float64]:
-    """A target spectrum at periods, straight in its logarithms; m/s².
+    """Interpolate a target spectrum at periods, linearly in its logarithms; m/s².
 
     Parameters
     ----------
@@ -204,7 +204,7 @@ def target_at(target: Target, periods: NDArray[np.float64]) -> NDArray[np.float6
 
 
 def spectral_correlation(first: ArrayLike, second: ArrayLike) -> NDArray[np.float64]:
-    """Correlation of ε at two periods (s, .01 to 10) by Baker and Jayaram (2008).
+    """Return the correlation of ε at two periods (0.01 to 10 s) of Baker and Jayaram (2008).
 
     Parameters
     ----------
@@ -231,7 +231,7 @@ def spectral_correlation(first: ArrayLike, second: ArrayLike) -> NDArray[np.floa
 def conditional_mean(
     periods: ArrayLike, median: ArrayLike, sigma: ArrayLike, period: float, epsilon: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Conditional mean spectrum given Sa at one period (Baker 2011).
+    """Return the conditional mean spectrum given Sa at a period (Baker 2011).
 
     Parameters
     ----------
@@ -279,7 +279,7 @@ class Flatfile:
         self, target: Target, count: int, periods: ArrayLike | None = None,
         factors: tuple[float, float] = (0.25, 4.0),
     ) -> list[tuple[str, float, float]]:  # fmt: skip
-        """The records whose shapes are nearest to a target, such as a conditional mean spectrum.
+        """Select the records whose spectral shapes are closest to a target.
 
         Parameters
         ----------
@@ -326,8 +326,8 @@ def read_flatfile(file, unit: float = 9.80665) -> Flatfile:
     of = {i: float(found[1]) for i, head in enumerate(heads)
           if (found := _HEAD.fullmatch(head)) and _is_number(found[1])}  # fmt: skip
     if not named or len(of) < 2:
-        raise InputError(f"{file}: give a column 'file' and two or more of spectra, such as "
-                         "'SA(0.1)'")  # fmt: skip
+        raise InputError(f"{file}: give a column 'file' and two or more columns of spectra, "
+                         "such as 'SA(0.1)'")  # fmt: skip
     columns = sorted(of, key=of.__getitem__)
     names, spectra = [], []
     for number, row in enumerate(rows[1:], 2):

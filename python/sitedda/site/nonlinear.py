@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A column of soil that yields, step by step in time."""
+"""Nonlinear analysis of a soil column in the time domain."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ from .response import SiteResponse, motion_words
 if TYPE_CHECKING:
     import xarray as xr
 
-_CELLS_A_WAVE = 12  # of the highest frequency, at the velocity of small strains
+_CELLS_A_WAVE = 12  # cells per wavelength of the highest frequency at small strains
 _STEPS_A_PERIOD = 40
 _FEWEST_CELLS = 2  # of a layer
-_MOST_VALUES = 50_000_000  # of the motion in steps, or of one of four histories of all cells
-_PERIODS = (0.1, 0.2, 0.5, 1.0)  # s, of the figures
-_NYQUIST = 0.45  # of the sampling frequency, up to which there is a low-pass
-_CONVERGED = 0.05  # relative difference of two resolutions up to which a figure converges
+_MOST_VALUES = 50_000_000  # largest number of values of the motion or of a history
+_PERIODS = (0.1, 0.2, 0.5, 1.0)  # s, periods of the results
+_NYQUIST = 0.45  # fraction of the sampling frequency up to which a low-pass is applied
+_CONVERGED = 0.05  # largest relative difference of two resolutions of a converged result
 
 
 @dataclass(frozen=True)
 class Histories:
-    """Histories of the column, at the samples of the motion.
+    """Histories of a column at the samples of the motion.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class Histories:
 
 @dataclass(frozen=True)
 class NonlinearResponse(SiteResponse):
-    """How a column of yielding soil moves under a ground motion.
+    """The response of a column of yielding soil to a ground motion.
 
     Attributes
     ----------
@@ -95,15 +95,15 @@ class NonlinearResponse(SiteResponse):
 
     @property
     def bottom(self) -> float:
-        """Depth of the motion, m."""
+        """Return the depth of the motion, m."""
         return self.column.depth
 
     def acceleration(self, depth: float = 0.0) -> NDArray[np.float64]:
         """Acceleration at a depth (m), m/s², shape (samples,)."""
-        return self._resolved(self._of_nodes(self.histories.acceleration, depth))
+        return self._filter_resolved(self._node_values(self.histories.acceleration, depth))
 
-    def _resolved(self, acceleration: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Accelerations, shape (..., samples), in the band that is resolved."""
+    def _filter_resolved(self, acceleration: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Filter accelerations, shape (..., samples), to the resolved band."""
         step, samples = self.motion.time_step, acceleration.shape[-1]
         if self.band >= _NYQUIST / step:
             return acceleration
@@ -119,38 +119,39 @@ class NonlinearResponse(SiteResponse):
         """Displacement relative to the reference motion, m, shape (samples,)."""
         step = self.motion.time_step
         ground = running_integral(running_integral(self.motion.acceleration, step), step)
-        return self._of_nodes(self.histories.displacement, depth) - ground
+        return self._node_values(self.histories.displacement, depth) - ground
 
     def strain(self, depth: ArrayLike) -> NDArray[np.float64]:
         """Shear strain of the cells at a depth or depths (m), shape (..., samples)."""
-        return self.histories.strain[self._cells(depth)]
+        return self.histories.strain[self._cells_at(depth)]
 
     def stress(self, depth: ArrayLike) -> NDArray[np.float64]:
         """Shear stress of the cells at a depth or depths (m), Pa, shape (..., samples)."""
-        return self.histories.stress[self._cells(depth)]
+        return self.histories.stress[self._cells_at(depth)]
 
-    def _of_nodes(self, values: NDArray[np.float64], depth: float) -> NDArray[np.float64]:
+    def _node_values(self, values: NDArray[np.float64], depth: float) -> NDArray[np.float64]:
         nodes = self.histories.interfaces
-        at = self._inside(depth)
+        at = self._within(depth)
         k = int(np.clip(np.searchsorted(nodes, at, side="right") - 1, 0, nodes.size - 2))
         share = (at - nodes[k]) / (nodes[k + 1] - nodes[k])
         return values[k] + share * (values[k + 1] - values[k])
 
-    def _cells(self, depth: ArrayLike) -> NDArray[np.int64]:
-        found = np.searchsorted(self.histories.interfaces, self._inside(depth), side="right") - 1
+    def _cells_at(self, depth: ArrayLike) -> NDArray[np.int64]:
+        found = np.searchsorted(self.histories.interfaces, self._within(depth), side="right") - 1
         return np.clip(found, 0, self.histories.strain.shape[0] - 1)
 
-    def _inside(self, depth: ArrayLike) -> NDArray[np.float64]:
+    def _within(self, depth: ArrayLike) -> NDArray[np.float64]:
         at = np.asarray(depth, dtype=float)
         if not np.all((at >= 0) & (at <= self.column.depth * (1 + 1e-9))):
             raise ValueError(f"depth must be in 0 … {self.column.depth:g} m, got {depth!r}")
         return at
 
     def profile(self) -> xr.Dataset:
-        """Peaks over depth, as :meth:`ColumnResponse.profile`, of the nodes and cells.
+        """Return peaks of nodes and cells over depth, as :meth:`ColumnResponse.profile`.
 
-        ``acceleration_converged`` and ``strain_converged`` say where cells and steps of twice the
-        size change the peak by at most 5 % (of the largest one where it is less than half of it).
+        ``acceleration_converged`` and ``strain_converged`` mark depths at which cells and steps of
+        twice the size change the peak by at most 5 %. Peaks below half of the largest are compared
+        with it.
         """
         import xarray as xr
 
@@ -164,7 +165,7 @@ class NonlinearResponse(SiteResponse):
         nodes = kept.interfaces
         found = xr.Dataset(
             {
-                "acceleration": peaks("depth", self._resolved(kept.acceleration), "m/s^2"),
+                "acceleration": peaks("depth", self._filter_resolved(kept.acceleration), "m/s^2"),
                 "velocity": peaks("depth", velocity, "m/s"),
                 "displacement": peaks("depth", kept.displacement - ground, "m"),
                 "strain": ("middle", kept.largest_strain, {"units": "1"}),
@@ -178,14 +179,14 @@ class NonlinearResponse(SiteResponse):
         )
         if self.coarse is not None:
             ends = self.coarse.interfaces
-            peak = np.abs(self._resolved(self.coarse.acceleration)).max(axis=1)
+            peak = np.abs(self._filter_resolved(self.coarse.acceleration)).max(axis=1)
             for name, at, values in (
                 ("acceleration", ends, peak),
                 (
                     "strain",
                     np.append(0.0, (ends[:-1] + ends[1:]) / 2),
                     np.append(0.0, self.coarse.largest_strain),
-                ),  # the surface is free
+                ),  # the shear stress at the surface is 0
             ):
                 fine = found[name]
                 coarse = np.interp(fine[fine.dims[0]].values, at, values)
@@ -195,26 +196,25 @@ class NonlinearResponse(SiteResponse):
         return found
 
     def coarse_spectrum(self, periods: ArrayLike) -> NDArray[np.float64]:
-        """Sa of the surface in cells and steps of twice the size, as :meth:`spectrum`, m/s²."""
-        return self._spectral(self._resolved(self.coarse.acceleration[0]), periods, 0.05)
+        """Return Sa of the surface with cells and steps of twice the size, m/s²."""
+        return self._sa(self._filter_resolved(self.coarse.acceleration[0]), periods, 0.05)
 
     @property
     def figures(self) -> dict[str, tuple[float, float]]:
-        """Figures of the surface, each with what cells and steps of twice the size change in it.
+        """Return results of the surface, and their changes with cells and steps of twice the size.
 
         ``pga`` (at the samples, m/s²), ``strain`` (of all cells and steps), ``sa_0.1`` … ``sa_1``
-        (5 %, m/s²); nan
-        as change where the coarse run was left out.
+        (5 %, m/s²); the change is nan without the coarse run.
         """
-        fine = self._figures(self.histories)
+        fine = self._compute_figures(self.histories)
         if self.coarse is None:
             return {name: (value, float("nan")) for name, value in fine.items()}
-        coarse = self._figures(self.coarse)
+        coarse = self._compute_figures(self.coarse)
         return {name: (value, abs(value - coarse[name])) for name, value in fine.items()}
 
-    def _figures(self, kept: Histories) -> dict[str, float]:
-        surface = self._resolved(kept.acceleration[0])
-        spectrum = self._spectral(surface, _PERIODS, 0.05)
+    def _compute_figures(self, kept: Histories) -> dict[str, float]:
+        surface = self._filter_resolved(kept.acceleration[0])
+        spectrum = self._sa(surface, _PERIODS, 0.05)
         return {
             "pga": float(np.abs(surface).max()),
             "strain": float(kept.largest_strain.max()),
@@ -223,16 +223,16 @@ class NonlinearResponse(SiteResponse):
 
     @property
     def unconverged(self) -> list[str]:
-        """Names of the figures that cells and steps of twice the size change by more than 5 %."""
+        """Return the names of results that change by more than 5 % with coarser cells and steps."""
         return [
             n for n, (value, change) in self.figures.items() if change > _CONVERGED * abs(value)
         ]
 
     @property
     def beyond_curves(self) -> dict[int, float]:
-        """Largest strains of the layers (from 1) that are strained beyond the end of their curves.
+        """Return largest strains of the layers (from 1) strained beyond the end of their curves.
 
-        There a soil flows at the stress that its branches reach.
+        Beyond the end, a soil flows at the largest stress of its branches.
         """
         ends = np.cumsum([0.0, *(layer.thickness for layer in self.column.layers)])
         layer = np.searchsorted(ends, self.histories.interfaces[:-1] + 1e-9 * ends[-1]) - 1
@@ -249,12 +249,12 @@ class NonlinearResponse(SiteResponse):
         return motion_words(self.column, self.bottom, self.kind)
 
     def __str__(self) -> str:
-        lines = [self.words, _worst_fit([b for b in self.branches if b is not None])]
+        lines = [self.words, _describe_fit([b for b in self.branches if b is not None])]
         for name, (value, change) in self.figures.items():
             unit = " %" if name == "strain" else " m/s²"
             scale = 100 if name == "strain" else 1
             bar = "" if np.isnan(change) else f" ± {scale * change:.2g}"
-            lines.append(f"{_LABELS.get(name, _period(name)):22s}{scale * value:9.4g}{bar}{unit}")
+            lines.append(f"{_LABELS.get(name, _words_of(name)):22s}{scale * value:9.4g}{bar}{unit}")
         if self.unconverged:
             names = ", ".join(map(_label, self.unconverged))
             lines.append(
@@ -262,7 +262,7 @@ class NonlinearResponse(SiteResponse):
                 "short periods are numerical noise of yielding at small strains. Give the soil "
                 "a damping ratio at small strains, or use longer periods"
             )
-        if words := self._noisy():
+        if words := self._describe_noise():
             lines.append(words)
         if self.kind == "outcrop" and getattr(self.column.base, "damping", None):
             lines.append("the damping of the half-space is ignored")
@@ -276,8 +276,8 @@ class NonlinearResponse(SiteResponse):
             )
         return "\n".join(filter(None, lines))
 
-    def _noisy(self) -> str:
-        """Depths whose peak acceleration does not converge, in words; '' if there are none."""
+    def _describe_noise(self) -> str:
+        """Describe the depths whose peak acceleration does not converge; '' if there are none."""
         found = self.profile()
         if self.coarse is None or bool(found.acceleration_converged.all()):
             return ""
@@ -288,7 +288,7 @@ class NonlinearResponse(SiteResponse):
         )
 
     def plot(self):
-        """Surface and reference motion, spectra, profiles, and the loop of the largest strain.
+        """Draw surface and reference motion, spectra, profiles, and the loop of largest strain.
 
         Returns
         -------
@@ -302,11 +302,11 @@ class NonlinearResponse(SiteResponse):
 _LABELS = {"pga": "surface PGA", "strain": "largest strain"}
 
 
-_MOST_OFF = 0.003  # of a damping ratio, without a word
+_MOST_OFF = 0.003  # largest misfit of a damping ratio without a warning
 
 
-def _worst_fit(soils: list[Branches]) -> str:
-    """How well branches fit their curves, the worst of all soils; '' if there are none."""
+def _describe_fit(soils: list[Branches]) -> str:
+    """Describe the worst fit of branches to curves of all soils; '' if there are none."""
     if not soils:
         return ""
     modulus, damping = np.max([soil.misfit for soil in soils], axis=0)
@@ -314,16 +314,16 @@ def _worst_fit(soils: list[Branches]) -> str:
     if damping:
         words += f", damping ratios within {100 * damping:.2g} points"
     if damping > _MOST_OFF:
-        words += f" – more than {100 * _MOST_OFF:.1g}: the damping curve is not met"
+        words += f" – more than {100 * _MOST_OFF:.1g}: the damping curve is not fitted"
     return f"{words} (strains of 0.001 to 1 %)"
 
 
-def _period(name: str) -> str:
+def _words_of(name: str) -> str:
     return f"surface Sa({name.removeprefix('sa_')} s)"
 
 
 def _label(name: str) -> str:
-    return _LABELS.get(name, _period(name))
+    return _LABELS.get(name, _words_of(name))
 
 
 def nonlinear(
@@ -339,7 +339,7 @@ def nonlinear(
     reference_frequency: float = 1.0,
     compare: bool = True,
 ) -> NonlinearResponse:
-    """Shake a column whose soil yields, in time.
+    """Compute the nonlinear response of a column in the time domain.
 
     Cells of one strain, the midpoint rule, :class:`Branches` for each layer; small strains are
     damped at all frequencies alike by the least ratio of the curves, which fades as the modulus
@@ -384,7 +384,7 @@ def nonlinear(
     highest = float(positive("highest_frequency", highest_frequency))
     ground = motion if isinstance(motion, Motion) else Motion.of(motion, time_step)
     reference = float(positive("reference_frequency", reference_frequency))
-    ratios = [_own_ratio(i, column) for i in range(len(curves))]
+    ratios = [_layer_ratio(i, column) for i in range(len(curves))]
     soils = tuple(
         curve
         if curve is None or isinstance(curve, Branches)
@@ -401,7 +401,7 @@ def nonlinear(
 
 @dataclass(frozen=True)
 class _Run:
-    """Runs of one column under one motion."""
+    """Runs of a column under a motion."""
 
     column: Column
     soils: tuple[Branches | None, ...]
@@ -410,8 +410,8 @@ class _Run:
     reference: float
 
     def at(self, highest: float) -> Histories:
-        """Resolved up to a frequency, Hz."""
-        cells = [_cells(layer, highest) for layer in self.column.layers]
+        """Run with cells and steps that resolve a frequency, Hz."""
+        cells = [_cells_at(layer, highest) for layer in self.column.layers]
         every = max(1, int(np.ceil(_STEPS_A_PERIOD * highest * self.motion.time_step)))
         samples = self.motion.acceleration.size
         if max(sum(cells), every) * samples > _MOST_VALUES:
@@ -447,7 +447,7 @@ class _Run:
             np.cumsum([0.0, *(thickness for thickness, _, _ in layers)]),
             acceleration,
             displacement,
-            -strain,  # depth grows downwards
+            -strain,  # depth increases downwards
             -stress,
             largest[0],
             largest[1],
@@ -456,32 +456,32 @@ class _Run:
         )
 
     def _branches(self) -> NDArray[np.float64]:
-        """Branches of all layers, shape (most, 3, layers); those left over have no modulus."""
+        """Return branches of all layers, shape (most, 3, layers); unused ones have no modulus."""
         most = max(1 if soil is None else soil.strain.size for soil in self.soils)
         found = np.zeros((most, 3, len(self.soils)), order="F")
         found[:, 0, :] = 1e30  # beyond any strain
         for i, soil in enumerate(self.soils):
             if soil is None:
-                found[0, 1:, i] = self._relaxed(i), 1.0
+                found[0, 1:, i] = self._relaxed_modulus(i), 1.0
             else:
                 found[: soil.strain.size, :, i] = np.array(
                     [soil.strain, soil.modulus, soil.slipping]
                 ).T
         return found
 
-    def _relaxed(self, i: int) -> float:
-        """Fraction of the modulus of a linear layer that its body leaves to the branch."""
-        ratio = _own_ratio(i, self.column)
+    def _relaxed_modulus(self, i: int) -> float:
+        """Return the fraction of the modulus of a linear layer that its branch has."""
+        ratio = _layer_ratio(i, self.column)
         if ratio == 0:
             return 1.0
         body = ConstantRatio(ratio, self.reference).body
         return body.unrelaxed * (1 - body.weight.sum())
 
     def _bodies(self) -> tuple[list[float], list[float]]:
-        """Damping ratios of small strains, and strains from which their bodies slip."""
+        """Return damping ratios of small strains, and strains at which their bodies slip."""
         ratios, limits = [], []
         for i, soil in enumerate(self.soils):
-            ratios.append(_own_ratio(i, self.column) if soil is None else soil.least_damping)
+            ratios.append(_layer_ratio(i, self.column) if soil is None else soil.least_damping)
             limits.append(np.finfo(float).max if soil is None else soil.body_strain)
         return ratios, limits
 
@@ -492,8 +492,8 @@ class _Run:
         return base.density * base.shear_velocity
 
 
-def _own_ratio(i: int, column: Column) -> float:
-    """The damping ratio of a layer, which must not depend on frequency."""
+def _layer_ratio(i: int, column: Column) -> float:
+    """Return the damping ratio of a layer; reject one that depends on frequency."""
     own = column.layers[i].damping
     if isinstance(own, ConstantRatio):
         own = own.ratio
@@ -505,6 +505,6 @@ def _own_ratio(i: int, column: Column) -> float:
     return own
 
 
-def _cells(layer, highest: float) -> int:
+def _cells_at(layer, highest: float) -> int:
     wave = layer.shear_velocity / highest
     return max(_FEWEST_CELLS, int(np.ceil(_CELLS_A_WAVE * layer.thickness / wave * (1 - 1e-9))))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures of columns under motions, alone and beside a run."""
+"""Pictures of columns under motions, alone or compared with a run."""
 
 import numpy as np
 from matplotlib.colors import LogNorm
@@ -12,15 +12,15 @@ from ..report.layout import headline, plain
 from ..report.style import BLUE, FAINT, GREEN, INK, ORANGE, RED, empty_figure
 
 PERIODS = np.logspace(-1.7, 0.7, 120)  # s
-_WIDTH = 7.4  # inches of the model below an amplification along the surface
-_LEVELS = 40  # of its colours
+_WIDTH = 7.4  # inches, width of the model below the surface amplification
+_LEVELS = 40  # number of levels of the map
 _RATIOS = (0.1, 0.2, 0.3, 0.5, 0.7, 1, 1.4, 2, 3, 5, 10)
 _TICKS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50)  # Hz
 REFERENCE, COLUMN, BLOCKS = FAINT, ORANGE, BLUE
 
 
 def response_figure(response) -> Figure:
-    """Motions, spectra and profiles of a column.
+    """Draw motions, spectra and profiles of a column.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def response_figure(response) -> Figure:
         height_ratios=[1, 1.7],
     )
     _motion_panel(axes["motion"], response)
-    _spectra(axes["spectra"], response.motion, {"surface": (response, COLUMN, "-")})
+    _draw_spectra(axes["spectra"], response.motion, {"surface": (response, COLUMN, "-")})
     profile = response.profile()
     axes["acceleration"].plot(profile.acceleration, profile.depth, color=COLUMN)
     axes["acceleration"].set(xlabel="peak acceleration (m/s²)", xlim=(0, None))
@@ -54,7 +54,7 @@ def response_figure(response) -> Figure:
 
 
 def profile_figure(profile) -> Figure:
-    """Velocities, density and damping of a site over depth.
+    """Draw velocities, density and damping of a site over depth.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def profile_figure(profile) -> Figure:
 
 
 def nonlinear_figure(response) -> Figure:
-    """Motions, spectra, profiles and the loop of the largest strain of a column that yields.
+    """Draw motions, spectra, profiles and the loop of largest strain of a yielding column.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def nonlinear_figure(response) -> Figure:
 
 
 def analyses_figure(analyses) -> Figure:
-    """Spectra, profiles and the loop of the largest strain by three analyses.
+    """Draw spectra, profiles and the loop of largest strain of three analyses.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def analyses_figure(analyses) -> Figure:
 
 
 def _motion_panel(axes, response) -> None:
-    """Surface and reference motion over time."""
+    """Draw surface and reference motion over time."""
     time, ground = response.time, response.motion.acceleration
     axes.plot(time, response.acceleration(), color=COLUMN, lw=0.8, label="surface")
     axes.plot(time, ground, color=REFERENCE, lw=0.8, label="reference motion")
@@ -132,10 +132,10 @@ _ANALYSES = {
 
 
 def _site_panels(axes, responses) -> None:
-    """Spectra, profiles and the loop of the nonlinear one, by the names of their analyses."""
+    """Draw spectra and profiles by analysis, and the loop of the nonlinear one."""
     last = responses["nonlinear"]
     depth = last.column.depth
-    _spectra(axes["spectra"], last.motion,
+    _draw_spectra(axes["spectra"], last.motion,
              {name: (one, *_ANALYSES[name]) for name, one in responses.items()})  # fmt: skip
     for name, response in responses.items():
         color, style = _ANALYSES[name]
@@ -148,11 +148,11 @@ def _site_panels(axes, responses) -> None:
     axes["stress"].set(xlabel="peak shear stress (kPa)", xlim=(0, None))
     for name in ("acceleration", "strain", "stress"):
         axes[name].set(ylabel="depth (m)", ylim=(depth, 0))
-    _loop(axes["loop"], last)
+    _draw_loop(axes["loop"], last)
 
 
-def _loop(axes, response) -> None:
-    """Stress over strain of the cell that is strained most."""
+def _draw_loop(axes, response) -> None:
+    """Draw stress over strain of the cell with the largest strain."""
     kept = response.histories
     most = int(kept.largest_strain.argmax())
     axes.plot(100 * kept.strain[most], kept.stress[most] / 1e3, color=COLUMN, lw=0.6)
@@ -161,41 +161,41 @@ def _loop(axes, response) -> None:
 
 
 def beside_figure(beside) -> Figure:
-    """A run of blocks and its column in one picture.
+    """Draw a run of blocks and its column in one picture.
 
     Parameters
     ----------
     beside : Beside
     """
     if beside.yields:
-        return _beside_analyses(beside)
+        return _draw_beside_analyses(beside)
     figure = empty_figure((11, 7.6))
     axes = figure.subplot_mosaic(
         [["motion", "motion", "motion"], ["ratio", "spectra", "profile"]], height_ratios=[1, 1.7]
     )
-    _motions(axes["motion"], beside)
-    _ratio(axes["ratio"], beside)
+    _draw_motions(axes["motion"], beside)
+    _draw_ratio(axes["ratio"], beside)
     step = beside.response.motion.time_step
     series = {"base": (beside.base, REFERENCE, "-"), "blocks (DDA)": (beside.surface, BLOCKS, "-"),
               "column": (beside.column_surface, COLUMN, "--")}  # fmt: skip
     for name, (values, color, style) in series.items():
-        _spectrum(axes["spectra"], spectral_acceleration(values, step, PERIODS), color, style, name)
-    _profile(axes["profile"], beside)
+        _plot_sa(axes["spectra"], spectral_acceleration(values, step, PERIODS), color, style, name)
+    _draw_profile(axes["profile"], beside)
     headline(figure, plain(beside.title))
     return figure
 
 
-def _beside_analyses(beside) -> Figure:
-    """Blocks of soil that yields beside three analyses of their column."""
+def _draw_beside_analyses(beside) -> Figure:
+    """Draw yielding blocks and three analyses of their column."""
     figure = empty_figure((14.5, 7.6))
     axes = figure.subplot_mosaic(
         [["motion"] * 5, ["spectra", "acceleration", "strain", "stress", "loop"]],
         height_ratios=[1, 1.7],
     )
-    _motions(axes["motion"], beside)
+    _draw_motions(axes["motion"], beside)
     _site_panels(axes, beside.columns)
     spectrum = spectral_acceleration(beside.surface, beside.response.motion.time_step, PERIODS)
-    _spectrum(axes["spectra"], spectrum, BLOCKS, "-", "blocks (DDA)")
+    _plot_sa(axes["spectra"], spectrum, BLOCKS, "-", "blocks (DDA)")
     (depth, peak), (middle, strain) = beside.points, beside.strains
     axes["acceleration"].plot(peak, depth, "o", color=BLOCKS, ms=5)
     axes["strain"].plot(100 * strain, middle, "o", color=BLOCKS, ms=5)
@@ -203,7 +203,7 @@ def _beside_analyses(beside) -> Figure:
     return figure
 
 
-def _motions(axes, beside) -> None:
+def _draw_motions(axes, beside) -> None:
     axes.plot(beside.time, beside.surface, color=BLOCKS, lw=0.9, label="blocks (DDA)")
     label = f"column, {beside.words.partition(';')[0]}"
     axes.plot(beside.time, beside.column_surface, color=COLUMN, lw=0.7, ls="--", label=label)
@@ -211,28 +211,28 @@ def _motions(axes, beside) -> None:
     axes.legend(frameon=False, ncols=2, loc="lower right", bbox_to_anchor=(1.0, 1.0))
 
 
-def _ratio(axes, beside) -> None:
+def _draw_ratio(axes, beside) -> None:
     axes.plot(beside.frequency, abs(beside.ratio), color=BLOCKS, lw=0.9, label="blocks (DDA)")
     axes.plot(beside.frequency, abs(beside.column_ratio), color=COLUMN, lw=0.9, ls="--")
     axes.set(xlabel="frequency (Hz)", ylabel="surface/base", ylim=(0, None))
     axes.set_xlim(beside.frequency[0], beside.frequency[-1])
 
 
-def _spectra(axes, motion, responses) -> None:
-    """Response spectra of a motion and of responses to it, each with a colour and a line."""
+def _draw_spectra(axes, motion, responses) -> None:
+    """Draw response spectra of a motion and of responses, each with its colour and line."""
     ground = spectral_acceleration(motion.acceleration, motion.time_step, PERIODS)
-    _spectrum(axes, ground, REFERENCE, "-", "reference")
+    _plot_sa(axes, ground, REFERENCE, "-", "reference")
     for name, (response, color, style) in responses.items():
-        _spectrum(axes, response.spectrum(PERIODS), color, style, name)
+        _plot_sa(axes, response.spectrum(PERIODS), color, style, name)
 
 
-def _spectrum(axes, values, color: str, style: str, name: str) -> None:
+def _plot_sa(axes, values, color: str, style: str, name: str) -> None:
     axes.semilogx(PERIODS, values, color=color, ls=style, label=name)
     axes.set(xlabel="period (s)", ylabel="Sa, 5 % (m/s²)", ylim=(0, None))
     axes.legend(frameon=False, fontsize=8)
 
 
-def _profile(axes, beside) -> None:
+def _draw_profile(axes, beside) -> None:
     profile = beside.response.profile()
     axes.plot(profile.acceleration, profile.depth, color=COLUMN, ls="--")
     depth, peak = beside.points
@@ -246,7 +246,7 @@ def _profile(axes, beside) -> None:
 
 
 def surface_figure(surface) -> Figure:
-    """Amplification along the surface, peaks, and the model below each other.
+    """Draw amplification along the surface, peaks and the model below each other.
 
     Parameters
     ----------
@@ -256,7 +256,7 @@ def surface_figure(surface) -> Figure:
     tall = _WIDTH * (high - low)[1] / (high - low)[0]
     figure = empty_figure((9.5, 5.0 + tall))
     map_, peaks, blocks = figure.subplots(3, 1, height_ratios=[3, 1.0, tall + 0.4])
-    _map(map_, surface)
+    _draw_map(map_, surface)
     for values, color, label in (
         (surface.peak_acceleration, BLOCKS, "peak acceleration"),
         (surface.peak_velocity, COLUMN, "peak velocity"),
@@ -271,7 +271,7 @@ def surface_figure(surface) -> Figure:
     picture.head.note.remove()
     blocks.set_title("", loc="left")
     blocks.set_aspect("equal", adjustable="datalim")
-    blocks.set_autoscale_on(True)  # its limits give way to the scale in a first drawing
+    blocks.set_autoscale_on(True)  # the first drawing adapts its limits to the scale
     headline(figure, plain(surface.scene.title))
     figure.draw_without_rendering()
     blocks.set_aspect("auto")
@@ -281,7 +281,7 @@ def surface_figure(surface) -> Figure:
 
 
 def section_figure(surface, axis: str = "x"):
-    """Time-distance section: the velocity of each point along the surface over time.
+    """Draw the velocity histories of the points along the surface by their position.
 
     Parameters
     ----------
@@ -311,8 +311,8 @@ def section_figure(surface, axis: str = "x"):
     return figure
 
 
-def _map(axes, surface) -> None:
-    """Amplification by place and frequency; white is 1."""
+def _draw_map(axes, surface) -> None:
+    """Draw amplification by position and frequency; white is 1."""
     ratio = surface.amplification
     most = max(float(ratio.max()), 1.0 / float(ratio.min()), 1.01)
     shown = axes.contourf(

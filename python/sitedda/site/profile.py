@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A site from a CSV file as a column, with the curves of its soils."""
+"""Convert a site from a CSV file into a column with the curves of its soils."""
 
 import math
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from ..build.profile import Ground, SoilProfile, curve_of, curve_table, read_soi
 from .column import Column, HalfSpace, Layer
 from .curves import SoilCurves, darendeli, gqh, hyperbolic, mkz, strength_corrected
 
-_WEAK, _STRONG = 20.0, 45.0  # degrees of friction between which an implied strength is usual
+_WEAK, _STRONG = 20.0, 45.0  # usual range of the friction angle of an implied strength, degrees
 
 
 @dataclass(frozen=True)
@@ -25,19 +25,19 @@ class Profile(SoilProfile):
     """
 
     def column(self, base: str | None = None, convention: str | None = None) -> Column:
-        """The layers as a column.
+        """Return the layers as a column.
 
         Parameters
         ----------
         base : {'half_space', 'rigid'}, optional
-            The half-space where the file has one.
+            By default, the half-space if the file has one.
         convention : str, optional
             See `Column`.
         """
         if base not in (None, "half_space", "rigid"):
             raise InputError(f"base = {base!r}: use 'half_space' or 'rigid'")
         if base == "half_space" and self.half_space is None:
-            raise InputError(f"{self.file} has no half-space: a last row without thickness is one")
+            raise InputError(f"{self.file} has no half-space: add a last row without thickness")
         below: HalfSpace | str = "rigid"
         if base != "rigid" and self.half_space is not None:
             below = HalfSpace(**self.half_space.values())
@@ -47,7 +47,7 @@ class Profile(SoilProfile):
     def curves(
         self, water_table: float = math.inf, pressure_at_rest: float = 0.5
     ) -> list[SoilCurves | None]:
-        """Modulus reduction and damping of each layer; None: linear.
+        """Return modulus reduction and damping of each layer; None: linear.
 
         If the file has a strength (``shear_strength``, ``friction_angle``), the curves end at
         it: see `strength_corrected`.
@@ -63,7 +63,7 @@ class Profile(SoilProfile):
         strengths = self.strengths(water_table, pressure_at_rest)
         found = []
         for layer, mean, strength in zip(self.layers, stresses, strengths, strict=True):
-            one = _curves(layer, mean, self.file)
+            one = _curves_of(layer, mean, self.file)
             if one is not None and not math.isnan(strength):
                 modulus = layer.density * layer.shear_velocity**2
                 try:
@@ -74,7 +74,7 @@ class Profile(SoilProfile):
         return found
 
     def strength_words(self, water_table: float = math.inf, pressure_at_rest: float = 0.5) -> str:
-        """Shear strength that the curves imply if the file has none; '' if linear.
+        """Describe the strength that the curves imply if the file has none; '' if linear.
 
         Parameters
         ----------
@@ -98,7 +98,7 @@ class Profile(SoilProfile):
         return "\n".join(lines)
 
     def plot(self):
-        """Velocities, density and damping over depth; a matplotlib.figure.Figure."""
+        """Draw velocities, density and damping over depth; return the figure."""
         from .picture import profile_figure
 
         return profile_figure(self)
@@ -122,7 +122,7 @@ def read_profile(file, fill: str = "") -> Profile:
     return Profile(found.layers, found.half_space, found.file)
 
 
-def _curves(layer: Ground, stress: float, file: Path) -> SoilCurves | None:
+def _curves_of(layer: Ground, stress: float, file: Path) -> SoilCurves | None:
     where = f"{file}, row {layer.row}"
     name, numbers = curve_of(layer.curve, where)
     made: dict[str, Callable[..., SoilCurves]] = {
@@ -132,15 +132,15 @@ def _curves(layer: Ground, stress: float, file: Path) -> SoilCurves | None:
     try:
         if name in ("", "linear"):
             return None
-        return made[name](*numbers) if name in made else _table(file.parent / name)
+        return made[name](*numbers) if name in made else _read_table(file.parent / name)
     except (ValueError, TypeError) as trouble:
         if isinstance(trouble, InputError):
             raise
         raise InputError(f"{where}: curve = {layer.curve!r}: {trouble}") from None
 
 
-def _table(file: Path) -> SoilCurves:
-    """Curves of a file of strain, G/G_max and damping ratio, all fractions."""
+def _read_table(file: Path) -> SoilCurves:
+    """Read curves from a file of strain, G/G_max and damping ratio, all fractions."""
     strain, reduction, damping = curve_table(file)
     try:
         return SoilCurves(strain, reduction, damping, name=file.stem)

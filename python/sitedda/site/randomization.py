@@ -14,12 +14,12 @@ from .column import Column, HalfSpace, Layer
 from .curves import SoilCurves
 from .profile import Profile
 
-Site = tuple[Column, Sequence[SoilCurves | None]]  # a column, and the curves of its layers
+Site = tuple[Column, Sequence[SoilCurves | None]]  # a column and the curves of its layers
 
-_C1, _C2, _C3 = 10.86, -0.89, 1.98  # of the rate of interfaces, 1/m with depths in m
-_DEEP = 200.0  # m, depth from which the correlation of velocities is constant
-_STIFFEST = 0.05  # G/G_max: a curve is not varied below it
-_DAMPING = (0.001, 0.15)  # between which damping ratios are varied
+_C1, _C2, _C3 = 10.86, -0.89, 1.98  # parameters of the rate of interfaces, 1/m, with depths in m
+_DEEP = 200.0  # m, depth below which the correlation of velocities is constant
+_STIFFEST = 0.05  # smallest G/G_max of a varied curve
+_DAMPING = (0.001, 0.15)  # range of varied damping ratios
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Toro:
     b: float
 
     def correlation(self, middles: ArrayLike) -> NDArray[np.float64]:
-        """Between each layer and the next.
+        """Return the correlation between each layer and the next.
 
         Parameters
         ----------
@@ -93,7 +93,7 @@ def randomized(
     water_table: float = math.inf,
     pressure_at_rest: float = 0.5,
 ) -> list[Site]:
-    """Random realisations of a profile; the first ones do not depend on their number.
+    """Draw random realisations of a profile; the first ones do not depend on their number.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ def randomized(
     InputError
         If an argument is out of range.
     """
-    model = _model(velocity, sigma)
+    model = _velocity_model(velocity, sigma)
     if count != int(count) or count < 1:
         raise InputError(f"count = {count!r}: give a whole number above 0")
     if not 0 <= depth_to_rock < 2:
@@ -148,12 +148,12 @@ def randomized(
         else:
             ends = np.append(profile.tops[1:-1][profile.tops[1:-1] < bottom], bottom)
         soils = known if curves is None else [draw.curves(one, curves) for one in known]
-        found.append(_realised(profile, ends, model, draw, soils))
+        found.append(_draw_realisation(profile, ends, model, draw, soils))
     return found
 
 
 def interfaces(generator: np.random.Generator, depth: float) -> NDArray[np.float64]:
-    """Depths of the bottoms of layers by Toro's Poisson process.
+    """Draw depths of the bottoms of layers by Toro's Poisson process.
 
     Parameters
     ----------
@@ -175,7 +175,7 @@ def interfaces(generator: np.random.Generator, depth: float) -> NDArray[np.float
 
 
 def varied_curves(curves: SoilCurves, reduction: float, damping: float) -> SoilCurves:
-    """Curves that are off by so many standard deviations of Darendeli (2001, 7.29 and 7.30).
+    """Shift curves by numbers of standard deviations of Darendeli (2001, 7.29 and 7.30).
 
     Parameters
     ----------
@@ -195,25 +195,25 @@ def varied_curves(curves: SoilCurves, reduction: float, damping: float) -> SoilC
 
 
 class _Deviates:
-    """Standard deviates, truncated and stretched back to a standard deviation of 1."""
+    """Standard normal deviates, truncated and rescaled to a standard deviation of 1."""
 
     def __init__(self, generator: np.random.Generator, clip: float):
         self.generator, self.clip = generator, clip
 
     def normal(self, count: int, correlation: ArrayLike = 0.0) -> NDArray[np.float64]:
-        """A row in which each depends on the one before: correlations, shape (count - 1,)."""
+        """Draw a row with correlations between successive deviates, shape (count - 1,)."""
         found = self.generator.standard_normal(count)
         for i, rho in enumerate(np.broadcast_to(correlation, max(count - 1, 0)), start=1):
             found[i] = rho * found[i - 1] + math.sqrt(1 - rho**2) * found[i]
         return truncated(found, self.clip)
 
     def curves(self, curves: SoilCurves | None, correlation: float) -> SoilCurves | None:
-        pair = self.normal(2, correlation)  # drawn of linear soil too: rows do not depend on it
+        pair = self.normal(2, correlation)  # drawn for linear soil too: keeps other rows
         return None if curves is None else varied_curves(curves, *map(float, pair))
 
 
 def truncated(deviates: NDArray[np.float64], clip: float) -> NDArray[np.float64]:
-    """Standard normal deviates as those of a normal distribution cut off at ± `clip`.
+    """Convert standard normal deviates to a normal distribution truncated at ± `clip`.
 
     Their standard deviation is 1; correlations change little (by less than 0.03 at a clip of 2).
     """
@@ -225,7 +225,7 @@ def truncated(deviates: NDArray[np.float64], clip: float) -> NDArray[np.float64]
     return ndtri(low + ndtr(deviates) * (high - low)) / spread
 
 
-def _model(velocity, sigma: float | None) -> Toro | None:
+def _velocity_model(velocity, sigma: float | None) -> Toro | None:
     if velocity is None:
         return None
     if not isinstance(velocity, Toro):
@@ -237,8 +237,8 @@ def _model(velocity, sigma: float | None) -> Toro | None:
     return velocity if sigma is None else replace(velocity, sigma=float(sigma))
 
 
-def _realised(profile: Profile, ends, model: Toro | None, draw: _Deviates, soils) -> Site:
-    """A realisation with layers down to `ends`, depths in m."""
+def _draw_realisation(profile: Profile, ends, model: Toro | None, draw: _Deviates, soils) -> Site:
+    """Draw a realisation with layers down to `ends`, depths in m."""
     tops = np.concatenate([[0.0], ends[:-1]])
     middles = (tops + ends) / 2
     rows = np.minimum(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A column under a motion: histories, profiles and spectra."""
+"""The response of a column to a motion: histories, profiles and spectra."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ if TYPE_CHECKING:
     from .column import Column
 
 _KINDS = ("outcrop", "within")
-_AT_ONCE = 2048  # frequencies whose waves in all layers fit the cache
+_AT_ONCE = 2048  # number of frequencies whose waves in all layers fit the cache
 
 
 class SiteResponse:
-    """A column under a motion: what follows from its accelerations."""
+    """The response of a column to a motion: results from its accelerations."""
 
     motion: Motion
 
@@ -36,7 +36,7 @@ class SiteResponse:
         raise NotImplementedError
 
     def profile(self) -> xr.Dataset:
-        """Largest values over depth: strain, stress (Pa), acceleration (m/s²)."""
+        """Return largest values over depth: strain, stress (Pa), acceleration (m/s²)."""
         raise NotImplementedError
 
     @property
@@ -47,19 +47,19 @@ class SiteResponse:
     def spectrum(
         self, periods: ArrayLike, depth: float = 0.0, damping: float = 0.05
     ) -> NDArray[np.float64]:
-        """Pseudo-spectral acceleration at natural periods (s, shape (n,)), m/s²."""
-        return self._spectral(self.acceleration(depth), periods, damping)
+        """Return the pseudo-spectral acceleration at natural periods (s, shape (n,)), m/s²."""
+        return self._sa(self.acceleration(depth), periods, damping)
 
     def intensity(self, depth: float = 0.0) -> Intensity:
-        """Arias intensity, D5–95 and the rest at a depth (m)."""
+        """Return the intensity measures at a depth (m)."""
         return intensity(self.acceleration(depth), self.motion.time_step)
 
-    def _spectral(self, acceleration, periods: ArrayLike, damping: float) -> NDArray[np.float64]:
+    def _sa(self, acceleration, periods: ArrayLike, damping: float) -> NDArray[np.float64]:
         return spectral_acceleration(acceleration, self.motion.time_step, periods, damping)
 
 
 def motion_words(column: Column, bottom: float, kind: str) -> str:
-    """The reference motion of a response, in words."""
+    """Describe the reference motion of a response."""
     if not isinstance(column.base, HalfSpace) and bottom == column.depth:
         return f"motion of the rigid base at {bottom:g} m depth"
     if kind == "outcrop":
@@ -69,10 +69,10 @@ def motion_words(column: Column, bottom: float, kind: str) -> str:
 
 @dataclass(frozen=True)
 class ColumnResponse(SiteResponse):
-    """How a column moves under a ground motion.
+    """The linear response of a column to a ground motion.
 
-    Linear in the frequency domain (SHAKE); the samples behind the record's end, as many as its own,
-    let the column ring out.
+    It is computed in the frequency domain (SHAKE). As many zeros as samples follow the record, for
+    the free vibration after it.
 
     Attributes
     ----------
@@ -119,13 +119,13 @@ class ColumnResponse(SiteResponse):
 
     @property
     def _frequencies(self) -> NDArray[np.float64]:
-        """Those of the motion above zero, and below what the time integration resolves."""
+        """Return the frequencies of the motion above 0 and below the Nyquist frequency."""
         found = self.motion.frequencies[1:]
         limit = np.inf if self.scheme is None else 0.5 / self.motion.time_step * (1 - 1e-9)
         return found[found < limit]
 
     def _history(self, ratio, order: int, first: complex = 0.0) -> NDArray[np.float64]:
-        """Histories of what is `ratio` times the motion over (iω)^order; `first` at 0 Hz."""
+        """Return histories of `ratio` times the motion over (iω)^order; `first` at 0 Hz."""
         omega = 2j * np.pi * self._frequencies
         spectrum = self.motion.spectrum[1 : 1 + omega.size] / omega**order
         whole = np.zeros(self.motion.frequencies.size, dtype=complex)
@@ -136,7 +136,7 @@ class ColumnResponse(SiteResponse):
         return found
 
     def transfer(self, frequencies: ArrayLike, depth: float = 0.0) -> NDArray[np.complex128]:
-        """Motion at a depth over the reference motion; shape of ``frequencies`` (Hz, (n,))."""
+        """Return the motion at a depth over the reference motion at ``frequencies`` (Hz, (n,))."""
         return self._displaced(np.asarray(frequencies, dtype=float), depth)[0]
 
     def acceleration(self, depth: ArrayLike = 0.0) -> NDArray[np.float64]:
@@ -162,19 +162,19 @@ class ColumnResponse(SiteResponse):
         return self._history(self._strained(depth)[1], 2).reshape(*np.shape(depth), -1)
 
     def _displaced(self, frequencies, depth: ArrayLike) -> NDArray[np.complex128]:
-        """See `displacements`."""
+        """Return displacements at depths, see `displacements`."""
         place = np.ravel(depth), self.bottom, self.kind
         parts = np.array_split(frequencies, 1 + frequencies.size // _AT_ONCE)
         found = [displacements(self.column, self._waves(some), *place) for some in parts]
         return np.concatenate(found, axis=1)
 
     def _strained(self, depth: ArrayLike) -> tuple[NDArray[np.complex128], ...]:
-        """See `strains`."""
+        """Return strains at depths, see `strains`."""
         waves, depths = self._waves(self._frequencies), np.ravel(depth)
         return strains(self.column, waves, depths, self.bottom, self.kind)
 
     def profile(self) -> xr.Dataset:
-        """Peaks over depth.
+        """Return peaks over depth.
 
         Returns
         -------
@@ -216,7 +216,7 @@ class ColumnResponse(SiteResponse):
 
     @property
     def convention(self) -> str:
-        """How damping ratios count, in words; '' where no medium has one."""
+        """Describe the convention of damping ratios; '' if no medium has one."""
         base = [self.column.base] if isinstance(self.column.base, HalfSpace) else []
         ratios = [medium.damping for medium in (*self.column.layers, *base)]
         plain = [one for one in ratios if one and not isinstance(one, MaterialDamping)]
@@ -228,7 +228,7 @@ class ColumnResponse(SiteResponse):
         return f"{words}\nreference: {reference}\nsurface:   {self.intensity()}"
 
     def plot(self):
-        """Surface and reference motion, spectra, and profiles.
+        """Draw surface and reference motion, spectra, and profiles.
 
         Returns
         -------

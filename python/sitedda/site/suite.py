@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Many motions through many columns by several analyses: medians and their scatter."""
+"""Compute many motions in many columns by several analyses: medians and their scatter."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ if TYPE_CHECKING:
 ANALYSES = ("linear", "equivalent-linear", "nonlinear")
 PERIODS = np.geomspace(0.05, 5.0, 20)  # s
 MEASURES = {"scale": "", "pga": "m/s^2", "sa": "m/s^2"}
-_CONVERGED = 0.05  # relative difference of Sa between two resolutions
+_CONVERGED = 0.05  # largest relative difference of a converged Sa between two resolutions
 _DIMS = ("profile", "motion")  # dimensions of the statistics
 
 
 @dataclass(frozen=True)
 class Suite:
-    """Response of columns under motions.
+    """The response of columns to motions.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Suite:
 
     @property
     def statistics(self) -> xr.Dataset:
-        """Over ``analysis``, ``level``, ``period``: statistics of the successful cases.
+        """Return statistics of successful cases over ``analysis``, ``level``, ``period``.
 
         ``median`` (exp of the mean logarithm) and ``sigma_ln`` of the amplification, ``sa_median``
         and ``sa_sigma_ln`` of the surface's Sa, their number ``count``, and the share ``converged``
@@ -94,7 +94,7 @@ class Suite:
 
     @property
     def doubts(self) -> list[str]:
-        """Doubts about the results, a sentence each."""
+        """Return warnings about the results, one sentence each."""
         found = []
         messages = self.table.message.values[self.table.status.values != "complete"]
         if messages.size:
@@ -116,7 +116,7 @@ class Suite:
         return found
 
     def _parts(self):
-        """Analysis, level in words, and the statistics of each."""
+        """Yield analysis, level in words, and statistics of each."""
         statistics = self.statistics
         for analysis in self.table.analysis.values:
             for i, level in enumerate(self.table.level.values):
@@ -158,7 +158,7 @@ class Suite:
         return Path(file)
 
     def plot(self, level: int = 0):
-        """Each case thin, the median thick and ± σ around it; a matplotlib Figure.
+        """Draw cases thin, the median thick and ± σ around it; return the figure.
 
         Parameters
         ----------
@@ -170,7 +170,7 @@ class Suite:
         return suite_figure(self, level)
 
     def write_page(self, file) -> Path:
-        """Write a page in HTML with figures, tables and doubts.
+        """Write an HTML page with figures, tables and warnings.
 
         Parameters
         ----------
@@ -197,7 +197,7 @@ def suite(
     progress: bool = False,
     **options,
 ) -> Suite:
-    """Send motions through columns by several analyses, on all processors.
+    """Compute the response of columns to motions by several analyses, on all processors.
 
     Parameters
     ----------
@@ -235,8 +235,8 @@ def suite(
     """
     import xarray as xr
 
-    sites = _sites(profiles)
-    named = _named(motions)
+    sites = _check_sites(profiles)
+    named = _name_motions(motions)
     wanted = list(analyses)
     if not wanted or not set(wanted) <= set(ANALYSES):
         raise InputError(f"analyses = {wanted}: use {', '.join(ANALYSES)}")
@@ -272,7 +272,7 @@ def suite(
 
 @dataclass(frozen=True)
 class Cases:
-    """Results of each profile, motion, level and analysis.
+    """The results of each profile, motion, level and analysis.
 
     Attributes
     ----------
@@ -294,7 +294,7 @@ class Cases:
     options: dict = field(default_factory=dict)
 
     def __str__(self) -> str:
-        """A name that another set of cases does not have."""
+        """Return a unique name of the set of cases."""
         from ..study.store import checksum
 
         parts: list[bytes | str] = [json.dumps([self.kind, self.options], default=repr)]
@@ -311,18 +311,18 @@ class Cases:
         return f"Cases_{checksum(*parts)}"
 
     def reference(self, motion: int) -> NDArray[np.float64]:
-        """Sa of a motion at the periods, m/s²; 5 % damping."""
+        """Return Sa of a motion at the periods, m/s²; 5 % damping."""
         one = self.motions[motion]
         return spectral_acceleration(one.acceleration, one.time_step, self.periods)
 
     def __call__(self, profile: int, motion: int, level: int, analysis: str) -> dict:
-        """Sa of the surface over periods, flags of its convergence, PGA and largest strain."""
+        """Compute Sa of the surface over periods, convergence flags, PGA and largest strain."""
         import xarray as xr
 
         column, curves = self.sites[profile]
         given, factor = self.motions[motion], float(self.factors[motion, level])
         ground = Motion(factor * given.acceleration, given.time_step, given.length)
-        response, strain, sure = self._response(analysis, profile, column, curves, ground)
+        response, strain, sure = self._compute_response(analysis, profile, column, curves, ground)
         at = {"period": self.periods}
         spectrum = response.spectrum(self.periods)
         good = np.ones(self.periods.size) if sure is None else sure(spectrum)
@@ -333,8 +333,8 @@ class Cases:
             "strain": strain,
         }
 
-    def _response(self, analysis, profile, column, curves, ground):
-        """The response, its largest strain, and the resolution that checks Sa, or None."""
+    def _compute_response(self, analysis, profile, column, curves, ground):
+        """Return the response, its largest strain, and the coarse response, or None."""
         if analysis == "linear":
             own = small_strain_column(column, curves)
             response: SiteResponse = ColumnResponse.of(own, ground, kind=self.kind)
@@ -359,13 +359,13 @@ class Cases:
 
 @dataclass(frozen=True, eq=False)
 class _Held:
-    """Curves as the key of a cache; equal if their numbers are equal."""
+    """Curves as a cache key; they are equal if their numbers are equal."""
 
     curves: SoilCurves | Branches | None
 
     @property
     def key(self):
-        """Key of curves."""
+        """Return the key of curves."""
         one = self.curves
         if not isinstance(one, SoilCurves):
             return id(one)
@@ -380,7 +380,7 @@ class _Held:
 
 @lru_cache(maxsize=64)
 def _branches(held: tuple[_Held, ...], branches: int, reference: float):
-    """Branches of each layer, fitted once for all motions that a process sees."""
+    """Return the branches of each layer, fitted once for all motions of a process."""
     found: dict[_Held, Branches | None] = {}
     for one in held:
         if one not in found:
@@ -391,7 +391,7 @@ def _branches(held: tuple[_Held, ...], branches: int, reference: float):
     return [found[one] for one in held]
 
 
-def _sites(profiles) -> list[Site]:
+def _check_sites(profiles) -> list[Site]:
     if isinstance(profiles, Profile):
         return [(profiles.column(), profiles.curves())]
     found = list(profiles)
@@ -407,10 +407,10 @@ def _sites(profiles) -> list[Site]:
     return found
 
 
-def _named(motions) -> dict[str, Motion]:
-    """Motions by distinct names."""
+def _name_motions(motions) -> dict[str, Motion]:
+    """Return motions by distinct names."""
     if not isinstance(motions, Mapping):
-        names = [_name(one, i) for i, one in enumerate(motions, 1)]
+        names = [_name_of(one, i) for i, one in enumerate(motions, 1)]
         names = [f"{n} ({i})" if names.count(n) > 1 else n for i, n in enumerate(names, 1)]
         motions = dict(zip(names, motions, strict=True))
     if not motions:
@@ -423,14 +423,14 @@ def _named(motions) -> dict[str, Motion]:
     return found
 
 
-def _name(motion, number: int) -> str:
+def _name_of(motion, number: int) -> str:
     if hasattr(motion, "attrs"):
         return Path(motion.attrs.get("file", f"motion {number}")).stem
     return f"motion {number}" if isinstance(motion, Motion) else Path(motion).stem
 
 
 def _factors(motions: list[Motion], levels, measure: str, period) -> NDArray[np.float64]:
-    """Factor of each motion at each level, shape (motions, levels)."""
+    """Return the factor of each motion at each level, shape (motions, levels)."""
     at = np.asarray(levels, dtype=float)
     if measure not in MEASURES:
         raise InputError(f"measure = {measure!r}: use {', '.join(MEASURES)}")

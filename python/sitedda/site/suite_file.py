@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A suite of motions as a TOML file."""
+"""Read a suite of motions from a TOML file."""
 
 import inspect
 import tomllib
@@ -18,7 +18,7 @@ from .profile import read_profile
 from .randomization import randomized
 from .suite import ANALYSES, PERIODS, Suite, suite
 
-_LARGEST = 2**20  # bytes of a file
+_LARGEST = 2**20  # largest size of a file, bytes
 _ENDINGS = (".at2", ".smc", ".v2", ".v2c", ".esm", ".asc", ".ew", ".ns", ".knet")
 _KNOWN = ("profile", "motions", "analyses", "periods", "levels", "measure", "period", "kind",
           "water_table", "pressure_at_rest", "fill", "folder", "randomize",
@@ -68,7 +68,7 @@ class SuiteFile:
 
 
 def read_suite(file, folder=None) -> SuiteFile:
-    """Read a suite; names of files in it are relative to its folder.
+    """Read a suite; its file names are relative to its folder.
 
     Parameters
     ----------
@@ -84,13 +84,13 @@ def read_suite(file, folder=None) -> SuiteFile:
     file = Path(file)
     try:
         values = tomllib.loads(read_bounded(file, _LARGEST).decode("utf-8"))
-        return _suite(values, file, folder)
+        return _parse_suite(values, file, folder)
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, InputError, TypeError) as trouble:
         raise InputError(f"{file}: {trouble}") from None
 
 
-def _suite(values: dict, file: Path, folder) -> SuiteFile:
-    _check(values, "", _KNOWN)
+def _parse_suite(values: dict, file: Path, folder) -> SuiteFile:
+    _check_names(values, "", _KNOWN)
     for name in ("profile", "motions"):
         if name not in values:
             raise InputError(f"{name} is missing")
@@ -103,13 +103,13 @@ def _suite(values: dict, file: Path, folder) -> SuiteFile:
     }
     profile = read_profile(here / values.pop("profile"), values.pop("fill", ""))
     varied = dict(values.pop("randomize", {}))
-    _check(varied, "randomize", _VARIED)
+    _check_names(varied, "randomize", _VARIED)
     if varied:
         profiles = randomized(profile, varied.pop("count", 1), **varied, **water)
     else:
         profiles = [(profile.column(), profile.curves(**water))]
     stepped = dict(values.pop("nonlinear", {}))
-    _check(stepped, "nonlinear", _STEPPED)
+    _check_names(stepped, "nonlinear", _STEPPED)
     motions = motion_files(values.pop("motions"), here)
     analyses = values.pop("analyses", list(ANALYSES))
     values["periods"] = _periods(values.get("periods", PERIODS))
@@ -117,7 +117,7 @@ def _suite(values: dict, file: Path, folder) -> SuiteFile:
 
 
 def motion_files(given, here: Path) -> list[Path]:
-    """Files that names, folders and patterns mean, each once.
+    """Return the distinct files given by names, folders and patterns.
 
     Parameters
     ----------
@@ -144,16 +144,16 @@ def motion_files(given, here: Path) -> list[Path]:
 
 
 def _periods(given) -> np.ndarray:
-    """A list, or ``{from, to, count}`` at equal ratios."""
+    """Return periods of a list, or of ``{from, to, count}`` at equal ratios."""
     if not isinstance(given, Mapping):
         return np.asarray(given, dtype=float)
-    _check(given, "periods", ("from", "to", "count"))
+    _check_names(given, "periods", ("from", "to", "count"))
     if len(given) < 3:
         raise InputError("periods: give a list, or from, to and count")
     return np.geomspace(given["from"], given["to"], int(given["count"]))
 
 
-def _check(values: Mapping, table: str, known) -> None:
+def _check_names(values: Mapping, table: str, known) -> None:
     for name in values:
         if name not in known:
             where = f"[{table}] " if table else ""

@@ -10,11 +10,11 @@ from ..report import Bullets, Facts, Page, Picture, Table, provenance, write_htm
 from ..report.layout import headline
 from ..report.style import BLUE, FAINT, RED, empty_figure
 
-_MOST = 400  # curves of cases in a panel
+_MOST = 400  # largest number of curves of cases in a panel
 
 
 def suite_figure(suite, level: int = 0) -> Figure:
-    """Amplification and Sa of each analysis: cases thin, median thick, ± σ as a band.
+    """Draw amplification and Sa of each analysis: cases, median, and ± σ as a band.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def suite_figure(suite, level: int = 0) -> Figure:
         for row, (of, mark, label) in enumerate(rows):
             panel, at = axes[row, column], table.period.values
             part = table[of].sel(analysis=name).transpose("profile", "motion", "period").values
-            _panel(panel, at, part.reshape(-1, at.size), statistics.sel(analysis=name), mark)
+            _draw_panel(panel, at, part.reshape(-1, at.size), statistics.sel(analysis=name), mark)
             panel.set(xscale="log", yscale="log")
             if column == 0:
                 panel.set_ylabel(label)
@@ -44,8 +44,8 @@ def suite_figure(suite, level: int = 0) -> Figure:
     return figure
 
 
-def _panel(axes, period, cases, statistics, mark: str) -> None:
-    """One analysis: its cases, median and band."""
+def _draw_panel(axes, period, cases, statistics, mark: str) -> None:
+    """Draw the cases, median and band of an analysis."""
     every = max(1, len(cases) // _MOST)
     axes.plot(period, cases[::every].T, color=FAINT, lw=0.4, alpha=0.35)
     median = statistics[f"{mark}median"].values
@@ -57,7 +57,7 @@ def _panel(axes, period, cases, statistics, mark: str) -> None:
 
 
 def _mark_unconverged(axes, statistics) -> None:
-    """Periods at which more than a tenth of the cases do not converge."""
+    """Mark periods at which more than a tenth of the cases do not converge."""
     weak = statistics.converged.values < 0.9
     if weak.any():
         axes.plot(statistics.period.values[weak], statistics["median"].values[weak], "x",
@@ -83,7 +83,7 @@ def write_suite_page(suite, file) -> Path:
         what = f"{table.level.attrs.get('measure', 'scale')} {level:g} {unit}".strip()
         picture = Picture(suite.plot(number), f"Amplification and Sa, {what}", f"suite_{number}")
         part = suite.statistics.isel(level=number)
-        tables = [_table(part.sel(analysis=name), str(name)) for name in part.analysis.values]
+        tables = [_tabulate(part.sel(analysis=name), str(name)) for name in part.analysis.values]
         page.add(what[0].upper() + what[1:], picture, *tables)
     shortest = float(table.period[0])
     page.add("Motions", Facts([(str(n), f"Sa at {shortest:.3g} s: {value:.4g} m/s²")
@@ -93,12 +93,12 @@ def write_suite_page(suite, file) -> Path:
 
 
 def _peaks(table):
-    """Names of the motions and the shortest-period Sa of the reference at the first level."""
+    """Tabulate the motions and the shortest-period Sa of the reference at the first level."""
     reference = table.reference.isel(level=0, period=0)
     return [(name, float(reference.sel(motion=name))) for name in table.motion.values]
 
 
-def _table(part, title: str) -> Table:
+def _tabulate(part, title: str) -> Table:
     heads = ["period (s)", "median AF", "σ_ln", "median Sa (m/s²)", "σ_ln of Sa", "N", "converged"]
     rows = [
         [

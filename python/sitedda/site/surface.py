@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Amplification along the surface of a run by topography and soil."""
+"""Compute the amplification along the surface of a run by topography and soil."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from .twin import column_below
 if TYPE_CHECKING:
     import xarray as xr
 
-BANDWIDTH = 40.0  # of the window of Konno and Ohmachi
-_BINS = 120  # frequencies of the map
-_FINE = 20.0  # bins of the spectrum up to the lowest frequency, so that the window is not empty
-_TOUCHING = 1e-6  # of the size of the model: a point is on the surface
+BANDWIDTH = 40.0  # bandwidth of the window of Konno and Ohmachi
+_BINS = 120  # number of frequencies of the map
+_FINE = 20.0  # smallest number of bins below the lowest frequency, so that no window is empty
+_TOUCHING = 1e-6  # tolerance of points on the surface over the size of the model
 
 
 @dataclass(frozen=True)
 class Surface:
-    """Motion of the measured points along the surface over that of a reference.
+    """The motion of the measured points along the surface over that of a reference.
 
     Attributes
     ----------
@@ -64,12 +64,12 @@ class Surface:
 
     @property
     def aggravation(self) -> NDArray[np.float64]:
-        """Amplification in two dimensions over that in one, shape (points, bins)."""
+        """Return the amplification in two dimensions over that in one, shape (points, bins)."""
         return self.amplification / self.column_amplification
 
     @property
     def aggravation_factor(self) -> NDArray[np.float64]:
-        """Its geometric mean over the band, shape (points,)."""
+        """Return the geometric mean of the aggravation over the band, shape (points,)."""
         return np.exp(np.mean(np.log(self.aggravation), axis=1))
 
     def __str__(self) -> str:
@@ -89,7 +89,7 @@ class Surface:
         return "\n".join(lines)
 
     def section(self, axis: str = "x"):
-        """Velocities of the points over time beside each other; a matplotlib Figure.
+        """Draw the velocity histories of the points beside each other; return the figure.
 
         Parameters
         ----------
@@ -100,7 +100,7 @@ class Surface:
         return section_figure(self, axis)
 
     def plot(self):
-        """Amplification by place and frequency, peaks, and the model; a matplotlib Figure."""
+        """Draw amplification by position and frequency, peaks, and the model; return the figure."""
         from .picture import surface_figure
 
         return surface_figure(self)
@@ -109,7 +109,7 @@ class Surface:
 def surface(
     history: xr.Dataset, axis: str = "x", lowest: float = 0.5, highest: float = 15.0
 ) -> Surface:
-    """Compare the measured points on the surface with the free field, or with the outcrop.
+    """Compare the measured points on the surface with the free field or the outcrop.
 
     The reference is the surface of the first free field of the model; without one, the motion of
     an outcrop of the half-space: twice the wave that comes in through a compliant base.
@@ -130,7 +130,7 @@ def surface(
     """
     felt, words = _reference(history, axis)
     scene = Scene.of(history)
-    names = _on_surface(scene, history)
+    names = _points_on_surface(scene, history)
     if len(names) < 2:
         raise ValueError(
             f"{len(names)} measured points are on the surface; at least two are needed"
@@ -168,7 +168,7 @@ def surface(
 
 
 def _columns(history: xr.Dataset, scene: Scene, place, felt, step: float) -> list:
-    """Accelerations of the columns below points under the motion of the reference; or None."""
+    """Compute accelerations of the columns below points under the reference motion, or None."""
     length, scheme = fast_length(2 * felt.size), run_scheme(history)
     bins = np.fft.rfftfreq(length, step)[:-1]
     small = _TOUCHING * scene.size
@@ -178,13 +178,13 @@ def _columns(history: xr.Dataset, scene: Scene, place, felt, step: float) -> lis
         found = next((one for one in below if one), None)
         try:
             return found and found.scheme_transfer(bins, step, kind="outcrop", integration=scheme)
-        except ValueError:  # an undamped resonance
+        except ValueError:  # undamped resonance
             return None
 
     ground: NDArray | None = np.ones(bins.size)
     given = input_values(history.attrs).get("boundary", [])
     sides = [one["side"] for one in given if one["kind"] == "free_field"]
-    if sides:  # the reference is its surface
+    if sides:  # the reference is the surface of the column
         corners = scene.vertices(0)
         edge = corners[:, 0].max() if sides[0] == "right" else corners[:, 0].min()
         ground = transfer((edge, corners[corners[:, 0] == edge, 1].max()))
@@ -196,7 +196,7 @@ def _columns(history: xr.Dataset, scene: Scene, place, felt, step: float) -> lis
 
 
 def _reference(history: xr.Dataset, axis: str) -> tuple[NDArray[np.float64], str]:
-    """Acceleration that motions are divided by, m/s², and what it is."""
+    """Return the reference acceleration, m/s², and its description."""
     kinds = list(history.boundary_kind.values) if "boundary_kind" in history else []
     for kind, factor, words in (
         ("free_field", 1.0, "surface of {}"),
@@ -208,13 +208,13 @@ def _reference(history: xr.Dataset, axis: str) -> tuple[NDArray[np.float64], str
             felt = boundary.incoming_acceleration.sel(axis=axis).values
             return factor * felt, words.format(name)
     raise ValueError(
-        "nothing comes in from outside the model: it needs free-field sides, or a boundary of "
+        "no wave enters the model from outside: it needs free-field sides, or a boundary of "
         "kind = 'compliant' with a motion"
     )
 
 
-def _on_surface(scene: Scene, history: xr.Dataset) -> list[str]:
-    """Measured points that no block is above, from left to right; a step has two sides."""
+def _points_on_surface(scene: Scene, history: xr.Dataset) -> list[str]:
+    """Return the measured points without a block above, from left to right."""
     places = scene.vertices(0)
     (x0, y0), (x1, y1) = places.T, places[scene.next_vertex].T
     small = _TOUCHING * scene.size
@@ -233,12 +233,12 @@ def _on_surface(scene: Scene, history: xr.Dataset) -> list[str]:
 
 
 def _smooth(series, step: float, frequency) -> NDArray[np.float64]:
-    """Smoothed Fourier spectrum at frequencies."""
+    """Return the smoothed Fourier spectrum at frequencies."""
     zeros = int(np.ceil(_FINE / (frequency[0] * step * series.size)))
     bins, spectrum = fourier_spectrum(series, step, padding=max(1, zeros))
     return smooth_konno_ohmachi(bins, spectrum, BANDWIDTH, frequency)
 
 
 def _peaks(acceleration, step: float) -> NDArray[np.float64]:
-    """PGA and PGV."""
+    """Return PGA and PGV."""
     return np.array([abs(acceleration).max(), abs(running_integral(acceleration, step)).max()])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The one-dimensional twin of a run of layered blocks."""
+"""Derive the one-dimensional column of a run of layered blocks."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _RECTANGLE_TOLERANCE = 1e-6
 
 
 def layered_twin(history: xr.Dataset, surface: str, base: str) -> Column:
-    """The horizontally layered column that a run models, below its surface point.
+    """Return the horizontally layered column that a run models, below its surface point.
 
     Parameters
     ----------
@@ -45,13 +45,13 @@ def layered_twin(history: xr.Dataset, surface: str, base: str) -> Column:
 def layered_soils(
     history: xr.Dataset, surface: str, base: str
 ) -> tuple[Column, list[Branches | None]]:
-    """The same, and the branches of each layer; None: it is linear."""
-    boxes = _rectangles(history)
+    """Return the layered column and the branches of each layer; None: it is linear."""
+    boxes = _block_boxes(history)
     foot = history.point_place.sel(point=base).values
     low = _block_at(boxes, foot)
     high = _block_at(boxes, history.point_place.sel(point=surface).values)
     size = boxes[high, 3] - boxes[high, 1]
-    bottom = _bottom(history, boxes, low, high, float(foot[1]))
+    bottom = _base_height(history, boxes, low, high, float(foot[1]))
     middle = boxes[high, [0, 2]].mean()
     inside = (boxes[:, 0] <= middle) & (middle < boxes[:, 2])
     inside &= (boxes[:, 3] > bottom + 1e-6 * size) & (boxes[:, 1] <= boxes[high, 1])
@@ -80,7 +80,7 @@ def layered_soils(
 
 
 def column_below(history: xr.Dataset, place, side: float) -> Column | None:
-    """The layers below a point of the surface of any model, each at small strains.
+    """Return the layers below a surface point of any model, at small strains.
 
     Parameters
     ----------
@@ -125,14 +125,14 @@ def column_below(history: xr.Dataset, place, side: float) -> Column | None:
     return Column(layers)
 
 
-def _bottom(history: xr.Dataset, boxes: np.ndarray, low: int, high: int, foot: float) -> float:
-    """Height of the rigid base, m."""
+def _base_height(history: xr.Dataset, boxes: np.ndarray, low: int, high: int, foot: float) -> float:
+    """Return the height of the rigid base, m."""
     body = history.block_body.values if "block_body" in history else np.zeros(len(boxes))
     return foot if body[low] and body[low] == body[high] else float(boxes[low, 3])
 
 
-def _rectangles(history: xr.Dataset) -> np.ndarray:
-    """Boxes (xmin, ymin, xmax, ymax) of all blocks in their first state."""
+def _block_boxes(history: xr.Dataset) -> np.ndarray:
+    """Return the initial boxes (xmin, ymin, xmax, ymax) of all blocks."""
     owner = history.vertex_block.values
     vertices = np.split(history.vertices[0].values, np.flatnonzero(np.diff(owner)) + 1)
     boxes = []

@@ -71,7 +71,7 @@ def test_blocks_of_soil_stand_beside_three_analyses(tmp_path, capsys):
     assert spectra[0] == pytest.approx(spectra[1], rel=0.015)
     assert "equivalent-linear" in str(both) and "largest shear strain" in str(both)
     both.plot().savefig(tmp_path / "both.png")
-    with pytest.raises(ValueError, match="leave out --damping"):
+    with pytest.raises(ValueError, match="omit --damping"):
         beside(model.run().history, "top", "base", damping=0.02)
 
 

@@ -93,7 +93,7 @@ def test_without_a_free_field_the_outcrop_of_the_half_space_is_the_reference():
     [
         ("free_field", {"highest": 1e4}, "half of the sampling frequency"),
         ("free_field", {"lowest": 1.0}, "one period in the run"),
-        ("none", {}, "nothing comes in from outside"),
+        ("none", {}, "no wave enters the model from outside"),
     ],
 )
 def test_what_cannot_be_compared_is_said(sides, values, words):
