@@ -74,7 +74,7 @@ contains
       if (.not. allocated(archive%bytes)) allocate (archive%bytes(buffer_size))
       archive%length = size(archive%bytes, kind=long)
       if (.not. present(length)) return
-      archive%before = -archive%length  ! nothing of the stream is in the buffer
+      archive%before = -archive%length  ! the buffer contains no data of the stream
       archive%length = length
    end subroutine read_archive
 

@@ -77,7 +77,7 @@ contains
    !> Find the penalty for a percentage below the first frequency for k → ∞, or below a given one.
    subroutine penalty_for_shift(linear, percent, penalty, error, reference)
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      real(wp), intent(in) :: percent                 !< above 0, below 100
+      real(wp), intent(in) :: percent                 !< percentage, above 0, below 100
       type(penalty_type), intent(out) :: penalty  !< a normal stiffness and its effects
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), intent(in), optional :: reference     !< Hz; default: the limit

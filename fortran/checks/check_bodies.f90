@@ -48,8 +48,8 @@ contains
    end function blocks_in_words
 
    !> Text on the error of the speed of S waves along a row of blocks.
-   !> Blocks: (kΔx)²/24 too fast, because displacements are linear in a block and its mass is
-   !> distributed; cells: (kΔx)²/48 too slow.
+   !> Blocks, with linear displacements and distributed mass, are (kΔx)²/24 too fast.
+   !> Cells are (kΔx)²/48 too slow.
    function dispersion_in_words(blocks, eta) result(words)
       type(blocks_type), intent(in) :: blocks  !< in any state
       real(wp), intent(in) :: eta              !< Δx/λ

@@ -73,8 +73,8 @@ contains
    end subroutine complete
 
    !> Compute initial stiffness k_ni, Pa/m, and largest closure V_m, m, from joint indices.
-   !> [Bandis, Lumsden and Barton, 1983]: in MPa/mm and mm, with the aperture a_j = JRC/5 (0.2
-   !> σ_c/JCS − 0.1) mm.
+   !> The formulas of Bandis, Lumsden and Barton (1983) are in MPa/mm and mm.
+   !> The aperture is a_j = JRC/5 (0.2 σ_c/JCS − 0.1) mm.
    pure subroutine closure_of_joint(roughness, wall_strength, rock_strength, stiffness, max_closure)
       real(wp), intent(in) :: roughness      !< JRC
       real(wp), intent(in) :: wall_strength  !< JCS, Pa

@@ -17,8 +17,8 @@ contains
 
    !> Bond each touching contact along parallel edges over its tributary length of their overlap.
    !>
-   !> Under a joint law, other touching contacts also begin with their peak strength, unless that
-   !> includes cohesion or tension.
+   !> Under a joint law, other touching contacts also begin with their peak strength.
+   !> The exception is a strength that includes cohesion or tension.
    subroutine bond_contacts(contacts, blocks, laws)
       type(contacts_type), intent(inout) :: contacts  !< first list of the run
       type(blocks_type), intent(in) :: blocks         !< blocks in their first state

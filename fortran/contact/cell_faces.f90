@@ -59,8 +59,8 @@ contains
    end subroutine keep_joined
 
    !> Find the cells that intact faces no longer connect; they can touch each other.
-   !> Two cells stay joined if a path of faces connects them through cells that are joined to
-   !> both.
+   !> Two cells stay joined if a path of faces connects them.
+   !> The cells of that path must be joined to both of them.
    subroutine part_cells(blocks, first, welds)
       type(blocks_type), intent(inout) :: blocks  !< blocks whose lists are replaced
       type(blocks_type), intent(in) :: first  !< blocks with the lists of all initially joined cells

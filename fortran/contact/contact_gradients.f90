@@ -24,7 +24,7 @@ contains
    !> Store the entries of a material point: those of θ, ε_x and ε_y along n, then along t.
    pure subroutine set_gradient(axes, offset, reference, normal, gradient)
       real(wp), intent(in) :: axes(2, 2)    !< R(θ) of the block
-      real(wp), intent(in) :: offset(2)     !< m, lever arm of the forces
+      real(wp), intent(in) :: offset(2)     !< lever arm of the forces, m
       real(wp), intent(in) :: reference(2)  !< m, reference offset ρ
       real(wp), intent(in) :: normal(2)     !< outward normal n of the edge
       real(wp), intent(out) :: gradient(6)  !< m, as stored

@@ -407,7 +407,7 @@ contains
       type(neighbours_type), intent(in) :: neighbours  !< probes
       integer, intent(in) :: p                         !< probe of the vertex
       type(choice_type), intent(in) :: choice          !< the vertex projected on the edge
-      real(wp), intent(in) :: size                     !< m, size of the corner at the vertex
+      real(wp), intent(in) :: size                     !< size of the corner at the vertex, m
       type(choice_type) :: other
       integer :: i
       logical :: across
@@ -461,7 +461,7 @@ contains
       integer, intent(in) :: v, w                     !< vertices of two blocks
       type(detection_type), intent(in) :: detection   !< edges that vertices were pressed on
       type(corners_type), intent(out) :: corners      !< complete
-      real(wp), intent(out) :: tolerance              !< m, depth of a glancing contact
+      real(wp), intent(out) :: tolerance              !< depth of a glancing contact, m
 
       tolerance = tolerance_of(detection, v, w)
       call list_choices(blocks, v, w, tolerance, detection%travel, corners)

@@ -129,11 +129,11 @@ contains
       end associate
    end function separation
 
-   !> .true. if the contact is glancing at an end of the edge: the vertex is outside or within the
-   !> tolerance, can reach the edge in this step, and its foot is within the tolerance of an end.
+   !> .true. if the contact is glancing at an end of the edge.
+   !> The vertex is outside or within the tolerance, can reach the edge, and its foot is at the end.
    elemental logical function is_glancing(gap, overshoot, tolerance, travel)  ! total
       real(wp), intent(in) :: gap, overshoot   !< gap and overshoot of a vertex at an edge, m
-      real(wp), intent(in) :: tolerance        !< m, depth of a glancing contact
+      real(wp), intent(in) :: tolerance        !< depth of a glancing contact, m
       real(wp), intent(in) :: travel           !< largest approach in this step, m
 
       is_glancing = gap > -tolerance .and. gap <= travel + tolerance &
@@ -147,7 +147,7 @@ contains
       type(blocks_type), intent(in) :: blocks    !< present geometry and velocities
       type(corners_type), intent(in) :: corners  !< choices
       real(wp), intent(in) :: size               !< m, of the corner
-      real(wp), intent(in) :: tolerance          !< m, depth of a glancing contact
+      real(wp), intent(in) :: tolerance          !< depth of a glancing contact, m
       real(wp) :: small
       integer :: i
       logical :: admissible(4)
@@ -208,7 +208,7 @@ contains
    pure function excluded(blocks, corners, tolerance)  ! total
       type(blocks_type), intent(in) :: blocks    !< present geometry and velocities
       type(corners_type), intent(in) :: corners  !< choices
-      real(wp), intent(in) :: tolerance          !< m, depth of a glancing contact
+      real(wp), intent(in) :: tolerance          !< depth of a glancing contact, m
       logical :: excluded(4), regular(4)
       integer :: i, j
 

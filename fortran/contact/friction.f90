@@ -115,7 +115,7 @@ contains
       integer, intent(in) :: joint            !< joint material
       logical, intent(in) :: bonded           !< the bond is not broken
       real(wp), intent(in) :: length          !< bonded length, m
-      real(wp), intent(in) :: multiplier      !< N/m, of the augmented Lagrangian, else 0
+      real(wp), intent(in) :: multiplier      !< multiplier of the augmented Lagrangian, N/m, else 0
       type(coulomb_contact_type) :: law
 
       law = coulomb_contact_type(laws%normal_stiffness, laws%shear_stiffness, multiplier, &

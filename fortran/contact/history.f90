@@ -45,7 +45,7 @@ contains
    subroutine prepare_history(history, vertices, touching)
       type(history_type), intent(out) :: history  !< ready for the first step
       integer, intent(in) :: vertices             !< of all blocks
-      real(wp), intent(in) :: touching            !< m, gap up to which a contact is closed
+      real(wp), intent(in) :: touching            !< gap up to which a contact is closed, m
 
       history%touching = touching
       allocate (history%head(vertices), source=0)
@@ -81,7 +81,7 @@ contains
    subroutine transfer_in_place(new, old, history, begun)
       type(contacts_type), intent(inout) :: new     !< receives history
       type(contacts_type), intent(in) :: old        !< list of the last step
-      type(history_type), intent(inout) :: history  !< `matched` and `transferred` are set
+      type(history_type), intent(inout) :: history  !< history; `matched` and `transferred` are set
       logical, intent(in) :: begun                  !< .false.: first list of the run
       integer :: p
 
@@ -100,7 +100,7 @@ contains
    pure subroutine transfer_in_place_range(new, old, history, begun, first, last)
       type(contacts_type), intent(inout) :: new     !< receives history
       type(contacts_type), intent(in) :: old        !< list of the last step
-      type(history_type), intent(inout) :: history  !< `matched` and `transferred` are set
+      type(history_type), intent(inout) :: history  !< history; `matched` and `transferred` are set
       logical, intent(in) :: begun                  !< .false.: first list of the run
       integer, intent(in) :: first, last            !< positions in the new list
       integer :: c, both
@@ -225,7 +225,7 @@ contains
    pure subroutine start_contact(new, c, touching, begun)
       type(contacts_type), intent(inout) :: new  !< list with geometry
       integer, intent(in) :: c                   !< contact
-      real(wp), intent(in) :: touching           !< m, gap up to which it is assumed closed
+      real(wp), intent(in) :: touching           !< gap up to which it is assumed closed, m
       logical, intent(in) :: begun               !< .false.: first list of the run
 
       new%joint(c) = 0
@@ -322,7 +322,7 @@ contains
    pure logical function succeeds(new, c, old, o, largest_jump)
       type(contacts_type), intent(in) :: new, old  !< lists
       integer, intent(in) :: c, o                  !< new and old contact
-      real(wp), intent(in) :: largest_jump         !< m, change of the distance
+      real(wp), intent(in) :: largest_jump         !< change of the distance, m
       real(wp) :: facing
 
       facing = dot_product(new%normal(:, c), old%normal(:, o))

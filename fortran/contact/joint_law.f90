@@ -43,7 +43,7 @@ module dda_joint_law
       real(wp) :: memory(most_own + 3) = 0.0_wp  !< columns of its law
       real(wp) :: stretch = 0.0_wp       !< stretch of the shear spring at the start of the step, m
       real(wp) :: time_step = 0.0_wp     !< s; 0: at rest
-      real(wp) :: normal_force = 0.0_wp  !< at the end of a solved step, N/m
+      real(wp) :: normal_force = 0.0_wp  !< normal force at the end of a solved step, N/m
       real(wp) :: closure = 0.0_wp       !< closure at the end of a solved step, without the lift, m
    end type joint_state_type
 
@@ -67,7 +67,7 @@ module dda_joint_law
 
    !> A joint law with the parameters of a joint material.
    type, abstract :: joint_law_type
-      real(wp) :: normal_stiffness = 0.0_wp  !< at small closure, N/m, or Pa/m per area
+      real(wp) :: normal_stiffness = 0.0_wp  !< stiffness at small closure, N/m, or Pa/m per area
       real(wp) :: shear_stiffness = 0.0_wp   !< N/m, or Pa/m per area
       logical :: normal_per_area = .false.
       logical :: shear_per_area = .false.

@@ -113,7 +113,7 @@ contains
    pure function common_span(blocks, e, from, to, sense) result(span)
       type(blocks_type), intent(in) :: blocks   !< blocks in their present state
       integer, intent(in) :: e                  !< edge, given by its first vertex
-      real(wp), intent(in) :: from(2), to(2)    !< m, ends of the segment
+      real(wp), intent(in) :: from(2), to(2)    !< ends of the segment, m
       real(wp), intent(in) :: sense             !< 1, −1 or 0
       real(wp) :: span(2)
       real(wp) :: other(2), a(2), b(2), tolerance

@@ -35,7 +35,7 @@ contains
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       type(contacts_type), intent(in) :: contacts  !< contacts of the present state
       type(laws_type), intent(in) :: laws          !< friction
-      real(wp), intent(in) :: load(:,:)            !< [6,blocks] without contacts, N/m …
+      real(wp), intent(in) :: load(:,:)            !< [6,blocks] loads without contacts, N/m …
       logical, intent(in) :: held(:)               !< [blocks] an element acts on the block
       logical, intent(out) :: falls(:)             !< [blocks]
       type(extents_type) :: extents
@@ -138,9 +138,9 @@ contains
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       type(contacts_type), intent(in) :: contacts  !< contacts of the present state
       type(laws_type), intent(in) :: laws          !< friction
-      real(wp), intent(in) :: load(:,:)            !< [6,blocks] without contacts, N/m …
+      real(wp), intent(in) :: load(:,:)            !< [6,blocks] loads without contacts, N/m …
       real(wp), intent(in) :: down(2)              !< unit vector
-      integer, intent(in) :: part(:)               !< [blocks] first block of its group
+      integer, intent(in) :: part(:)               !< [blocks] first block of the group
       logical, intent(in) :: stands(:)             !< [blocks]
       logical, intent(inout) :: falls(:)           !< [blocks]
       !> [blocks] first and last direction of forces on a group, as angles from the direction

@@ -306,7 +306,7 @@ contains
 
    !> Add bolts and edge loads of the stage.
    pure subroutine add_attachments(model, stage)
-      type(model_type), intent(inout) :: model  !< its bolts and edge loads
+      type(model_type), intent(inout) :: model  !< model; bolts and edge loads change
       type(stage_type), intent(in) :: stage
 
       associate (n => size(model%bolts))
@@ -317,7 +317,7 @@ contains
 
    !> Remove bolts and edge loads of the stage, and bolts of removed blocks.
    pure subroutine drop_attachments(model, removed, stage)
-      type(model_type), intent(inout) :: model  !< its bolts and edge loads
+      type(model_type), intent(inout) :: model  !< model; bolts and edge loads change
       logical, intent(in) :: removed(:)         !< [blocks]
       type(stage_type), intent(in) :: stage
       integer :: i

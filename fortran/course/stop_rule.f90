@@ -106,9 +106,9 @@ contains
       degrees = angle*180.0_wp/pi
    end function degrees
 
-   !> .true. if no vertex has moved since the window began, in the last stage, after all motions
-   !> and loads.  Movement is relative to the supports if all of them continue with one velocity
-   !> after their records.
+   !> .true. if no vertex has moved since the window began, in the last stage.
+   !> All motions must have ended, and all loads must be constant.  Movement is relative to the
+   !> supports if all of them continue with one velocity after their records.
    pure subroutine judge_rest(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       real(wp) :: moved(3), drifted(2)

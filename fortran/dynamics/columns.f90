@@ -71,8 +71,8 @@ contains
    end subroutine take_over_columns
 
    !> Forces of the neighbours that the blocks at the side would have in level ground.
-   !> At the side, the triangle of such a face has the strain of its cell, whose forces are
-   !> subtracted.
+   !> At the side, the triangle of such a face has the strain of its cell.
+   !> The forces of that strain are subtracted.
    function forces_at_side(run, field) result(force)
       type(simulation_type), intent(in) :: run     !< of the column
       type(free_field_type), intent(in) :: field   !< of the model

@@ -192,8 +192,8 @@ contains
 
    !> Add products: block += k₁ a₁b₁ᵀ + k₂ a₂b₂ᵀ.
    !>
-   !> Loops over four and two rows fill vector registers directly; unrolled loops would shuffle them
-   !> into longer ones.
+   !> Loops over four and two rows fill vector registers directly.
+   !> Unrolled loops would rearrange these into longer registers.
    pure subroutine add_products(block, a1, b1, k1, a2, b2, k2)
       real(wp), intent(inout) :: block(6, 6)  !< 6×6 block of a matrix
       real(wp), intent(in) :: a1(6), b1(6), k1, a2(6), b2(6), k2

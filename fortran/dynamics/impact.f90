@@ -320,8 +320,8 @@ contains
    end function work_of_supports
 
    !> Repeat the open–close iteration with the present dashpots and impacts.
-   !> Struck contacts are stiffer by their gain, so rounding of displacements may exceed the noise
-   !> of positions.
+   !> Struck contacts are stiffer by their gain.
+   !> Rounding of displacements may therefore exceed the noise of positions.
    subroutine solve_again(iteration, system, solver, contacts, laws, blocks, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step

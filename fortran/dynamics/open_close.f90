@@ -115,8 +115,8 @@ contains
 
    !> Iterate until the assumed force of each contact equals that of its law.
    !>
-   !> If this does not converge in a quarter of the iterations and Δt cannot be reduced, rounds with
-   !> frozen friction bounds alternate with free ones.
+   !> If this does not converge in a quarter of the iterations and Δt cannot be reduced,
+   !> rounds with frozen friction bounds alternate with free ones.
    subroutine solve_contacts(iteration, system, solver, contacts, laws, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step

@@ -29,7 +29,7 @@ module dda_static_relaxation
    private
    public :: solve_statics, relax
 
-   integer, parameter :: many_changes = 2000     !< first changes that cause relaxation
+   integer, parameter :: many_changes = 2000 !< changes in the first iteration that cause relaxation
    integer, parameter :: most_iterations = 21    !< of a relaxed step
    real(wp), parameter :: ascent = 10.0_wp       !< correction of the last iterate over the best one
    real(wp), parameter :: nearly = 1.0e3_wp      !< tolerances at which bonds are checked

@@ -53,7 +53,7 @@ contains
 
    !> Create the elements that a model requires.  New kinds are registered here.
    subroutine set_elements(elements, model, blocks, time)
-      type(elements_type), intent(inout) :: elements  !< replaced; their states are retained
+      type(elements_type), intent(inout) :: elements  !< elements; their states are retained
       type(model_type), intent(in) :: model  !< model with the changes of the stages so far
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: time  !< time from which they act, s

@@ -138,7 +138,7 @@ contains
       type(network_type), intent(in) :: network       !< of the model
       real(wp), intent(in) :: conductance(:)          !< [channels] Δt times the conductance, m²/Pa
       logical, intent(in) :: fixed(:)                 !< [nodes] the pressure is known
-      integer, intent(in) :: place(:), owner(:)       !< [nodes] in its group; its group
+      integer, intent(in) :: place(:), owner(:)       !< [nodes] position in its group; its group
       type(group_type), intent(inout) :: groups(:)    !< get new numbers
       integer :: c, i, k
 
@@ -215,7 +215,7 @@ contains
       integer, intent(in) :: node                !< number
       real(wp), intent(in) :: stiffness          !< 0 of a fixed node
       integer, intent(in) :: block(:)            !< beside it
-      real(wp), intent(in) :: row(:,:)           !< [6,blocks] of the spring
+      real(wp), intent(in) :: row(:,:)           !< [6,blocks] row of the spring
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       integer :: more
 

@@ -53,7 +53,7 @@ module dda_joint_flow
       real(wp) :: time = 0.0_wp               !< s
       real(wp), allocatable :: pressure(:)    !< [nodes] Pa
       real(wp), allocatable :: empty(:)       !< [nodes] volume without water w, m³ per metre
-      logical, allocatable :: vented(:)       !< [nodes] assumed not full
+      logical, allocatable :: vented(:)       !< [nodes] nodes that are assumed not full
       logical, allocatable :: is_dry(:)  !< [boundaries] the load to which it belongs does not act
       ! Of the step
       type(step_type) :: step
@@ -326,8 +326,8 @@ contains
       call add_energy(energy, energy_input, work + change + viscous + lost)
    end subroutine account
 
-   !> Revise the states of nodes: below the least pressure they are not full; without
-   !> empty volume they are full.
+   !> Revise the states of nodes that contradict the solution.
+   !> Below the least pressure nodes are not full; without empty volume they are full.
    subroutine revise(self, blocks, step, d, changed)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step

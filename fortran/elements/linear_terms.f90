@@ -69,7 +69,7 @@ module dda_linear_terms
       real(wp) :: row_b(6) = 0.0_wp         !< of −u
       integer, allocatable :: further(:)    !< blocks of a cable besides a and b
       real(wp), allocatable :: further_row(:,:)  !< [6,further] of u
-      real(wp) :: place(2) = 0.0_wp         !< m, in the coordinates of the engine
+      real(wp) :: place(2) = 0.0_wp         !< position in the coordinates of the engine, m
    end type linear_term_type
 
    !> A list of terms; entries 1 … n count.
@@ -119,7 +119,7 @@ contains
    !> Rows of points of the same block are added.
    pure subroutine set_rows(term, block, row)
       type(linear_term_type), intent(inout) :: term  !< term of the list
-      integer, intent(in) :: block(:)   !< [points] not all the same
+      integer, intent(in) :: block(:)   !< [points] blocks, not all the same
       real(wp), intent(in) :: row(:,:)  !< [6,points] of u
       integer :: first(size(block)), n, k
 
@@ -248,8 +248,8 @@ contains
 
    !> Add weight × c u uᵀ of all terms to a matrix whose pattern contains them.
    !>
-   !> The springs of a welded face are consecutive: their position in the matrix is searched only
-   !> once.
+   !> The springs of a welded face are consecutive.
+   !> Their position in the matrix is searched only once.
    pure subroutine add_to_matrix(terms, weights, matrix)
       type(linear_terms_type), intent(in) :: terms  !< springs and dashpots
       real(wp), intent(in) :: weights(instants)  !< weight by instant; 0: term is omitted

@@ -186,7 +186,7 @@ contains
    end function damping_energies
 
    !> Force f₀ of initial stresses σ₀: A_i σ_f and A_j σ_f on the strains, −L σ_f n on the jump.
-   !> σ_f is the mean of the initial stresses, weighted by area.
+   !> The mean of the initial stresses, weighted by area, is σ_f.
    pure function initial_force(weld, stress) result(force)
       type(weld_type), intent(in) :: weld    !< face
       real(wp), intent(in) :: stress(3, 2)   !< stress of both cells, Pa

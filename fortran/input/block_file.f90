@@ -65,7 +65,7 @@ contains
          'be read as netCDF')
       if (.not. allocated(reader%dataset%error)) then
          call read_variables(reader, blocks)
-         if (nf90_close(reader%dataset%id) /= nf90_noerr) continue  ! nothing has been written
+         if (nf90_close(reader%dataset%id) /= nf90_noerr) continue  ! no data have been written
       end if
       if (allocated(reader%dataset%error)) then
          call fail(error, error_input, reader%dataset%error%message)
@@ -102,7 +102,7 @@ contains
 
    !> Read all variables and retain the first error.
    subroutine read_variables(reader, blocks)
-      type(reader_type), intent(inout) :: reader  !< open; keeps the first error
+      type(reader_type), intent(inout) :: reader  !< open; retains the first error
       type(block_file_type), intent(inout) :: blocks  !< filled
       integer, allocatable :: corners(:)
       integer :: n, vertices
@@ -125,7 +125,7 @@ contains
 
    !> Record why the file cannot be used, unless a reason is known.
    subroutine refuse(reader, reason)
-      type(reader_type), intent(inout) :: reader  !< open; keeps the first error
+      type(reader_type), intent(inout) :: reader  !< open; retains the first error
       character(len=*), intent(in) :: reason  !< for a person
 
       if (.not. allocated(reader%dataset%error)) call fail(reader%dataset%error, error_input, &
@@ -143,10 +143,10 @@ contains
 
    !> Check kind, shape and size of a variable; return its last dimension, or 0 on failure.
    integer function length_of(reader, name, rank, most) result(length)
-      type(reader_type), intent(inout) :: reader  !< open; keeps the first error
+      type(reader_type), intent(inout) :: reader  !< open; retains the first error
       character(len=*), intent(in) :: name  !< of the variable
       integer, intent(in) :: rank  !< 1: numbers; 2: pairs of numbers
-      integer, intent(in) :: most  !< that it may have
+      integer, intent(in) :: most  !< largest number of values
       integer :: shape_of(2)
 
       length = 0
@@ -165,7 +165,7 @@ contains
 
    !> Lengths of the dimensions of a variable, the fastest first.
    subroutine find_shape(reader, name, rank, text, shape_of)
-      type(reader_type), intent(inout) :: reader  !< open; keeps the first error
+      type(reader_type), intent(inout) :: reader  !< open; retains the first error
       character(len=*), intent(in) :: name  !< of the variable
       integer, intent(in) :: rank  !< required number of dimensions
       logical, intent(in) :: text  !< it must contain characters; .false.: numbers
@@ -198,7 +198,7 @@ contains
 
    !> Check that the values of a variable fit into the file and into free memory.
    subroutine check_bytes(reader, name, shape_of)
-      type(reader_type), intent(inout) :: reader  !< open; keeps the first error
+      type(reader_type), intent(inout) :: reader  !< open; retains the first error
       character(len=*), intent(in) :: name  !< of the variable
       integer, intent(in) :: shape_of(2)  !< lengths of its dimensions
       real(wp) :: values
@@ -216,7 +216,7 @@ contains
 
    !> Read whole numbers.
    subroutine read_integers(reader, name, n, values)
-      type(reader_type), intent(inout) :: reader  !< open; keeps the first error
+      type(reader_type), intent(inout) :: reader  !< open; retains the first error
       character(len=*), intent(in) :: name  !< of the variable
       integer, intent(in) :: n  !< values that it must have
       integer, allocatable, intent(out) :: values(:)  !< [n], 0 on failure
@@ -239,7 +239,7 @@ contains
 
    !> Find the first vertex of each block from the numbers of their corners.
    subroutine add_up(reader, corners, vertices, first)
-      type(reader_type), intent(inout) :: reader  !< open; keeps the first error
+      type(reader_type), intent(inout) :: reader  !< open; retains the first error
       integer, intent(in) :: corners(:)  !< [blocks]
       integer, intent(in) :: vertices    !< that the file has
       integer, allocatable, intent(out) :: first(:)  !< [blocks+1]
@@ -259,7 +259,7 @@ contains
 
    !> Read the positions of corners, which must be usable numbers.
    subroutine read_vertices(reader, n, vertices)
-      type(reader_type), intent(inout) :: reader  !< open; keeps the first error
+      type(reader_type), intent(inout) :: reader  !< open; retains the first error
       integer, intent(in) :: n  !< number of vertices
       real(wp), allocatable, intent(out) :: vertices(:,:)  !< [2, n] m
       integer :: id, v
@@ -279,7 +279,7 @@ contains
 
    !> Read names; blank if the file has no such variable.
    subroutine read_names(reader, name, names, n)
-      type(reader_type), intent(inout) :: reader  !< open; keeps the first error
+      type(reader_type), intent(inout) :: reader  !< open; retains the first error
       character(len=*), intent(in) :: name  !< of the variable
       character(len=name_length), allocatable, intent(out) :: names(:)  !< blank-padded
       integer, intent(in), optional :: n  !< required number
@@ -308,7 +308,7 @@ contains
 
    !> Read the characters of a variable.
    function text_of(reader, name, id, shape_of) result(names)  ! total
-      type(reader_type), intent(inout) :: reader  !< open; keeps the first error
+      type(reader_type), intent(inout) :: reader  !< open; retains the first error
       character(len=*), intent(in) :: name  !< of the variable
       integer, intent(in) :: id  !< of the variable
       integer, intent(in) :: shape_of(2)  !< length of a name, number of names
@@ -321,7 +321,7 @@ contains
 
    !> Read positions in a list of names; 0 (none) if the file has no such variable.
    subroutine read_numbers(reader, name, n, names, numbers)
-      type(reader_type), intent(inout) :: reader  !< open; keeps the first error
+      type(reader_type), intent(inout) :: reader  !< open; retains the first error
       character(len=*), intent(in) :: name  !< of the variable
       integer, intent(in) :: n  !< values that it must have
       character(len=*), intent(in) :: names(:)  !< list of names, numbered from 1

@@ -218,7 +218,7 @@ contains
 
    !> Add a free field beyond a side.
    subroutine continue_side(model, group, reading, pieces, error)
-      type(model_type), intent(inout) :: model  !< receives the free field
+      type(model_type), intent(inout) :: model  !< model that receives the free field
       type(group_type), intent(in) :: group  !< of the input
       type(reading_type), intent(in) :: reading  !< as read
       type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< the side

@@ -21,7 +21,7 @@ module dda_input_changes
    type :: change_type
       character(len=:), allocatable :: path   !< as written
       character(len=:), allocatable :: value  !< value as typed; unallocated: remove the variable
-      integer :: variable = 0                 !< its position in `input_variables`, once found
+      integer :: variable = 0                 !< position in `input_variables`, once found
       character(len=:), allocatable, private :: group, which, name  !< which: '' if not given
    end type change_type
 

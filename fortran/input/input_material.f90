@@ -54,7 +54,7 @@ contains
    subroutine check_derived(error, group, new)
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(group_type), intent(in) :: group  !< of the group
-      type(material_type), intent(in) :: new  !< with moduli from velocities
+      type(material_type), intent(in) :: new  !< material with moduli from velocities
       type(error_type), allocatable :: failure
 
       call require(failure, group, 'young_modulus poisson_ratio', [new%young_modulus, &

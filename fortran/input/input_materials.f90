@@ -113,7 +113,7 @@ contains
    !> Find a material and a joint by name; without a name the only or first one.
    subroutine find_substances(group, names, model, m, j, error)
       type(group_type), intent(in) :: group      !< of the input
-      type(naming_values), intent(in) :: names   !< names that it has, or blank
+      type(naming_values), intent(in) :: names   !< names in the group, or blank
       type(model_type), intent(in) :: model      !< model with its materials and joints
       integer, intent(out) :: m, j               !< positions in the model's lists
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure

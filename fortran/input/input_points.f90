@@ -29,7 +29,7 @@ contains
       type(model_type), intent(in) :: model      !< with its blocks
       character(len=*), intent(in) :: wanted     !< name or number of a block, or blank
       real(wp), intent(in) :: point(2)           !< m
-      integer, intent(out) :: b  !< its number; 0 on failure
+      integer, intent(out) :: b  !< number of the block; 0 on failure
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       character(len=:), allocatable :: words
 
@@ -108,7 +108,7 @@ contains
       type(model_type), intent(in) :: model  !< with its blocks
       type(point_values), intent(in) :: point  !< of the group
       real(wp), intent(out) :: place(2), reference(2)  !< m; offset from the block's centroid, m
-      integer, intent(out) :: b          !< its number; 0 on failure
+      integer, intent(out) :: b          !< number of the block; 0 on failure
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       place = [point%x, point%y] - model%origin

@@ -32,7 +32,7 @@ module dda_input_text
 
    !> Position of an assignment in a text.
    type :: span_type
-      integer :: variable = 0          !< its position in `input_variables`
+      integer :: variable = 0          !< position of the variable in `input_variables`
       integer :: first = 0, last = 0   !< positions of its name and of its last value
    end type span_type
 
@@ -125,7 +125,7 @@ contains
    !> Check that a group gives what its variables need, by the rules of the schema.
    pure subroutine check_rules(group, g, words, error)
       type(group_type), intent(in) :: group  !< with its values
-      integer, intent(in) :: g               !< its position in `input_groups`
+      integer, intent(in) :: g               !< position of the group in `input_groups`
       logical, intent(in) :: words  !< check only exclusions by words: the group may be incomplete
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer :: r, at, first
@@ -289,7 +289,7 @@ contains
    subroutine read_group(file, text, at, line, group, error)
       character(len=*), intent(in) :: file, text  !< path, for messages; text of the input
       integer, intent(inout) :: at, line  !< position in the text, line number
-      type(group_type), intent(out) :: group  !< its name and position
+      type(group_type), intent(out) :: group  !< name and position of the group
       type(error_type), allocatable, intent(inout) :: error  !< allocated on failure
       integer :: length, lines
 

@@ -24,7 +24,7 @@ module dda_input_value
 
    !> The values of a variable.
    type :: value_type
-      integer :: variable = 0                 !< its position in `input_variables`; 0: not given
+      integer :: variable = 0                 !< position in `input_variables`; 0: not given
       integer :: n = 0                        !< number of values, up to the last given one
       real(wp), allocatable :: numbers(:)     !< [n] `unset` if omitted; logical values are 0 and 1
       type(word_type), allocatable :: words(:)  !< [≥ n]
@@ -117,7 +117,7 @@ contains
 
    !> Read a range 'first:last:step', or one position.
    pure subroutine read_range(text, size, range)
-      character(len=*), intent(in) :: text     !< between brackets and commas
+      character(len=*), intent(in) :: text     !< text between brackets and commas
       integer, intent(in) :: size              !< of the list
       type(part_type), intent(out) :: range    !< range; empty if it is not within the list
       integer :: colon, second, last, status(3)

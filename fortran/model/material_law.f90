@@ -138,8 +138,8 @@ contains
       no_cap = huge(1.0_wp)
    end function no_cap
 
-   !> Stress, Pa, due to the mean stress and the change of area that tr ε omits; default: 0, since
-   !> strains are small.
+   !> Stress, Pa, due to the mean stress and the change of area that tr ε omits.
+   !> The default is 0, since strains are small.
    pure function no_shape_stress(self, state) result(stress)
       class(material_law_type), intent(in) :: self  !< law
       real(wp), intent(in) :: state(:)              !< [any] state of the point

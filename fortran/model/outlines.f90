@@ -96,7 +96,7 @@ contains
       name)
       type(outlines_type), intent(inout) :: outlines  !< list to append to
       real(wp), intent(in) :: left, bottom            !< lower left corner of the lowest layer, m
-      real(wp), intent(in) :: width, thickness        !< m, of each layer
+      real(wp), intent(in) :: width, thickness        !< width and thickness of each layer, m
       integer, intent(in) :: count                    !< layers
       integer, intent(in) :: material, joint, source  !< see `outlines_type`
       character(len=*), intent(in) :: name            !< see `numbered`
@@ -113,7 +113,7 @@ contains
       name)
       type(outlines_type), intent(inout) :: outlines  !< list to append to
       real(wp), intent(in) :: centre, bottom          !< axis and foot of the column, m
-      real(wp), intent(in) :: height                  !< m, of each drum
+      real(wp), intent(in) :: height                  !< height of each drum, m
       real(wp), intent(in) :: widths(2)  !< widths at the foot and at the top of the column, m
       integer, intent(in) :: count                    !< drums
       integer, intent(in) :: material, joint, source  !< see `outlines_type`
@@ -136,8 +136,8 @@ contains
    subroutine add_wall(outlines, left, bottom, brick, bricks, courses, material, joint, source, &
       name, head_joint)
       type(outlines_type), intent(inout) :: outlines  !< list to append to
-      real(wp), intent(in) :: left, bottom            !< m, lower left corner
-      real(wp), intent(in) :: brick(2)                !< m, length and height
+      real(wp), intent(in) :: left, bottom            !< lower left corner, m
+      real(wp), intent(in) :: brick(2)                !< length and height, m
       integer, intent(in) :: bricks, courses  !< bricks of a full course; courses of the wall
       integer, intent(in) :: material, joint, source  !< see `outlines_type`
       character(len=*), intent(in) :: name            !< see `numbered`

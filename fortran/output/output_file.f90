@@ -148,7 +148,7 @@ contains
 
    !> Define the variables that the model has, and their dimensions.
    subroutine define_file(output, journal)
-      type(output_type), intent(inout) :: output  !< open; keeps the first error
+      type(output_type), intent(inout) :: output  !< open; retains the first error
       type(journal_type), intent(in) :: journal  !< of the run
       integer :: lengths(size(dimension_names)), i
       logical :: is_used(0:size(dimension_names))
@@ -176,7 +176,7 @@ contains
 
    !> Define a variable with its attributes.
    subroutine define(dataset, variable)
-      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
       type(output_variable_type), intent(in) :: variable  !< of the schema
       integer, parameter :: kinds(3) = [nf90_char, nf90_double, nf90_int]
       character(len=:), allocatable :: name
@@ -193,7 +193,7 @@ contains
 
    !> Write attributes with everything needed to repeat the run.
    subroutine describe_run(dataset, simulation, complete)
-      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       character(len=*), intent(in) :: complete  !< 'yes' or 'no'
       character(len=:), allocatable :: audit
@@ -224,7 +224,7 @@ contains
 
    !> Write the verdict as attributes, in words and numbers.
    subroutine describe_verdict(dataset, verdict)
-      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
       type(run_verdict_type), intent(in) :: verdict  !< of all frames
       integer :: i
 
@@ -270,7 +270,7 @@ contains
 
    !> Write values that do not depend on time.
    subroutine write_constants(dataset, simulation)
-      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       integer :: i
 
@@ -317,7 +317,7 @@ contains
 
    !> Write the largest values of the run up to the present time.
    subroutine put_maxima(dataset, simulation)
-      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       integer, parameter :: n = number_of_maxima
       real(wp) :: who(2, n, 2)
@@ -340,7 +340,7 @@ contains
 
    !> Write the network of water in joints.
    subroutine put_flow(dataset, model)
-      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
       type(model_type), intent(in) :: model  !< with flow
       integer :: c
 
@@ -358,7 +358,7 @@ contains
 
    !> Write constants of the bolts.
    subroutine put_bolts(dataset, simulation)
-      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       integer :: i, k, at
 
@@ -384,7 +384,7 @@ contains
 
    !> Write names and edges of boundaries.
    subroutine put_boundaries(dataset, simulation)
-      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
 
       associate (edges => simulation%model%boundary_edges, &

@@ -43,7 +43,7 @@ contains
 
    !> Read all samples of a variable at an index.
    subroutine read_series(dataset, name, at, values)
-      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
       character(len=*), intent(in) :: name          !< of the variable
       integer, intent(in) :: at(:)                  !< as above
       real(wp), allocatable, intent(out) :: values(:)  !< [samples]

@@ -177,7 +177,7 @@ contains
    !> Warnings for a screen: those of the check of the model, or the others.
    pure function screen_doubts(doubts, of_check) result(text)
       type(doubt_type), intent(in) :: doubts(:)  !< of both
-      logical, intent(in) :: of_check            !< those of the check
+      logical, intent(in) :: of_check            !< warnings of the check
       character(len=:), allocatable :: text
       integer :: i
 

@@ -75,8 +75,8 @@ contains
    end function beside_buffers
 
    !> Return an error if a factor, and BLAS within it, leave no memory for the steps.
-   !> Otherwise BLAS allocates its buffers, and unused pages left by reading and planning are
-   !> returned to the system.
+   !> Otherwise let BLAS allocate its buffers.
+   !> Unused pages left by reading and planning are returned to the system.
    subroutine require_for_factor(bytes, blocks, threads, what, error)
       real(wp), intent(in) :: bytes         !< of the factor
       integer, intent(in) :: blocks         !< of the matrix

@@ -87,8 +87,8 @@ contains
    end subroutine request_stop
 
    !> .true. if a signal has arrived, or the host requests this thread to stop.
-   !> In a team only the thread that called the engine polls the host: it may hold a lock of the
-   !> host for which the others would wait for ever.
+   !> In a team only the thread that called the engine polls the host.
+   !> It may hold a lock of the host for which the other threads would wait for ever.
    logical function stop_requested()  ! total
       logical :: may_ask
 

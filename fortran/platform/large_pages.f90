@@ -23,8 +23,8 @@ module dda_large_pages
 
 contains
 
-   !> Request large pages for memory that has not been written to; no effect on systems without
-   !> them.
+   !> Request large pages for memory that has not been written to.
+   !> The request has no effect on systems without large pages.
    subroutine prefer_large_pages(memory, bytes)
       type(c_ptr), intent(in) :: memory  !< its address
       integer(long), intent(in) :: bytes  !< size

@@ -47,7 +47,7 @@ contains
 
    !> Record the error of a call, unless there was one before.
    subroutine checked(dataset, status, action)
-      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
       integer, intent(in) :: status  !< status of a netCDF call
       character(len=*), intent(in) :: action  !< action for the message: "cannot …"
 
@@ -58,7 +58,7 @@ contains
 
    !> Define a dimension.
    subroutine define_dimension(dataset, name, length)
-      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
       character(len=*), intent(in) :: name  !< in the file
       integer, intent(in) :: length  !< of the dimension
       integer :: unused
@@ -69,7 +69,7 @@ contains
 
    !> Define a variable with defined dimensions.
    subroutine define_variable(dataset, name, kind, dimensions)
-      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
       character(len=*), intent(in) :: name           !< in the file
       integer, intent(in) :: kind                    !< nf90_double, …
       character(len=*), intent(in) :: dimensions(:)  !< names of the dimensions, the fastest first
@@ -86,7 +86,7 @@ contains
 
    !> Write a text attribute of a variable, if it is not blank.
    subroutine describe_variable(dataset, variable, name, text)
-      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
       character(len=*), intent(in) :: variable      !< of the file
       character(len=*), intent(in) :: name, text    !< of the attribute
       integer :: id
@@ -99,7 +99,7 @@ contains
 
    !> Write the meanings of the values 0, 1, … of a variable, by the CF conventions.
    subroutine describe_flags(dataset, variable, meanings)
-      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
       character(len=*), intent(in) :: variable      !< of the file
       character(len=*), intent(in) :: meanings      !< a word each; blank: it has none
       integer :: id, i
@@ -115,7 +115,7 @@ contains
 
    !> Write a text attribute of the file.
    subroutine describe(dataset, name, text)
-      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
       character(len=*), intent(in) :: name, text  !< of the attribute
 
       if (allocated(dataset%error)) return
@@ -125,7 +125,7 @@ contains
 
    !> Write a number as an attribute of the file.
    subroutine describe_number(dataset, name, value)
-      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
       character(len=*), intent(in) :: name  !< name of the attribute, with its unit
       real(wp), intent(in) :: value  !< in that unit
 
@@ -150,7 +150,7 @@ contains
 
    !> Write numbers, in the order of the file, at a start and count, as the type of the variable.
    subroutine put(dataset, name, values, start, count)
-      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
       character(len=*), intent(in) :: name  !< of the variable
       real(wp), contiguous, intent(in) :: values(:)  !< values in the order of the file
       integer, intent(in) :: start(:), count(:)  !< [dimensions] from 1
@@ -164,7 +164,7 @@ contains
 
    !> Write names with visible ends; bytes that are not text (UTF-8) become question marks.
    subroutine put_names(dataset, variable, names, otherwise)
-      type(dataset_type), intent(inout) :: dataset  !< open; keeps the first error
+      type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
       character(len=*), intent(in) :: variable  !< of the file, dimension `name_length` first
       character(len=*), intent(in) :: names(:)  !< [names] blank-padded
       character(len=*), intent(in), optional :: otherwise !< text for a blank name, plus number

@@ -103,7 +103,7 @@ contains
    !> Read the file by the reader of its format.
    subroutine read_format(reader, record, quantity, section)
       type(line_reader_type), intent(inout) :: reader  !< of the file
-      type(record_type), intent(inout) :: record  !< filled from the file
+      type(record_type), intent(inout) :: record  !< record, filled from the file
       !> 'acceleration', 'velocity', 'displacement' or blank
       character(len=*), intent(in) :: quantity
       integer, intent(in) :: section  !< section of a COSMOS file, from 1

@@ -24,7 +24,7 @@ contains
    !> Read the one trace of a PEER file, in the unit of the file.
    subroutine read_at2(reader, record)
       type(line_reader_type), intent(inout) :: reader        !< reader at the start of the file
-      type(record_type), intent(inout) :: record  !< filled from the file
+      type(record_type), intent(inout) :: record  !< record, filled from the file
       character(len=:), allocatable :: text
       integer(long) :: samples
       integer :: line
@@ -44,7 +44,7 @@ contains
    subroutine read_title(text, line, record)
       character(len=*), intent(in) :: text  !< line of the file
       integer, intent(in) :: line  !< its number
-      type(record_type), intent(inout) :: record  !< filled from the file
+      type(record_type), intent(inout) :: record  !< record, filled from the file
       character(len=*), parameter :: before_unit = 'units of '
       character(len=:), allocatable :: title, name
       type(unit_type) :: unit

@@ -42,7 +42,7 @@ contains
    !> Read the `channel`-th section with the quantity, in the unit of the file.
    subroutine read_cosmos(reader, record, quantity, channel)
       type(line_reader_type), intent(inout) :: reader        !< reader at the start of the file
-      type(record_type), intent(inout) :: record  !< filled from the file
+      type(record_type), intent(inout) :: record  !< record, filled from the file
       character(len=*), intent(in) :: quantity               !< blank: that of the first section
       !> 1, 2, … among the sections of the quantity
       integer, intent(in) :: channel
@@ -76,7 +76,7 @@ contains
    subroutine take_part(reader, text, lowered, record, state)
       type(line_reader_type), intent(inout) :: reader  !< of the file
       character(len=*), intent(in) :: text, lowered  !< line of the file; in lower case
-      type(record_type), intent(inout) :: record  !< filled from the file
+      type(record_type), intent(inout) :: record  !< record, filled from the file
       type(state_type), intent(inout) :: state  !< of the reader
       type(sample_list_type) :: list
       integer(long) :: count
@@ -110,7 +110,7 @@ contains
    subroutine take_section(reader, lowered, record, state)
       type(line_reader_type), intent(inout) :: reader  !< of the file
       character(len=*), intent(in) :: lowered  !< line of the file, in lower case
-      type(record_type), intent(inout) :: record  !< filled from the file
+      type(record_type), intent(inout) :: record  !< record, filled from the file
       type(state_type), intent(inout) :: state  !< of the reader
       character(len=*), parameter :: before_step = 'spaced at'
       character(len=:), allocatable :: quantity

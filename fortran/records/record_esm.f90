@@ -21,7 +21,7 @@ contains
    !> Read the one trace of an ESM file, in the unit of the file.
    subroutine read_esm(reader, record)
       type(line_reader_type), intent(inout) :: reader        !< reader at the start of the file
-      type(record_type), intent(inout) :: record  !< filled from the file
+      type(record_type), intent(inout) :: record  !< record, filled from the file
       character(len=:), allocatable :: text
       real(wp) :: count, duration  ! samples, s; negative if the header does not state them
       integer(long) :: samples
@@ -47,7 +47,7 @@ contains
    subroutine read_item(reader, text, record, count, duration)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       character(len=*), intent(in) :: text  !< line `KEY: value`
-      type(record_type), intent(inout) :: record  !< filled from the file
+      type(record_type), intent(inout) :: record  !< record, filled from the file
       real(wp), intent(inout) :: count, duration  !< samples, s
       character(len=:), allocatable :: key, value
       type(unit_type) :: unit

@@ -25,7 +25,7 @@ contains
    !> Read the one trace of a K-NET file, in gal.
    subroutine read_knet(reader, record)
       type(line_reader_type), intent(inout) :: reader        !< reader at the start of the file
-      type(record_type), intent(inout) :: record  !< filled from the file
+      type(record_type), intent(inout) :: record  !< record, filled from the file
       real(wp) :: frequency, duration, factor  ! samples/s, s, gal per count
       integer(long) :: samples
 
@@ -48,7 +48,7 @@ contains
    !> Read the 17 header lines; missing values are negative.
    subroutine read_header(reader, record, frequency, duration, factor)
       type(line_reader_type), intent(inout) :: reader  !< of the file
-      type(record_type), intent(inout) :: record  !< filled from the file
+      type(record_type), intent(inout) :: record  !< record, filled from the file
       real(wp), intent(out) :: frequency, duration, factor  !< samples/s, s, gal per count
       character(len=:), allocatable :: text, rest
       integer :: line

@@ -28,7 +28,7 @@ contains
 
    !> Append a value to the list.
    pure subroutine append(list, value)
-      type(sample_list_type), intent(inout) :: list  !< values are added to it
+      type(sample_list_type), intent(inout) :: list  !< list to which values are added
       real(wp), intent(in) :: value  !< to add
 
       call grow(list%values, list%count + 1)
@@ -70,7 +70,7 @@ contains
       type(line_reader_type), intent(inout) :: reader  !< of the file
       integer(long), intent(in) :: expected                !< number declared by the header
       character(len=*), intent(in) :: what                 !< 'samples', … for messages
-      type(sample_list_type), intent(inout) :: list        !< values are added to it
+      type(sample_list_type), intent(inout) :: list        !< list to which values are added
       character(len=:), allocatable :: text, surplus
       logical :: found
 
@@ -111,7 +111,7 @@ contains
       logical, intent(in) :: commas  !< commas may separate numbers; .false.: numbers need no blanks
       integer(long), intent(in) :: most  !< numbers that the list may have
       character(len=*), intent(in) :: surplus  !< message if there are more
-      type(sample_list_type), intent(inout) :: list  !< values are added to it
+      type(sample_list_type), intent(inout) :: list  !< list to which values are added
       integer :: position, state
       real(wp) :: value
 

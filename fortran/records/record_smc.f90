@@ -27,7 +27,7 @@ contains
    !> Read the one trace of an SMC file, in the unit of the file.
    subroutine read_smc(reader, record)
       type(line_reader_type), intent(inout) :: reader        !< reader at the start of the file
-      type(record_type), intent(inout) :: record  !< filled from the file
+      type(record_type), intent(inout) :: record  !< record, filled from the file
       integer(long) :: comments, samples
 
       call read_titles(reader, record)
@@ -40,7 +40,7 @@ contains
    !> Read the quantity from the first line, event and station from lines 4 and 6.
    subroutine read_titles(reader, record)
       type(line_reader_type), intent(inout) :: reader  !< of the file
-      type(record_type), intent(inout) :: record  !< filled from the file
+      type(record_type), intent(inout) :: record  !< record, filled from the file
       character(len=:), allocatable :: text
       integer :: line
 

@@ -31,7 +31,7 @@ contains
    !> Read one or two columns; `record%time_step` > 0 is the caller's.
    subroutine read_text(reader, record)
       type(line_reader_type), intent(inout) :: reader        !< reader at the start of the file
-      type(record_type), intent(inout) :: record  !< filled from the file
+      type(record_type), intent(inout) :: record  !< record, filled from the file
       type(column_type) :: column
       character(len=:), allocatable :: text
       logical :: found
@@ -148,7 +148,7 @@ contains
    !> Set time step and samples from the column.
    subroutine finish(reader, record, column)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
-      type(record_type), intent(inout) :: record  !< filled from the file
+      type(record_type), intent(inout) :: record  !< record, filled from the file
       type(column_type), intent(in) :: column  !< of samples, complete
 
       associate (count => column%values%count)

@@ -14,7 +14,7 @@ module dda_site_response
 
    !> The peak of an amplification in an output.
    type :: response_peak_type
-      type(spectral_peak_type) :: found     !< of the ratio of the spectra
+      type(spectral_peak_type) :: found     !< peak of the ratio of the spectra
       !> largest acceleration in the last twentieth of the surface history, relative to its peak
       real(wp) :: left = 0.0_wp
    end type response_peak_type

@@ -49,7 +49,7 @@ contains
 
    !> Make a motion from a record.
    subroutine make_motion_curve(curve, quantity, values, time_step, error, baseline)
-      type(motion_curve_type), intent(out) :: curve            !< undefined after an error
+      type(motion_curve_type), intent(out) :: curve            !< curve; undefined after an error
       !> 'acceleration', 'velocity' or 'displacement'
       character(len=*), intent(in) :: quantity
       real(wp), intent(in) :: values(:)                        !< m/s², m/s or m [samples]
@@ -92,8 +92,8 @@ contains
    end function ends_at_rest
 
    !> Make a motion from accelerations or velocities, without drift.
-   !> Accelerations are integrated, the drift of the velocity is fitted, its derivative is
-   !> subtracted, and the result is integrated again; velocities lose the drift, joined by cubics.
+   !> Accelerations are integrated, their drift is removed, and the result is integrated again.
+   !> Velocities lose the fitted drift and are joined by cubics.
    subroutine from_rates(curve, is_velocity, values, time_step, wanted)
       type(motion_curve_type), intent(out) :: curve  !< complete
       logical, intent(in) :: is_velocity         !< else acceleration

@@ -184,7 +184,7 @@ contains
 
    !> Coefficients of s³, s⁴, s⁵ that match displacement, velocity and acceleration at the end of i.
    pure function quintic(curve, i) result(factor)
-      type(motion_curve_type), intent(in) :: curve  !< its values at the samples
+      type(motion_curve_type), intent(in) :: curve  !< curve; values at the samples are set
       integer, intent(in) :: i                      !< interval
       real(wp) :: factor(3)
       real(wp) :: h, d, v, a  ! residuals at the end of the terms up to s², as displacements (m)

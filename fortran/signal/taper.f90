@@ -15,7 +15,7 @@ contains
       !> fraction of the length that is tapered, half at each end, 0 … 1
       real(wp), intent(in) :: fraction
       real(wp) :: weight(count)              !< [samples], between 0 and 1
-      real(wp) :: width                      ! of one flank, in samples
+      real(wp) :: width                      ! width of one flank, in samples
       integer :: i
 
       weight = 1.0_wp

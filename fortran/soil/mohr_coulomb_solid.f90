@@ -263,8 +263,8 @@ contains
       yields = .true.
    end function yields
 
-   !> Largest stress of the jumps of a face, Pa: the rest of the largest circle about the mean
-   !> stress. It is that at the start of a step; the result is at least a fraction of the radius.
+   !> Largest stress of the jumps of a face, Pa: largest radius minus the present one.
+   !> It is at least a fraction of the largest radius, at the start of a step.
    pure real(wp) function jump_cap(self, point, state, strain)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
       type(strain_point_type), intent(in) :: point        !< of the face

@@ -64,8 +64,8 @@ contains
 
    !> Compute ∫₀¹ p(e₀ + tΔe) dt and ∫₀¹ t ∂p/∂e dt.
    !>
-   !> Along the line e = q + (s₀ + t) t̂, q·t̂ = 0, the circle is entered and left where s₀ + t is
-   !> ∓√(y² − q²).
+   !> Along the line e = q + (s₀ + t) t̂, q·t̂ = 0, the circle is crossed where s₀ + t is
+   !> equal to ∓√(y² − q²).
    pure subroutine mean_along(e, change, cap, mean, slope)
       real(wp), intent(in) :: e(2), change(2), cap  !< e₀, Δe, y
       real(wp), intent(out) :: mean(2), slope(2, 2)

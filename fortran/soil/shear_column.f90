@@ -106,7 +106,7 @@ contains
       real(wp), intent(in) :: time_step                !< Δt, s
       real(wp), intent(in) :: load(:)                  !< [nodes] Pa
       real(wp), intent(inout) :: d(:)                  !< [nodes] Δu, m
-      real(wp), intent(inout) :: stress(:), tangent(:) !< [cells] at d, Pa
+      real(wp), intent(inout) :: stress(:), tangent(:) !< [cells] stress and tangent at d, Pa
       real(wp), intent(inout) :: residual(:)           !< [nodes] residual at d, Pa
       real(wp), intent(inout) :: scale                 !< largest force, Pa
       real(wp) :: correction(size(d)), from(size(d)), before, factor

@@ -94,8 +94,8 @@ contains
       theta = soil%theta(1) + soil%theta(2)*grown/(soil%theta(3)**soil%theta(5) + grown)
    end function theta_of
 
-   !> Masing damping D = (2/π) [2 ∫τ dγ/(τγ) − 1] at the strains of a table, by the trapezoidal
-   !> rule. The soil is linear up to the first strain.
+   !> Damping by Masing's rules at the strains of a table: D = (2/π) [2 ∫τ dγ/(τγ) − 1].
+   !> The integral is computed by the trapezoidal rule; the soil is linear up to the first strain.
    pure function masing(strain, reduced) result(damping)
       real(wp), intent(in) :: strain(:), reduced(:)  !< [(below + samples − 1) parts + 1] γ, G_s/G
       real(wp) :: damping(samples), stress(size(strain)), work

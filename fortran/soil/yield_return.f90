@@ -101,8 +101,8 @@ contains
       end do
    end subroutine planes
 
-   !> Return to the intersection of some planes, and find the violation of other bounds or the pull
-   !> of a plane, Pa.
+   !> Return to the intersection of some planes.
+   !> The violation of other bounds, or the pull of a plane, is found too, Pa.
    pure subroutine return_to(elastic, trial, gradient, bound, list, to, off)
       real(wp), intent(in) :: elastic(3, 3)      !< D of principal strains, Pa
       real(wp), intent(in) :: trial(3)           !< Pa

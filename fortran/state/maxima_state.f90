@@ -54,7 +54,7 @@ contains
    !> Save or restore the initial contacts, and their last scan.
    subroutine serialise_contacts(archive, first, vertices)
       type(archive_type), intent(inout) :: archive       !< written or read
-      type(first_contacts_type), intent(inout) :: first  !< with room for them
+      type(first_contacts_type), intent(inout) :: first  !< contacts, with memory for them
       integer, intent(in) :: vertices                    !< of the model
 
       call serialise_list(archive, first%vertex, 1, vertices)

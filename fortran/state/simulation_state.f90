@@ -245,8 +245,8 @@ contains
       call serialise(archive, iteration%reduction)
    end subroutine serialise_iteration
 
-   !> Save or restore the state of blocks.  Derived values are computed again, except the first
-   !> vertices, which are those of the input.
+   !> Save or restore the state of blocks.
+   !> Derived values are computed again, except the first vertices, which are those of the input.
    subroutine serialise_blocks(archive, blocks)
       type(archive_type), intent(inout) :: archive  !< written or read
       type(blocks_type), intent(inout) :: blocks  !< blocks in their present state

@@ -59,8 +59,8 @@ contains
    end subroutine tree_of_fronts
 
    !> Find the elimination tree and the number of blocks in each column of the factor.
-   !> Row i of the factor is the part of the tree between i and its neighbours; the end of each path
-   !> to a neighbour is a child of i.
+   !> Row i of the factor is the part of the tree between i and its neighbours.
+   !> The end of each path from i to a neighbour is a child of i.
    pure subroutine count_rows(graph, order, permuted, parent, rows)
       type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
       integer, intent(in) :: order(graph%n), permuted(graph%n)  !< permutation and its inverse

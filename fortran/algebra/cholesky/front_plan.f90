@@ -107,8 +107,8 @@ contains
       plan%child = plan%child(order)
    end subroutine list_children
 
-   !> List the rows below each front: row i belongs to every front between it and its tree
-   !> neighbours. Rows are added in ascending order, so that each list ascends.
+   !> List the rows below each front.
+   !> Row i belongs to the fronts between it and its tree neighbours; each list ascends.
    pure subroutine list_rows(graph, permuted, front_at, plan)
       type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
       !> index in the order; front of each index
@@ -303,8 +303,8 @@ contains
    end subroutine plan_updates
 
    !> Stack the updates of the fronts of a task, or of the root fronts.
-   !> An update is computed while the updates of its children still exist; odd and even levels of
-   !> the tree therefore use two stacks.
+   !> An update is computed while the updates of its children still exist.
+   !> Odd and even levels of the tree therefore use two stacks.
    pure subroutine stack_updates(fronts, level, before, plan, most)
       integer, intent(in) :: fronts(:)  !< some fronts, in postorder
       integer, intent(in) :: level(:)   !< [fronts] distance of each front from its root

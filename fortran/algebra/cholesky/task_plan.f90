@@ -32,7 +32,7 @@ contains
 
    !> Cut the tree into subtrees that are cheap enough for one task.
    pure subroutine plan_tasks(parent, cost, plan)
-      integer, intent(in) :: parent(:)  !< [fronts] in postorder, 0 for a root
+      integer, intent(in) :: parent(:)  !< [fronts] parents in postorder; 0 for a root
       real(wp), intent(in) :: cost(:)   !< [fronts]
       type(task_plan_type), intent(out) :: plan  !< tasks and root fronts
       real(wp) :: subtree(size(cost)), limit
@@ -51,7 +51,7 @@ contains
 
    !> Combine neighbouring subtrees below the root fronts into tasks, up to the limit of cost.
    pure subroutine bind_tasks(parent, subtree, limit, plan)
-      integer, intent(in) :: parent(:)  !< [fronts] in postorder, 0 for a root
+      integer, intent(in) :: parent(:)  !< [fronts] parents in postorder; 0 for a root
       real(wp), intent(in) :: subtree(:)  !< [fronts] cost of each subtree
       real(wp), intent(in) :: limit       !< largest cost of a task
       type(task_plan_type), intent(inout) :: plan  !< gets its tasks

@@ -48,7 +48,7 @@ contains
    !> The `count` algebraically largest eigenvalues, descending, with orthonormal vectors.
    subroutine largest_pairs(operator, n, count, tolerance, values, vectors, residuals, error, &
       salt, most_restarts)
-      class(operator_type), intent(inout) :: operator  !< its products are counted
+      class(operator_type), intent(inout) :: operator  !< operator; its products are counted
       integer, intent(in) :: n          !< size of the operator
       integer, intent(in) :: count      !< 1 … n−1
       real(wp), intent(in) :: tolerance !< tolerance of the residual / eigenvalue
@@ -99,7 +99,7 @@ contains
    !> Iterate: supply ARPACK with matrix products until it has finished.
    subroutine iterate(iteration, operator, error)
       type(iteration_type), intent(inout) :: iteration  !< state of ARPACK
-      class(operator_type), intent(inout) :: operator  !< its products are counted
+      class(operator_type), intent(inout) :: operator  !< operator; its products are counted
       type(error_type), allocatable, intent(out) :: error  !< ARPACK has not converged
       integer :: ido, info, from, to
 
@@ -153,7 +153,7 @@ contains
 
    !> Check the residuals of the pairs with the operator itself, independently of ARPACK.
    subroutine check_pairs(operator, tolerance, values, vectors, residuals, error)
-      class(operator_type), intent(inout) :: operator  !< its products are counted
+      class(operator_type), intent(inout) :: operator  !< operator; its products are counted
       real(wp), intent(in) :: tolerance, values(:), vectors(:,:)  !< relative; [count]; [n,count]
       real(wp), allocatable, intent(out) :: residuals(:)  !< [count] relative
       type(error_type), allocatable, intent(out) :: error  !< a residual is too large

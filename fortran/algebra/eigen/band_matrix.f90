@@ -59,7 +59,7 @@ contains
 
    !> Copy a 6×6 block into the band, transposed if it lies above the diagonal.
    pure subroutine put_block(factor, block, row, column)
-      type(band_type), intent(inout) :: factor  !< its band is filled
+      type(band_type), intent(inout) :: factor  !< factor; its band is filled
       real(wp), intent(in) :: block(6, 6)  !< values
       integer, intent(in) :: row, column  !< permuted indices of its block row and column
       integer :: i, j, first

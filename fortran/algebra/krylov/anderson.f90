@@ -63,8 +63,8 @@ contains
       end do
    end subroutine accelerate
 
-   !> Store the differences from the last iteration for the unknowns first … last, and their
-   !> contributions to the products of all columns of d_residual with the last one and the residual.
+   !> Store the differences from the last iteration for the unknowns first … last.
+   !> Add their products with all columns of d_residual and with the residual.
    pure subroutine remember(memory, slot, used, x, image, first, last, products)
       type(anderson_type), intent(inout) :: memory  !< gets this iteration
       integer, intent(in) :: slot, used             !< column of the differences; columns

@@ -55,8 +55,8 @@ contains
 
    !> Solve K x = b from the x given, until ‖r‖ ≤ tolerance·size or ‖r‖ ≤ reduction·‖first r‖.
    !>
-   !> After many iterations the recursively updated residual differs from the true residual, which
-   !> is then computed.
+   !> After many iterations the updated residual differs from the true residual.
+   !> The true residual is then computed.
    subroutine iterate_to_solution(matrix, preconditioner, b, size, x, tolerance, reduction, most, &
       work, iterations, residual, enough)
       type(block_matrix_type), intent(in) :: matrix  !< K
