@@ -13,7 +13,7 @@ _HOMES = {
     for module, names in {
         "api": "study gather",
         "maps": "Bands Map bands parameter_map",
-        "fragility_curve": "Fragility fragility fragility_of",
+        "fragility_curve": "Fragility FragilityBounds fragility fragility_of",
         "dynamic_analysis": "Ida ida",
         "axes": "Points seeds",
         "records": "Record Records",

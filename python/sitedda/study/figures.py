@@ -21,7 +21,7 @@ KINDS: dict[str, Callable] = {
     "map": parameter_map, "bands": bands,
 }  # fmt: skip
 _DIMENSIONS = ("intensity", "record", "dim", "x", "y")
-_NUMBERS = ("threshold", "level", "confidence", "seed")
+_NUMBERS = ("threshold", "level", "confidence", "seed", "design")
 
 
 def known_kind(kind) -> str:
@@ -78,7 +78,7 @@ def _check(values: dict, plan) -> None:
 def _check_argument(name: str, value, select: Mapping, plan) -> None:
     """One argument of a figure."""
     if name in _NUMBERS:
-        optional = value is None and name in ("threshold", "level")
+        optional = value is None and name in ("threshold", "level", "design")
         if not optional and (isinstance(value, bool) or not isinstance(value, int | float)
                              or not math.isfinite(value)):  # fmt: skip
             raise InputError(f"{name} = {value!r} is not a number")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fragility curves by maximum likelihood, with their confidence."""
+"""Fragility curves by maximum likelihood, with their confidence; else bounds at each level."""
 
 from dataclasses import dataclass
 from textwrap import wrap
@@ -10,10 +10,96 @@ from ..base.errors import InputError
 from .table import DECIDED
 
 _LEAST, _MOST = 1e-3, 20.0  # range of the dispersion
+ALIKE = 0.1  # scatter of ln Sa below which records count as matched; recorded ones have 0.3 to 0.8
 
 
-@dataclass(frozen=True)
-class Fragility:
+@dataclass(frozen=True, kw_only=True)
+class FragilityBounds:
+    """Failures at levels of intensity, with bounds of their probability.
+
+    Attributes
+    ----------
+    intensity, failures, trials : ndarray, shape (levels,)
+    confidence : float
+    name, unit : str
+        Of the intensity.
+    design : float or None
+        The level that is asked for.
+    why : str
+        Why there is no curve.
+    doubt : str
+        How many cases are beyond the horizon of what they are judged by, or that it is not known;
+        and whether the records were matched to one spectrum.  Blank if there is none.
+    """
+
+    intensity: np.ndarray
+    failures: np.ndarray
+    trials: np.ndarray
+    confidence: float
+    name: str = "intensity"
+    unit: str = ""
+    design: float | None = None
+    why: str = ""
+    doubt: str = ""
+
+    @property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Of the probability at the levels, by Clopper and Pearson."""
+        from scipy.special import betaincinv
+
+        k, n, tail = self.failures, self.trials, (1 - self.confidence) / 2
+        low, high = np.zeros(len(k)), np.ones(len(k))
+        some, few = k > 0, k < n
+        low[some] = betaincinv(k[some], n[some] - k[some] + 1, tail)
+        high[few] = betaincinv(k[few] + 1, n[few] - k[few], 1 - tail)
+        return low, high
+
+    def band(self, intensity) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper bound of a probability that does not fall with the intensity."""
+        wanted = np.asarray(intensity, dtype=float)[..., None]
+        low, high = self.bounds
+        return (np.where(self.intensity <= wanted, low, 0.0).max(-1),
+                np.where(self.intensity >= wanted, high, 1.0).min(-1))  # fmt: skip
+
+    @property
+    def words(self) -> str:
+        """Whether it stands at the design level and with which margin, else up to which level."""
+        at = self.intensity.max() if self.design is None else self.design
+        low, high = self.band(at)
+        return (f"No curve: {self.why}. At {self._level(at)} the probability of failure lies "
+                f"between {low:.2g} and {high:.2g}")  # fmt: skip
+
+    def _level(self, value: float) -> str:
+        return f"{self.name} {value:.3g} {self.unit}".replace("^2", "²").strip()
+
+    def picture(self):
+        """The shares that failed, and the curve or bounds with their confidence."""
+        from ..report.style import BLUE, INK, ORANGE, canvas
+
+        figure, (axes,) = canvas(1, size=(7.0, 4.6))
+        x = np.linspace(0.0, 1.25 * self.intensity.max(), 300)[1:]
+        words = f"{self.confidence:.0%} confidence"
+        axes.fill_between(x, *self.band(x), color=BLUE, alpha=0.18, lw=0, label=words)
+        self._draw_curve(axes, x)
+        use = self.trials > 0
+        axes.plot(self.intensity[use], self.failures[use] / self.trials[use], "o", color=INK, ms=5,
+                  label="share of the cases")  # fmt: skip
+        if self.design is not None:
+            axes.axvline(self.design, color=INK, ls=":", lw=1, label="design level")
+        unit = f" ({self.unit})" if self.unit else ""
+        axes.set(xlabel=f"{self.name}{unit}", ylabel="probability of failure", ylim=(-0.02, 1.02))
+        axes.set_xlim(0, x[-1])
+        axes.legend(frameon=False, loc="best")
+        if doubt := "; ".join(filter(None, (self.why, self.doubt))):
+            axes.set_title("\n".join(wrap(doubt, 80)), fontsize=8, color=ORANGE, loc="left")
+        return figure
+
+    def _draw_curve(self, axes, x) -> None:
+        """There is none."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fragility(FragilityBounds):
     """A lognormal fragility curve, P(failure | im) = Φ(ln(im / median) / dispersion).
 
     Attributes
@@ -25,30 +111,15 @@ class Fragility:
     median_interval, dispersion_interval : (float, float)
         Of the confidence, by the profile of the likelihood; an end that the data do not bound is
         0 or inf.
-    confidence : float
     covariance : ndarray, shape (2, 2)
         Of ln median and ln dispersion, by the observed information.
-    intensity, failures, trials : ndarray, shape (levels,)
-        Data of the fit.
-    name, unit : str
-        Of the intensity.
-    doubt : str
-        How many cases are beyond the horizon of what they are judged by, or that it is not known;
-        blank if none is.
     """
 
     median: float
     dispersion: float
     median_interval: tuple[float, float]
     dispersion_interval: tuple[float, float]
-    confidence: float
     covariance: np.ndarray
-    intensity: np.ndarray
-    failures: np.ndarray
-    trials: np.ndarray
-    name: str = "intensity"
-    unit: str = ""
-    doubt: str = ""
 
     def probability(self, intensity) -> np.ndarray:
         """Probability of failure at intensities."""
@@ -66,26 +137,25 @@ class Fragility:
         wide = ndtri(0.5 + self.confidence / 2) * spread
         return ndtr(z - wide), ndtr(z + wide)
 
-    def picture(self):
-        """The curve with its confidence, and the shares that failed."""
-        from ..report.style import BLUE, INK, ORANGE, canvas
+    @property
+    def words(self) -> str:
+        """Whether it stands at the design level and with which margin; half of the cases fail."""
+        if self.design is None:
+            low, high = self.median_interval
+            return (f"Half of the cases fail at {self._level(self.median)} "
+                    f"({self.confidence:.0%}: {low:.3g} … {high:.3g})")  # fmt: skip
+        verdict = "Stands" if self.median > self.design else "Fails"
+        low, high = self.band(self.design)
+        return (f"{verdict} at {self._level(self.design)} with a margin of "
+                f"{self.median / self.design:.3g}: half of the cases fail at "
+                f"{self._level(self.median)}, and at the design level "
+                f"{self.probability(self.design):.2g} ({low:.2g} … {high:.2g})")  # fmt: skip
 
-        figure, (axes,) = canvas(1, size=(7.0, 4.6))
-        x = np.linspace(0.0, 1.25 * self.intensity.max(), 300)[1:]
-        low, high = self.band(x)
-        words = f"{self.confidence:.0%} confidence"
-        axes.fill_between(x, low, high, color=BLUE, alpha=0.18, lw=0, label=words)
+    def _draw_curve(self, axes, x) -> None:
+        from ..report.style import BLUE
+
         axes.plot(x, self.probability(x), color=BLUE, lw=2,
                   label=f"median {self.median:.4g}, β = {self.dispersion:.3g}")  # fmt: skip
-        share = self.failures / self.trials
-        axes.plot(self.intensity, share, "o", color=INK, ms=5, label="share of the cases")
-        unit = f" ({self.unit})" if self.unit else ""
-        axes.set(xlabel=f"{self.name}{unit}", ylabel="probability of failure", ylim=(-0.02, 1.02))
-        axes.set_xlim(0, x[-1])
-        axes.legend(frameon=False, loc="best")
-        if self.doubt:
-            axes.set_title("\n".join(wrap(self.doubt, 80)), fontsize=8, color=ORANGE, loc="left")
-        return figure
 
 
 def fragility(intensity, failures, trials, confidence: float = 0.95, **about) -> Fragility:
@@ -100,7 +170,7 @@ def fragility(intensity, failures, trials, confidence: float = 0.95, **about) ->
     confidence : float
         Of the intervals.
     **about
-        ``name`` and ``unit`` of the intensity, ``doubt``.
+        ``name`` and ``unit`` of the intensity, ``design``, ``doubt``.
 
     Raises
     ------
@@ -109,7 +179,8 @@ def fragility(intensity, failures, trials, confidence: float = 0.95, **about) ->
         above all survivals, so that the dispersion is not determined.
     """
     x, k, n = (np.atleast_1d(np.asarray(v, dtype=float)) for v in (intensity, failures, trials))
-    _check(x, k, n, confidence)
+    _check_counts(x, k, n, confidence)
+    _check_curve(x, k, n)
     use = n > 0
     start = np.array([np.log(np.average(x[use], weights=n[use])), np.log(0.4)])
     best = _least(lambda p: _loss(p, x, k, n), start)
@@ -117,11 +188,15 @@ def fragility(intensity, failures, trials, confidence: float = 0.95, **about) ->
     limit = _quantile(confidence)
     first, second = (_interval(i, best, covariance, limit, x, k, n) for i in range(2))
     median, dispersion = map(float, np.exp(best))
-    return Fragility(median, dispersion, first, second, confidence, covariance, x, k, n, **about)
+    return Fragility(median=median, dispersion=dispersion, median_interval=first,
+                     dispersion_interval=second, confidence=confidence, covariance=covariance,
+                     intensity=x, failures=k, trials=n, **about)  # fmt: skip
 
 
-def fragility_of(table, quantity: str, threshold: float, intensity: str, confidence=0.95):
-    """The fragility curve of a study.
+def fragility_of(
+    table, quantity: str, threshold: float, intensity: str, confidence=0.95, design=None
+) -> FragilityBounds:
+    """The fragility curve of a study, or bounds at its levels if they determine none.
 
     Parameters
     ----------
@@ -134,16 +209,32 @@ def fragility_of(table, quantity: str, threshold: float, intensity: str, confide
     intensity : str
         Dimension of the levels; all others are trials.
     confidence : float
+    design : float, optional
+        Level at which it is to stand.
     """
     values = table[quantity]
     others = [dim for dim in values.dims if dim != intensity]
-    trials = values.notnull().sum(others).values
-    failures = (values > threshold).sum(others).values
+    trials = values.notnull().sum(others).values.astype(float)
+    failures = (values > threshold).sum(others).values.astype(float)
     level = table[intensity]
-    found = fragility(level.values, failures, trials, confidence, name=intensity,
-                      unit=str(level.attrs.get("units", "")),
-                      doubt=_undecided_words(table, quantity))  # fmt: skip
-    return found
+    doubts = (_undecided_words(table, quantity), _matched_words(table))
+    about = {"name": intensity, "unit": str(level.attrs.get("units", "")), "design": design,
+             "doubt": "; ".join(filter(None, doubts))}  # fmt: skip
+    _check_counts(level.values, failures, trials, confidence)
+    try:
+        return fragility(level.values, failures, trials, confidence, **about)
+    except InputError as error:
+        return FragilityBounds(intensity=level.values, failures=failures, trials=trials,
+                               confidence=confidence, why=str(error), **about)  # fmt: skip
+
+
+def _matched_words(table) -> str:
+    """Whether the spectra of the records are alike, in words."""
+    scatter = table["record"].attrs.get("spectral_scatter") if "record" in table.coords else None
+    if scatter is None or scatter >= ALIKE:
+        return ""
+    return (f"the records were matched to one spectrum (theirs scatter by {scatter:.0%}): the "
+            "dispersion lacks that between motions")  # fmt: skip
 
 
 def _undecided_words(table, quantity: str) -> str:
@@ -159,7 +250,7 @@ def _undecided_words(table, quantity: str) -> str:
             "distribution, which these trials sample once")  # fmt: skip
 
 
-def _check(x, k, n, confidence) -> None:
+def _check_counts(x, k, n, confidence) -> None:
     if not (x.shape == k.shape == n.shape and x.ndim == 1):
         raise InputError("intensity, failures and trials must have one value for each level")
     if not 0 < confidence < 1:
@@ -168,6 +259,10 @@ def _check(x, k, n, confidence) -> None:
         raise InputError("intensities must be above 0")
     if not np.all((k >= 0) & (k <= n) & (k == np.round(k)) & (n == np.round(n))):
         raise InputError("failures must be whole numbers from 0 to the number of trials")
+
+
+def _check_curve(x, k, n) -> None:
+    """The likelihood has a maximum."""
     failed, survived = x[k > 0], x[k < n]
     if not failed.size or not survived.size:
         which = "no case failed" if not failed.size else "all cases failed"

@@ -35,11 +35,10 @@ def write_report(table, file, figures: Sequence[Mapping] = ()) -> Path:
 
 def report_page(table, figures: Sequence[Mapping] = ()) -> Page:
     """The page of a study, see `write_report`."""
-    found = counts(table)
-    page = Page(f"Study of {table.attrs.get('model', '')}".strip(), _lead(table, found))
+    page = Page(f"Study of {table.attrs.get('model', '')}".strip(), _lead(table, counts(table)))
     page.add("Parameters", _parameters(table))
-    for values in figures:
-        _add_figure(page, table, dict(values))
+    said = [_add_figure(page, table, dict(values)) for values in figures]
+    page.lead = " ".join([*(f"{words}." for words in said if words), page.lead])
     page.add("Results", _numbers(table))
     for title, which, column in (("Failed cases", table.status.values == "failed", "message"),
                                  ("Warnings", table.warning.values != "" if "warning" in table
@@ -111,7 +110,8 @@ def _texts(table, which: np.ndarray, column: str) -> Table:
     return Table([*map(str, table.status.dims), column], rows)
 
 
-def _add_figure(page: Page, table, values: dict) -> None:
+def _add_figure(page: Page, table, values: dict) -> str:
+    """Add a figure; what it means in a sentence, if it answers whether the model stands."""
     kind = known_kind(values.pop("kind", None))
     title = values.pop("title", "") or _HEADS.get(kind, kind.capitalize())
     try:
@@ -121,12 +121,13 @@ def _add_figure(page: Page, table, values: dict) -> None:
         raise InputError(f"[[figures]] of kind {kind!r}: the table has no {trouble}") from None
     except InputError as error:  # the message takes the position of the picture
         page.add(title, Paragraph(f"Not drawn: {error}."))
-        return
+        return ""
     except (TypeError, ValueError, IndexError) as trouble:
         raise InputError(f"[[figures]] of kind {kind!r}: {trouble}") from None
     caption = f"{kind}: {values.get('quantity', '')}"
     facts = [(name, words) for name, words in _facts(found) if words]
     page.add(title, Picture(found.picture(), caption, kind), Facts(facts))
+    return getattr(found, "words", "")
 
 
 def _facts(found) -> list[tuple[str, str]]:
@@ -141,6 +142,12 @@ def _facts(found) -> list[tuple[str, str]]:
             ("confidence", f"{found.confidence:.0%}"),
             ("doubt", found.doubt),
         ]
+    if hasattr(found, "failures"):
+        low, high = found.bounds
+        rows = zip(found.intensity, found.failures, found.trials, low, high, strict=True)
+        levels = [(f"{found.name} {x:.4g}", f"{k:g} of {n:g} fail: probability {a:.2g} … {b:.2g}")
+                  for x, k, n, a, b in rows]  # fmt: skip
+        return [*levels, ("no curve", found.why), ("doubt", found.doubt)]
     if hasattr(found, "capacity"):
         words = ", ".join(_short(v) for v in found.capacity_fractiles)
         return [("capacity 16, 50, 84 %", words if found.threshold is not None else "")]

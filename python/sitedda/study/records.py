@@ -14,6 +14,7 @@ from ..engine.signals import arias_intensity, running_integral, spectral_acceler
 from .axes import checked_name, coordinate
 
 _UNITS = {"scale": "1", "pga": "m/s^2", "pgv": "m/s", "sa": "m/s^2", "arias": "m/s"}
+_PERIODS = np.geomspace(0.1, 2.0, 12)  # s, at which spectra of records are compared
 
 
 @dataclass(frozen=True)
@@ -89,7 +90,10 @@ class Records:
         if not self.records or not levels.size or not np.all(np.isfinite(levels) & (levels > 0)):
             raise InputError("give at least one record, and levels above 0")
         checked_name(self.measure)
-        own = np.array([self._own_measure(one) for one in self.records])
+        motions = [self._motion(one) for one in self.records]
+        own = np.array(
+            [self._own_measure(*both) for both in zip(self.records, motions, strict=True)]
+        )
         power = 0.5 if self.measure == "arias" else 1.0
         self.factors = (levels[None, :] / own[:, None]) ** power
         names = [_name_of(one) for one in self.records]
@@ -99,7 +103,7 @@ class Records:
         if self.measure == "sa":
             about |= {"period": float(self.period), "damping": self.damping}
         self.coordinates = {
-            "record": (("record",), coordinate(names), {}),
+            "record": (("record",), coordinate(names), _scatter(motions)),
             self.measure: ((self.measure,), levels, about),
             "factor": (("record", self.measure), self.factors, {"units": "1"}),
         }
@@ -118,22 +122,36 @@ class Records:
             found["time_step"] = self.time_step or None
         return {f"{group}.{name}": value for name, value in found.items()}
 
-    def _own_measure(self, record) -> float:
+    def _motion(self, record) -> tuple[np.ndarray, np.ndarray, float] | None:
+        """Acceleration, velocity and step; none: a file that need not be read."""
+        if isinstance(record, Record):
+            velocity = running_integral(record.acceleration, record.time_step)
+            return record.acceleration, velocity, record.time_step
+        if self.measure == "scale":
+            return None
+        read = read_record(record, self.format, self.quantity, self.unit, self.time_step)
+        return read.acceleration.values, read.velocity.values, float(read.time[1] - read.time[0])
+
+    def _own_measure(self, record, motion) -> float:
         """The measure of a record as it is."""
         if self.measure == "scale":
             return 1.0
-        if isinstance(record, Record):
-            acceleration, step = record.acceleration, record.time_step
-            velocity = running_integral(acceleration, step)
-        else:
-            read = read_record(record, self.format, self.quantity, self.unit, self.time_step)
-            acceleration, velocity = read.acceleration.values, read.velocity.values
-            step = float(read.time[1] - read.time[0])
+        acceleration, velocity, step = motion
         found = intensity(self.measure, acceleration, velocity, step, self.period, self.damping)
         if not found > 0:
             raise InputError(f"{_name_of(record)}: its {self.measure} is {found:g}; it cannot be "
                              "scaled")  # fmt: skip
         return found
+
+
+def _scatter(motions: list) -> dict:
+    """Scatter of ln Sa between records of one mean over periods, as an attribute."""
+    if len(motions) < 2 or None in motions:
+        return {}
+    shapes = np.array([np.log(spectral_acceleration(acceleration, step, _PERIODS, 0.05))
+                       for acceleration, _, step in motions])  # fmt: skip
+    shapes -= shapes.mean(axis=1, keepdims=True)
+    return {"spectral_scatter": float(shapes.std(axis=0, ddof=1).mean())}
 
 
 def _name_of(record) -> str:

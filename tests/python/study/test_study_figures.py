@@ -11,7 +11,10 @@ import xarray as xr
 import sitedda
 from sitedda.errors import InputError
 from sitedda.study import (
+    Record,
+    Records,
     bands,
+    eurocode8,
     fragility,
     fragility_of,
     ida,
@@ -19,6 +22,7 @@ from sitedda.study import (
     parameter_map,
     saltelli,
     sobol_indices,
+    synthetic,
     tornado,
     uniform,
     write_report,
@@ -112,6 +116,43 @@ def test_a_fragility_says_which_cases_are_beyond_their_horizon(table):
     beyond, cases = int((table.tilt >= 20).sum()), int(table.tilt.notnull().sum())
     assert found.doubt.startswith(f"{beyond} of {cases} cases are beyond the horizon of tilt")
     assert found.doubt[:20] in found.picture().axes[0].get_title(loc="left")
+
+
+@pytest.mark.parametrize(
+    ("threshold", "why", "low", "high"),
+    [
+        (100.0, "no case failed", 0.0, 1 - 0.025 ** (1 / 4)),  # none of 4 at level 4
+        (0.1, "all cases failed", 0.025 ** (1 / 5), 1.0),  # all of 5 at level 1 and above
+    ],
+)
+def test_a_fragility_without_a_curve_has_bounds(table, threshold, why, low, high, tmp_path):
+    """Clopper and Pearson of 0 of n: 1 − (α/2)^(1/n); of n of n: (α/2)^(1/n)."""
+    found = fragility_of(table, "tilt", threshold, "pga")
+    assert found.why.startswith(why) and not hasattr(found, "median")
+    assert np.allclose(found.band(4.0), (low, high))
+    assert f"At pga 4 m/s² the probability of failure lies between {low:.2g} and" in found.words
+    figure = {"kind": "fragility", "quantity": "tilt", "threshold": threshold, "intensity": "pga"}
+    page = write_report(table, tmp_path / "page.html", [figure]).read_text()
+    assert page.index(f"No curve: {why}") < page.index("20 cases") < page.index("<figure")
+
+
+def test_a_fragility_says_whether_it_stands_at_its_design_level(table):
+    found = fragility_of(table, "tilt", 8.5, "pga", design=2.0)
+    assert found.words.startswith("Stands at pga 2 m/s² with a margin of "
+                                  f"{found.median / 2:.3g}: half of the cases")  # fmt: skip
+    assert fragility_of(table, "tilt", 8.5, "pga", design=4.0).words.startswith("Fails at pga 4")
+
+
+def test_records_matched_to_one_spectrum_are_doubted(table):
+    step, time = 0.01, np.arange(0, 6, 0.01)
+    rng = np.random.default_rng(2)
+    noise = [Record(f"{i}", rng.normal(size=time.size) * np.exp(-time), step) for i in range(3)]
+    matched = synthetic(range(1, 4), eurocode8(2.0, "B"), duration=6.0)
+    for records, doubted in ((matched, True), (noise, False)):
+        about = Records(records, [1.0], "pga").coordinates["record"][2]
+        own = table.assign_coords(record=("record", list("abcde"), about))
+        doubt = fragility_of(own, "tilt", 8.5, "pga").doubt
+        assert ("matched to one spectrum" in doubt) is doubted
 
 
 def test_indices_of_ishigami_are_exact_and_those_of_another_program():
