@@ -59,7 +59,7 @@ class Assembly:
         return sitedda.limit_analysis(self.model(), direction=(self.sense, 0.0))
 
 
-def _arch(rng: np.random.Generator, name: str) -> Assembly:
+def arch(rng: np.random.Generator, name: str) -> Assembly:
     """Straight-sided voussoirs of unequal angles, with joints that lean from the radius."""
     count, radius = int(rng.integers(7, 32)), 5.0
     half, thickness = math.radians(rng.uniform(40, 90)), radius * rng.uniform(0.1, 0.35)
@@ -72,7 +72,14 @@ def _arch(rng: np.random.Generator, name: str) -> Assembly:
     ray = np.column_stack([np.sin(angle), np.cos(angle)])
     way = np.column_stack([np.sin(angle + lean), np.cos(angle + lean)])
     way *= (0.5 * thickness / np.cos(lean))[:, None]
-    inner, outer = radius * ray - way, radius * ray + way  # from the right springing
+    polygons = _voussoirs(radius * ray - way, radius * ray + way)
+    friction, sense = rng.uniform(0.4, 0.9), int(rng.choice([-1, 1]))
+    return Assembly(name, polygons, (count, count + 1), float(friction), sense)
+
+
+def _voussoirs(inner: np.ndarray, outer: np.ndarray) -> list[np.ndarray]:
+    """Stones between joints from the right springing on, then two abutments."""
+    count = len(inner) - 1
     polygons = [np.array([inner[i], outer[i], outer[i + 1], inner[i + 1]]) for i in range(count)]
     for i, sign in ((0, 1.0), (count, -1.0)):
         along = outer[i] - inner[i]
@@ -80,8 +87,17 @@ def _arch(rng: np.random.Generator, name: str) -> Assembly:
         low, high = inner[i] - 0.25 * along, outer[i] + 0.25 * along
         corners = [low, low + away, high + away, high]
         polygons.append(np.array(corners if sign > 0 else corners[::-1]))
-    friction, sense = rng.uniform(0.4, 0.9), int(rng.choice([-1, 1]))
-    return Assembly(name, polygons, (count, count + 1), float(friction), sense)
+    return polygons
+
+
+def bridge(rng: np.random.Generator, name: str) -> Assembly:
+    """Voussoirs whose radial joints reach up to a level road."""
+    count, radius = int(rng.integers(7, 22)), 5.0
+    half, crown = math.radians(rng.uniform(40, 60)), radius * rng.uniform(0.03, 0.12)
+    angle = np.linspace(half, -half, count + 1)
+    ray = np.column_stack([np.sin(angle), np.cos(angle)])
+    polygons = _voussoirs(radius * ray, (radius + crown) * ray / ray[:, 1:])
+    return Assembly(name, polygons, (count, count + 1), float(rng.uniform(0.4, 0.9)), 1)
 
 
 def _cut(left: float, right: float, joints: np.ndarray, least: float) -> list[tuple]:
@@ -93,7 +109,7 @@ def _cut(left: float, right: float, joints: np.ndarray, least: float) -> list[tu
     return list(zip(ends, [*ends[1:], right], strict=True))
 
 
-def _wall(rng: np.random.Generator, name: str) -> Assembly:
+def wall(rng: np.random.Generator, name: str) -> Assembly:
     """Running bond of unequal bricks with one or two openings under lintels, on a base."""
     height, courses = 0.25, int(rng.integers(4, 10))
     length = float(rng.uniform(0.4, 0.8))  # of a brick
@@ -145,9 +161,9 @@ def assemblies(models: int, seed: int = SEED):
     """Arches and, one in three, walls, with their limits; every other mechanism slides."""
     rng = np.random.default_rng(seed)
     for i in range(models):
-        make, fewest, most = (_wall, 10, 60) if i % 3 == 2 else (_arch, 7, 31)
+        make, fewest, most = (wall, 10, 60) if i % 3 == 2 else (arch, 7, 31)
         while True:
-            one = make(rng, f"{make.__name__.strip('_')} {i + 1}")
+            one = make(rng, f"{make.__name__} {i + 1}")
             found = _fits(one, fewest, most)
             if found is not None and found.lower.slides == (i % 2 == 0):
                 yield one, found

@@ -32,6 +32,7 @@ from .strength import released, static_model
 _MOST = 1e3  # load over the weight above which the factor counts as infinite
 _HELD = _MOST * (1 - 1e-6)
 _PRESTRESS = 1e-6  # penalty on normal forces, relative to the factor: no needless prestress
+_LITTLE = 1e-8  # the same where the multipliers are the result: they miss dilation by as much
 # Weight of the latest normal forces in the next bound, and the number of programmes after which it
 # falls as 1/n: with a weight of 1 the sequences oscillate.
 _GAIN, _CONSTANT = 0.4, 30
@@ -41,8 +42,12 @@ _SLIDES = 0.5  # fraction of the work of the body force that slip dissipates
 _CORNER = 1e-6  # fraction of an edge: a point nearer to its end is at a corner
 _AXES = {"x": [(1.0, 0.0)], "y": [(0.0, 1.0)], "xy": [(1.0, 0.0), (0.0, 1.0)], "none": []}
 _LOADS = ("load", "traction", "water")  # groups whose forces the engine computes
-_LAWS = ("coulomb", "crushing")
+_LAWS = ("coulomb", "crushing", "mohr_coulomb")
 _CUTS, _CRUSHED = 60, 1e-7  # largest number of rounds of tangents; tolerance of a moment over N L
+# Moments of joints that do not limit the factor keep changing. The excess over the median weight
+# that is accepted after some rounds, in which the factor changes by at most a fraction.
+_LEFT, _STILL, _ROUNDS = 1e-3, 1e-6, 3
+_TANGENTS = 0.5 ** np.arange(8)  # first ones, over the largest force of a joint
 
 
 @dataclass(frozen=True)
@@ -219,8 +224,8 @@ def limit_analysis(
     """
     direction = _unit_vector(direction)
     programme = _Programme(*_scene(source, changes), direction, load)
-    upper = programme.upper()
-    return Limits(programme.limit(upper), programme.limit(_without_dilation(programme, upper)))
+    lower = _without_dilation(programme, programme.upper())
+    return Limits(programme.limit(programme.upper(_LITTLE)), programme.limit(lower))
 
 
 def _unit_vector(direction) -> np.ndarray:
@@ -257,9 +262,16 @@ def _scene(source, changes: Mapping | None) -> tuple[Scene, np.ndarray | None]:
 def _require_known(scene: Scene) -> None:
     for group in scene.groups.get("joint", []):
         name = str(group.get("name", "")).strip()
-        if group.get("law", "coulomb").strip() not in _LAWS:
-            raise InputError(f"joint {name!r} has the law {group['law']!r}: it must be 'coulomb' "
-                             "or 'crushing'")  # fmt: skip
+        law = str(group.get("law", "coulomb")).strip()
+        if law not in _LAWS:
+            words = ", ".join(map(repr, _LAWS))
+            raise InputError(f"joint {name!r} has the law {law!r}: it must be one of {words}")
+        for peak in ("friction_angle", "cohesion", "tensile_strength"):
+            given = group.get(peak, 0.0)
+            left = group.get(f"residual_{peak}", given if peak == "friction_angle" else 0.0)
+            if law == "mohr_coulomb" and left != given:
+                raise InputError(f"joint {name!r} weakens: limit analysis requires "
+                                 f"residual_{peak} = {given:g}")  # fmt: skip
     if scene.welded.any():
         raise InputError("the model has bodies that bend: limit analysis requires rigid blocks")
     for group in scene.groups.get("bolt", []):
@@ -295,8 +307,8 @@ class _Programme:
         self._set_points()
         self._cuts: list[tuple[coo_array, np.ndarray]] = []
         if self.crushing.size:
-            for share in (0.5, 1.0):
-                both = np.repeat(self.crushing, 2)
+            both = np.repeat(self.crushing, 2)
+            for share in _TANGENTS:
                 self._cut(both, np.tile([1.0, -1.0], len(self.crushing)),
                           share * self.most[both] * self.length[both])  # fmt: skip
 
@@ -333,9 +345,9 @@ class _Programme:
             return np.zeros((len(self.polygons), 3))
         return self._columns(np.array(blocks), places, forces).sum(axis=1).reshape(-1, 3)
 
-    def upper(self) -> _Solution:
+    def upper(self, prestress: float = _PRESTRESS) -> _Solution:
         """Return the limit with associated friction."""
-        return self.solve(self.friction, self.cohesion)
+        return self.solve(self.friction, self.cohesion, prestress=prestress)
 
     def _set_weights(self, direction: np.ndarray) -> None:
         gravity = np.array(self.scene.groups.get("control", [])[0].get("gravity", (0.0, 0.0)))
@@ -404,8 +416,9 @@ class _Programme:
         bound = slope * self.tensile[joint] * length + pressed**2 / (2 * most * length)
         self._cuts.append((matrix, bound))
 
-    def _add_tangents(self, normal: np.ndarray) -> bool:
-        """Add tangents for joints whose moments exceed their strength; return whether any do."""
+    def _add_tangents(self, normal: np.ndarray, allowed: float) -> bool:
+        """Add tangents for joints whose moments exceed their strength; return whether any does by
+        more than is allowed."""
         j = self.crushing
         ends = normal[2 * j], normal[2 * j + 1]
         length, pressed = self.length[j], ends[0] + ends[1] + self.tensile[j] * self.length[j]
@@ -414,7 +427,7 @@ class _Programme:
         worse = excess > _CRUSHED * np.maximum(pressed, self.unit)
         if worse.any():
             self._cut(j[worse], np.sign(moment[worse]), pressed[worse])
-        return bool(worse.any())
+        return bool(worse.any() and (excess / self.unit).max() > allowed)
 
     def _single_corners(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Find corners that touch an edge singly: vertices, edges, normals (k, 2)."""
@@ -525,15 +538,27 @@ class _Programme:
         columns = [coo_array(column) for _, column, _ in self.bolts]
         return block_array([[*parts, self._reactions(), *columns]], format="csc")
 
-    def solve(self, slope: np.ndarray, bound: np.ndarray, most: float = _MOST) -> _Solution:
+    def solve(
+        self,
+        slope: np.ndarray,
+        bound: np.ndarray,
+        most: float = _MOST,
+        rounds: int = _ROUNDS,
+        prestress: float = _PRESTRESS,
+    ) -> _Solution:
         """Maximise the factor up to `most` with |T| ≤ bound + slope N at each point."""
+        before, still = np.inf, 0
         for _ in range(_CUTS):
-            found = self._solve(slope, bound, most)
-            if not self._add_tangents(found.normal):
+            found = self._solve(slope, bound, most, prestress)
+            still = still + 1 if abs(found.factor - before) <= _STILL * found.factor else 0
+            before = found.factor
+            if not self._add_tangents(found.normal, _LEFT if still >= rounds else 0.0):
                 return found
         raise ConvergenceError(f"{_CUTS} rounds of tangents did not bound the moments of joints")
 
-    def _solve(self, slope: np.ndarray, bound: np.ndarray, most: float) -> _Solution:
+    def _solve(
+        self, slope: np.ndarray, bound: np.ndarray, most: float, prestress: float
+    ) -> _Solution:
         """Maximise the factor with the present tangents of crushing joints."""
         balance = hstack([self.balance, coo_array(self.live.reshape(-1, 1))], format="csc")
         n, size = len(slope), balance.shape[1]
@@ -544,7 +569,7 @@ class _Programme:
         bolts = [(low / self.unit, high / self.unit) for *_, (low, high) in self.bolts]
         free = [(None, None)] * (size - n - 1 - len(bolts))
         found = linprog(
-            np.append(np.zeros(size - 1), -1.0) + np.repeat([_PRESTRESS, 0.0], [n, size - n]),
+            np.append(np.zeros(size - 1), -1.0) + np.repeat([prestress, 0.0], [n, size - n]),
             A_ub=block_array(rows, format="csc"),
             b_ub=np.concatenate([bound, bound, *(right for _, right in self._cuts)]) / self.unit,
             A_eq=balance,
@@ -620,7 +645,7 @@ def _sequence(programme: _Programme, found: _Solution) -> _Solution | None:
     for i in range(_PROGRAMMES):
         before = found.factor
         bound = np.maximum(0.0, programme.cohesion + programme.friction * pressed)
-        found = programme.solve(np.zeros(len(pressed)), bound)
+        found = programme.solve(np.zeros(len(pressed)), bound, rounds=0)
         pressed += _GAIN * min(1.0, _CONSTANT / (i + 1)) * (found.normal - pressed)
         settled = settled + 1 if abs(found.factor - before) <= _SETTLED * before else 0
         if settled == _TIMES:

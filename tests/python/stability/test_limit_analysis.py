@@ -212,7 +212,8 @@ def test_what_is_held_by_dilation_is_not_held_without():
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (lambda m: m["joint.dry"](law="mohr_coulomb"), "law 'mohr_coulomb'"),
+        (lambda m: m["joint.dry"](law="plesha", asperity_angle=5.0), "law 'plesha'"),
+        (lambda m: m["joint.dry"](law="mohr_coulomb", cohesion=1e3), "residual_cohesion = 1000"),
         (
             lambda m: m.bolt("a", (0.5, -0.5), (1.5, 2), axial_stiffness=1e8, grouted=True),
             "grouted",
@@ -296,7 +297,8 @@ def test_a_bolt_holds_by_its_yield_force():
 
 def test_cohesion_and_tension_hold():
     """Slip: k W = μW + c b.  Turning: k h/2 = (1 + f_t b/W) b/2."""
-    slides = sitedda.limit_analysis(squat(cohesion=5e3))
+    ductile = {"law": "mohr_coulomb", "residual_cohesion": 5e3}
+    slides = sitedda.limit_analysis(squat(cohesion=5e3, **ductile))
     assert slides.upper.factor == pytest.approx(0.5 + 5e3 * 2 / WEIGHT, rel=1e-6)
     assert slides.lower.factor == pytest.approx(0.5 + 5e3 * 2 / WEIGHT, rel=1e-3)
     turns = sitedda.limit_analysis(squat(4.0, cohesion=1e6, tensile_strength=1e4))

@@ -1,16 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Static stages of random arches and walls rest below the limits of equilibrium and fall above.
 
-The long mode is a command: tests/robustness/limit_states.py.
+Long modes are commands in tests/robustness: limit_states.py, limit_loads.py, removable_blocks.py.
 """
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "robustness"))
 
+import removable_blocks  # noqa: E402
+from limit_loads import BOUND, CLOSED, EXACT, bound, judged, unbalanced, wrong  # noqa: E402
 from limit_models import assemblies  # noqa: E402
 from limit_states import ABOVE, BELOW, slow_outcome, static_outcome  # noqa: E402
 
@@ -44,3 +48,34 @@ def test_a_force_that_grows_slowly_has_the_same_limits(models):
 def test_limits_lie_apart_where_blocks_wedge_each_other(models):
     apart = [one.lower.factor / one.upper.factor for _, one in models]
     assert max(apart) <= 1 + 1e-6 and min(apart) < 0.98
+
+
+@pytest.mark.parametrize("number", [4, 6, 7])  # dry, bonded and crushing, with bolts and water
+def test_loaded_models_rest_and_fall_at_their_limits(number):
+    loaded, found = next(judged(number + 1, number))
+    assert not wrong(loaded, found)
+
+
+def test_wrong_certificates_are_noticed():
+    loaded, found = next(judged(5, 4))
+    upper = found.upper
+    force = upper.normal_force * (1 + 1e-3 * (np.arange(len(upper.points)) == 0))
+    assert unbalanced(loaded, replace(upper, normal_force=force)) > EXACT
+    assert unbalanced(loaded, replace(upper, factor=1.001 * upper.factor)) > EXACT
+    pulled = {name: 1.5 * force for name, force in upper.bolt_force.items()}
+    assert pulled and unbalanced(loaded, replace(upper, bolt_force=pulled)) > EXACT
+    ways = upper.displacement * (1 + 0.01 * (np.arange(3) == 0))
+    factor, lacks = bound(loaded, replace(upper, displacement=ways))
+    assert abs(factor / upper.factor - 1) > BOUND or lacks > CLOSED
+
+
+def test_a_slope_moves_its_removable_blocks():
+    words, agree = removable_blocks.compare(2)
+    assert agree, words
+
+
+def test_no_block_of_a_slope_falls_straight_down():
+    model, dip, _ = removable_blocks.random_slope(np.random.default_rng(1))
+    polygons = [np.reshape(group.vertices, (-1, 2)) for group in model.of_kind("block")]
+    assert removable_blocks.removable(polygons, dip).any()
+    assert not removable_blocks.removable(polygons, 90.0).any()

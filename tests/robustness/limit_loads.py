@@ -1,0 +1,315 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Static stages of loaded arches, bridges and walls against limit analysis.
+
+usage: python tests/robustness/limit_loads.py [--models N] [--first I] [--seed S]
+
+Beside their weight the models bear loads, bolts and water, and joints have cohesion, bonds or a
+compressive strength.  A horizontal body force or a load on one block grows.  The static stage must
+rest at 0.98 of the lower limit L, and fall at 1.02 of the upper one U.  Bonds of the engine break:
+for joints with tension L is that of dry joints.  Arithmetic that shares nothing with the programmes
+verifies both: forces within strength balance all blocks, and the power of the mechanism gives U.
+"""
+
+import sys
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from limit_models import GRAVITY, LEAST, MOST, SEED, Assembly, arch, bridge, wall  # noqa: E402
+from limit_states import ABOVE, BELOW, FALLEN, _mass  # noqa: E402
+from options import asked  # noqa: E402
+
+import sitedda  # noqa: E402
+from sitedda.errors import ConvergenceError, InputError, SolverError  # noqa: E402
+from sitedda.stability import Limit, Limits  # noqa: E402
+
+WATER = 9810.0  # N/m³
+MOST_LIVE = 10.0  # times the weight
+YIELDS = 1e-5  # m, elongation of a bolt at its yield force
+EXACT = 1e-6  # of the largest force
+CRUSHED = 1e-3  # the same of moments of joints that crush, over their length
+BOUND = 1e-3  # of U: its programme also minimises forces a little
+CLOSED = 1e-5  # of the largest velocity: slip that dilates too little
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """An assembly under loads.
+
+    Attributes
+    ----------
+    bare : Assembly
+    joint : dict
+        Variables of its joint beside friction.
+    dead : list of (int, ndarray, ndarray)
+        Block, place (m) and force (N/m).
+    live : tuple of the same, or None
+        At a factor of 1; none: a horizontal body force grows.
+    bolts : list of (int, int, float)
+        Two blocks, between whose centroids it is, and yield force, N/m.
+    level : ndarray, shape (2, 2) or None
+        Ends of a phreatic line, m.
+    """
+
+    bare: Assembly
+    joint: dict = field(default_factory=dict)
+    dead: list = field(default_factory=list)
+    live: tuple | None = None
+    bolts: list = field(default_factory=list)
+    level: np.ndarray | None = None
+
+    def model(self, factor: float = 1.0) -> sitedda.Model:
+        """With the growing load at a factor."""
+        model = self.bare.model(0.0 if self.live else factor)
+        model["joint.dry"](**self.joint)
+        model.contact(normal_stiffness=1e11)
+        model["material.stone"](young_modulus=1e13)
+        live = [(self.live[0], self.live[1], factor * self.live[2])] if self.live else []
+        for name, loads in (("dead", self.dead), ("live", live)):
+            for block, (x, y), force in loads:
+                model.load(x, y, f"block_{block}", name=name, time=(0, 1),
+                           force_x=[force[0]] * 2, force_y=[force[1]] * 2)  # fmt: skip
+        for i, (a, b, most) in enumerate(self.bolts):
+            ends = [_mass(self.bare.polygons[k])[1] for k in (a, b)]
+            model.bolt(f"bolt_{i}", *ends, f"block_{a}", f"block_{b}", yield_force=most,
+                       axial_stiffness=most / YIELDS)  # fmt: skip
+        if self.level is not None:
+            model.water(surface=self.level.ravel())
+        return model
+
+    def limits(self) -> Limits:
+        """By programmes."""
+        if self.live:
+            return sitedda.limit_analysis(self.model(), load="live")
+        return sitedda.limit_analysis(self.model(0.0), direction=(self.bare.sense, 0.0))
+
+    def wrenches(self) -> tuple[np.ndarray, np.ndarray]:
+        """Dead and growing forces and moments about centroids, (blocks, 3), N/m and N."""
+        dead, live = np.zeros((2, len(self.bare.polygons), 3))
+        for i, polygon in enumerate(self.bare.polygons):
+            mass, centre = _mass(polygon)
+            dead[i, 1] -= mass * GRAVITY
+            if self.live is None:
+                live[i, 0] = mass * GRAVITY * self.bare.sense
+            if self.level is not None:
+                dead[i] += _pressed(polygon, centre, self.level)
+        for rows, loads in ((dead, self.dead), (live, [self.live] if self.live else [])):
+            for i, place, force in loads:
+                rows[i] += _wrench(place - _mass(self.bare.polygons[i])[1], force)
+        return dead, live
+
+    @property
+    def words(self) -> str:
+        """What it bears."""
+        return ", ".join([
+            f"{len(self.bare.polygons)} blocks, tan φ {self.bare.friction:.3f}",
+            *(f"{name} {value:.3g}" for name, value in self.joint.items() if name != "law"),
+            f"{len(self.dead)} loads, {len(self.bolts)} bolts",
+            *(["water"] if self.level is not None else []),
+            "a load grows" if self.live else "a body force grows",
+        ])  # fmt: skip
+
+
+def _wrench(arm: np.ndarray, force: np.ndarray) -> np.ndarray:
+    return np.array([*force, arm[0] * force[1] - arm[1] * force[0]])
+
+
+def _pressed(polygon: np.ndarray, centre: np.ndarray, level: np.ndarray) -> np.ndarray:
+    """Of water below a phreatic line on the edges of a block."""
+    total = np.zeros(3)
+    for a, b in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
+        p, q = (WATER * (np.interp(x, *level.T) - y) for x, y in (a, b))
+        if max(p, q) <= 0.0:
+            continue
+        if min(p, q) < 0.0:  # the part below the line
+            dry = a + (b - a) * p / (p - q)
+            a, b, p, q = (dry, b, 0.0, q) if p < 0.0 else (a, dry, p, 0.0)
+        inward = np.array([a[1] - b[1], b[0] - a[0]])
+        place = a + (b - a) * (p + 2 * q) / (3 * (p + q))
+        total += _wrench(place - centre, 0.5 * (p + q) * inward)
+    return total
+
+
+def random_model(rng: np.random.Generator, number: int) -> Loaded:
+    """Arches, bridges and walls in turn; dry, cohesive, bonded or crushing joints in turn."""
+    make = (arch, bridge, wall)[number % 3]
+    bare = make(rng, f"{make.__name__} {number + 1}")
+    free = [i for i in range(len(bare.polygons)) if i not in bare.held]
+    weight = GRAVITY * sum(_mass(bare.polygons[i])[0] for i in free)
+    size = float(np.sqrt(np.median([abs(_mass(p)[0]) for p in bare.polygons]) / 2500.0))
+    cohesion = rng.uniform(0.005, 0.05) * weight / size
+    joint = (
+        {},
+        {"law": "mohr_coulomb", "cohesion": cohesion, "residual_cohesion": cohesion},
+        {"cohesion": cohesion, "tensile_strength": rng.uniform(0.05, 0.3) * cohesion},
+        {"law": "crushing", "crushing_strength": rng.uniform(3, 20) * weight / size},
+    )[number % 4]
+
+    def load(share: float, way=(0.0, -1.0)) -> tuple:
+        block = free[int(len(free) * rng.uniform(0.15, 0.35))]
+        return block, _mass(bare.polygons[block])[1], share * weight * np.array(way)
+
+    dead = [load(rng.uniform(0.01, 0.1)) for _ in range(int(rng.integers(0, 3)))]
+    live = None
+    if make is bridge or rng.random() < 0.4:
+        live = load(1.0, (0.0, -1.0) if make is not wall else (bare.sense, 0.0))
+    bolts = [(*map(int, rng.choice(free, 2, replace=False)), rng.uniform(0.01, 0.1) * weight)
+             for _ in range(int(rng.integers(0, 3)))]  # fmt: skip
+    places = np.vstack(bare.polygons)
+    (left, low), (right, top) = places.min(0) * (1 - 1e-9), places.max(0) * (1 - 1e-9)
+    level = None
+    if rng.random() < 0.5:
+        level = low + (top - low) * rng.uniform(0.1, 0.6, 2)
+        level = np.array([[left, level[0]], [right, level[1]]])
+    return Loaded(bare, joint, dead, live, bolts, level)
+
+
+def judged(models: int, first: int = 0, seed: int = SEED):
+    """Models and their limits; those of joints with bonds have L of dry joints."""
+    for number in range(first, models):
+        rng = np.random.default_rng([seed, number])
+        while True:
+            loaded = random_model(rng, number)
+            try:
+                found = loaded.limits()
+                if "tensile_strength" in loaded.joint:
+                    found = replace(found, lower=replace(loaded, joint={}).limits().lower)
+            except (InputError, ConvergenceError):
+                continue
+            most = MOST_LIVE if loaded.live else MOST
+            if LEAST <= found.lower.factor and found.upper.factor < most:
+                yield loaded, found
+                break
+
+
+def _strength(loaded: Loaded, name: str) -> float:
+    return loaded.joint.get(name, np.inf if name == "crushing_strength" else 0.0)
+
+
+def _joints(found: Limit):
+    """Indices of the two ends of each joint and its length; single corners: one, and 0."""
+    i = 0
+    while i < len(found.points):
+        pair = i + 1 < len(found.points) and (found.blocks[i] == found.blocks[i + 1]).all()
+        pair = pair and np.allclose(found.normals[i], found.normals[i + 1])
+        here = [i, i + 1] if pair else [i]
+        yield here, float(np.linalg.norm(found.points[here[-1]] - found.points[i]))
+        i += len(here)
+
+
+def unbalanced(loaded: Loaded, found: Limit) -> float:
+    """Largest force out of balance, or beyond strength, over the largest force of a joint."""
+    dead, live = loaded.wrenches()
+    total = dead + found.factor * live
+    centres = [_mass(polygon)[1] for polygon in loaded.bare.polygons]
+    tangents = np.column_stack([-found.normals[:, 1], found.normals[:, 0]])
+    force = found.normal_force[:, None] * found.normals + found.shear_force[:, None] * tangents
+    for (a, b), place, one in zip(found.blocks, found.points, force, strict=True):
+        total[a] -= _wrench(place - centres[a], one)
+        total[b] += _wrench(place - centres[b], one)
+    excess = [0.0]
+    for i, (a, b, most) in enumerate(loaded.bolts):
+        pull = found.bolt_force[f"bolt_{i}"]
+        along = (centres[b] - centres[a]) / np.linalg.norm(centres[b] - centres[a])
+        total[a, :2] += pull * along
+        total[b, :2] -= pull * along
+        excess += [pull - most, -pull]
+    cohesion, tension = (_strength(loaded, n) for n in ("cohesion", "tensile_strength"))
+    crushing = _strength(loaded, "crushing_strength")
+    for ends, length in _joints(found):
+        normal, shear = found.normal_force[ends], abs(found.shear_force[ends])
+        excess += [*(-normal - tension * length / 2),
+                   *(shear - cohesion * length / 2 - loaded.bare.friction * normal)]  # fmt: skip
+        if np.isfinite(crushing) and length:
+            pressed = normal.sum()
+            over = abs(normal[0] - normal[1]) - pressed * (1 - pressed / crushing / length)
+            excess.append(over * EXACT / CRUSHED)
+    free = [i for i in range(len(centres)) if i not in loaded.bare.held]
+    return max(abs(total[free]).max(), max(excess)) / abs(found.normal_force).max()
+
+
+def bound(loaded: Loaded, found: Limit) -> tuple[float, float]:
+    """The factor that the mechanism proves, and how much it lacks dilation, over its velocity.
+
+    Joints and bolts take at most their largest power over all forces within strength; the growing
+    load has what is left after the dead loads.
+    """
+    ways, centres = found.displacement, [_mass(p)[1] for p in loaded.bare.polygons]
+    dead, live = loaded.wrenches()
+
+    def way(i: int, place: np.ndarray) -> np.ndarray:
+        arm = place - centres[i]
+        return ways[i, :2] + ways[i, 2] * np.array([-arm[1], arm[0]])
+
+    taken, lacks = 0.0, 0.0
+    cohesion, tension = (_strength(loaded, n) for n in ("cohesion", "tensile_strength"))
+    crushing, friction = _strength(loaded, "crushing_strength"), loaded.bare.friction
+    for ends, length in _joints(found):
+        (a, b), normal = found.blocks[ends[0]], found.normals[ends[0]]
+        apart = [way(b, found.points[k]) - way(a, found.points[k]) for k in ends]
+        opening = np.array([one @ normal for one in apart])
+        slip = abs(apart[0] @ [-normal[1], normal[0]])
+        if np.isfinite(crushing) and length:
+            # N (μ s − o) + |M| |θ| with |M| = N (L − N/σ_c)/2, largest at N = N*.
+            turn = abs(opening[0] - opening[1]) / length
+            gain = friction * slip - opening.min()
+            most = crushing * min(max(gain, 0.0) / max(turn, 1e-300), length)
+            taken += most * gain - turn * most**2 / (2 * crushing)
+            continue
+        lacks = max(lacks, float((friction * slip - opening).max()))
+        pulled = min(tension, cohesion / friction) * length / 2
+        taken += sum((cohesion * length / 2 - friction * pulled) * slip + pulled * opening)
+    for a, b, most in loaded.bolts:
+        along = (centres[b] - centres[a]) / np.linalg.norm(centres[b] - centres[a])
+        taken += most * max(0.0, along @ (ways[b, :2] - ways[a, :2]))
+    return (taken - np.sum(dead * ways)) / np.sum(live * ways), lacks
+
+
+def rests(loaded: Loaded, factor: float) -> bool:
+    """Whether its static stage rests with no block far from where it was."""
+    model = loaded.model(factor)
+    model.stage(name="rest", kind="static")
+    try:
+        with sitedda.Simulation(model) as run:
+            start = np.array([_mass(polygon)[1] for polygon in loaded.bare.polygons])
+            return bool(np.linalg.norm(run.coordinates[:, :2] - start, axis=1).max() < FALLEN)
+    except (ConvergenceError, SolverError):
+        return False
+
+
+def wrong(loaded: Loaded, found: Limits) -> list[str]:
+    """What contradicts the limits, in words."""
+    said = []
+    for name, one in (("L", found.lower), ("U", found.upper)):
+        own = loaded if name == "U" or "tensile_strength" not in loaded.joint else (
+            replace(loaded, joint={}))  # fmt: skip
+        if (excess := unbalanced(own, one)) > EXACT:
+            said.append(f"forces of {name} are out of balance by {excess:.2g}")
+    factor, lacks = bound(loaded, found.upper)
+    if abs(factor / found.upper.factor - 1) > BOUND or lacks > CLOSED:
+        said.append(f"the mechanism proves {factor:.6g}, and dilates {lacks:.2g} too little")
+    if not rests(loaded, BELOW * found.lower.factor):
+        said.append("falls at 0.98 L")
+    if rests(loaded, ABOVE * found.upper.factor):
+        said.append("rests at 1.02 U")
+    return said
+
+
+def main() -> int:
+    """Status 1 if an outcome is wrong."""
+    options, bad, models = asked(__doc__, models=40, first=0, seed=SEED), 0, 0
+    for loaded, found in judged(options.models, options.first, options.seed):
+        said = wrong(loaded, found)
+        bad, models = bad + bool(said), models + 1
+        print(f"{loaded.bare.name}: {loaded.words}: L {found.lower.factor:.5f}, "
+              f"U {found.upper.factor:.5f}; {'; '.join(said) or 'right'}", flush=True)  # fmt: skip
+    print(f"{models} models: {bad} contradict their limits")
+    return int(bad > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

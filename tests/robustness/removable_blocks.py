@@ -1,0 +1,130 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Mechanisms of random slopes of two joint sets against a search of removable blocks.
+
+usage: python tests/robustness/removable_blocks.py [--slopes N] [--first I] [--seed S]
+
+One set dips out of the slope, the other steeply into it.  The search knows edges: a block that
+moves down the dip takes along each block that it would run into, and is removable if none of these
+is held.  All removable blocks slide at tan φ / tan α.
+"""
+
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from options import asked  # noqa: E402
+
+import sitedda  # noqa: E402
+
+SEED = 20261128
+LENGTH, DEPTH = 40.0, 8.0  # of the slope and of the ground below its toe, m
+TOUCH = 1e-6  # m
+BELOW, ABOVE = 0.99, 1.01  # times F of the search
+AREA = 0.01  # agreement of areas
+
+
+def random_slope(rng: np.random.Generator) -> tuple[sitedda.Model, float, float]:
+    """A slope, the dip of the set that it slides on (°), and the factor there."""
+    height, face = rng.uniform(12, 20), math.radians(rng.uniform(50, 75))
+    dip, steep = rng.uniform(22, 36), rng.uniform(-80, -60)
+    friction = rng.uniform(25, 45)
+    model = sitedda.Model("Slope of two joint sets", time_step=1e-3, gravity=(0, -9.81))
+    model.contact(normal_stiffness=1e10, shear_ratio=1.0)
+    model.material("rock", density=2600.0, young_modulus=1e11, poisson_ratio=0.2)
+    model.joint("bedding", friction_angle=friction)
+    model.joint("cross", friction_angle=rng.uniform(25, 45))
+    toe = 0.6 * LENGTH
+    crest = toe - height / math.tan(face)
+    top = DEPTH + height
+    model.region("rock", [0, 0, LENGTH, 0, LENGTH, DEPTH, toe, DEPTH, crest, top, 0, top])
+    origin = rng.uniform(0, 5, 2)
+    model.joint_set("bedding", angle=-dip, spacing=rng.uniform(2, 4), origin=origin)
+    model.joint_set("cross", angle=-steep, spacing=rng.uniform(3, 6), origin=origin + 0.5)
+    for side in ("left", "right", "bottom"):
+        model.boundary(kind="fixed", side=side)
+    return model.build(), dip, math.tan(math.radians(friction)) / math.tan(math.radians(dip))
+
+
+def removable(polygons: list[np.ndarray], dip: float) -> np.ndarray:
+    """Whether each block can move down the dip without one that is held."""
+    way = np.array([math.cos(math.radians(dip)), -math.sin(math.radians(dip))])
+    ahead = [[j for j, other in enumerate(polygons) if j != i and _runs_into(one, other, way)]
+             for i, one in enumerate(polygons)]  # fmt: skip
+    held = {i for i, p in enumerate(polygons)
+            if (p[:, 0] < TOUCH).any() or (p[:, 0] > LENGTH - TOUCH).any() or
+            (p[:, 1] < TOUCH).any()}  # fmt: skip
+    found = []
+    for i in range(len(polygons)):
+        along, new = {i}, [i]
+        while new:
+            new = [j for j in ahead[new.pop()] if j not in along] + new
+            along.update(new)
+        found.append(not along & held)
+    return np.array(found)
+
+
+def _runs_into(one: np.ndarray, other: np.ndarray, way: np.ndarray) -> bool:
+    """Whether a block that moves presses on an edge that it shares with another."""
+    for a, b in zip(one, np.roll(one, -1, axis=0), strict=True):
+        length = np.linalg.norm(b - a)
+        along = (b - a) / length
+        normal = np.array([along[1], -along[0]])  # outwards
+        if way @ normal < 1e-6:
+            continue
+        for c, d in zip(other, np.roll(other, -1, axis=0), strict=True):
+            if max(abs((c - a) @ normal), abs((d - a) @ normal)) < TOUCH:
+                low, high = sorted(((c - a) @ along, (d - a) @ along))
+                if min(high, length) - max(low, 0.0) > TOUCH:
+                    return True
+    return False
+
+
+def area(polygon: np.ndarray) -> float:
+    """m²."""
+    x, y = polygon.T
+    return 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+
+
+def compare(number: int, seed: int = SEED) -> tuple[str, bool]:
+    """Words on a slope that has removable blocks, and whether engine and search agree."""
+    rng = np.random.default_rng([seed, number])
+    while True:
+        model, dip, factor = random_slope(rng)
+        groups = model.of_kind("block")
+        polygons = [np.reshape(group.vertices, (-1, 2)).astype(float) for group in groups]
+        free = removable(polygons, dip)
+        if 0 < free.sum() < len(free):
+            break
+    areas = np.array([area(polygon) for polygon in polygons])
+    expected = float(areas[free].sum())
+    below, found = (sitedda.mechanism(model, share * factor) for share in (BELOW, ABOVE))
+    names = {group.name for group, moves in zip(groups, free, strict=True) if moves}
+    odd = names ^ set(found.moving)
+    agree = not below.moves and abs(found.areas[0] / expected - 1) < AREA
+    stands = "moves" if below.moves else "stands"
+    return (
+        f"slope {number + 1}: {len(polygons)} blocks, F = tan φ / tan α = {factor:.4f}; "
+        f"{stands} at {BELOW} F; at {ABOVE} F {len(found.moving)} blocks of "
+        f"{found.areas[0]:.2f} m² move on {found.joint!r}; search: {len(names)} of "
+        f"{expected:.2f} m², {len(odd)} differ"
+    ), agree and found.joint == "bedding"
+
+
+def main() -> int:
+    """Status 1 if engine and search differ."""
+    options, bad = asked(__doc__, slopes=10, first=0, seed=SEED), 0
+    for number in range(options.first, options.slopes):
+        words, agree = compare(number, options.seed)
+        bad += not agree
+        print(words, "" if agree else "DIFFERS", flush=True)
+    print(f"{bad} of {options.slopes - options.first} slopes differ")
+    return int(bad > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
