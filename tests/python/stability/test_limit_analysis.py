@@ -252,7 +252,7 @@ def test_loads_of_an_output_are_not_known(tmp_path):
     model.load(1.5, 0.5, time=(0, 1), force_y=(-1e3, -1e3))
     model.control(steps=2)
     model.run(tmp_path / "loaded.nc")
-    with pytest.raises(InputError, match="has a &load: give its input"):
+    with pytest.raises(InputError, match="loads of &load: give its input"):
         sitedda.limit_analysis(tmp_path / "loaded.nc")
 
 
