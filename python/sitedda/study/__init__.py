@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Studies: a model run with many values of its parameters, here, on a cluster, or by Slurm.
+"""Studies: run a model with many values of its parameters, locally, on Dask or by Slurm.
 
 ``sitedda.study(…)`` is `sitedda.study.study`.
 """
@@ -29,13 +29,13 @@ _HOMES = {
         "workers": "Workers",
     }.items()
     for name in names.split()
-}  # names, and the modules that are read when they are first used
+}  # public names; their modules are imported on first use
 
 __all__ = list(_HOMES)
 
 
 class _Study(ModuleType):
-    """This package, which can be called as its function `study`."""
+    """Module type of this package, which makes the package callable as `study`."""
 
     def __call__(self, *arguments, **more):
         """See `sitedda.study.study`."""
@@ -47,7 +47,7 @@ class _Study(ModuleType):
 
 
 def __getattr__(name: str):
-    """Functions, from the modules that have them."""
+    """Import a public name from its module on first access."""
     if name in _HOMES:
         return getattr(import_module(f".{_HOMES[name]}", __name__), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

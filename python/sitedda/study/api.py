@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`sitedda.study`: cases, an executor, a table."""
+"""`sitedda.study`: run the cases of a study and collect them in a table."""
 
 import os
 from collections.abc import Callable, Iterator, Mapping
@@ -37,14 +37,14 @@ def study(
     table=None,
     outputs: Mapping[int, Path] | None = None,
 ):
-    """Run a model with many values of its parameters, and collect the results in one table.
+    """Run a model with many values of its parameters and collect the results in a table.
 
     Parameters
     ----------
     model : path, Model or callable
         Model to run; or a function of the parameters that returns numbers or arrays.
     parameters : mapping, Axis or sequence of these
-        Lists of values by the name of what they change, such as
+        Lists of values by the names of the changed variables, such as
         ``{"joint[bed].friction_angle": [25, 30, 35], "motion.scale": [1, 2]}``: all combinations,
         a dimension each; ``{"phi": ("joint[*].friction_angle", [25, 30])}`` names the dimension.
         Also `Records`, `Points`, and what `latin_hypercube`, `sobol`, `saltelli`,
@@ -55,7 +55,7 @@ def study(
     folder : path, optional
         Of the study; finished cases are not run again.  A temporary one by default.
     fixed : mapping, optional
-        Changes that all cases have.
+        Changes of all cases.
     task : 'run', 'safety', 'accuracy' or callable
         Instead of a run the factor of safety of the input, see `sitedda.safety`, or what a
         function of its path returns, such as one that calls `sitedda.check`.
@@ -95,7 +95,7 @@ def study(
     check_limits(memory, time_limit)
     with shown(progress, plan.count) as show:
         if callable(model) and folder is None:
-            with _executor(executor, workers, memory, time_limit) as pool:
+            with _open_executor(executor, workers, memory, time_limit) as pool:
                 return evaluate(plan, pool, show)
         with folder_or_temporary(folder) as plan.folder:
             plan.write()
@@ -108,16 +108,16 @@ def study(
 
 def run(plan: Plan, executor=None, workers=None, memory=None, time_limit=np.inf, keep=True,
         retry=False, show=None) -> None:  # fmt: skip
-    """Carry out the cases of a plan that has been written; see `study`."""
+    """Run the cases of a written plan; see `study`."""
     model = plan.model if callable(plan.model) else None
     work = Work(plan.folder, model, plan.task, plan.quantities, time_limit, keep, retry,
                 memory=memory)  # fmt: skip
-    with _executor(executor, workers, memory, time_limit) as pool:
+    with _open_executor(executor, workers, memory, time_limit) as pool:
         distribute(pool, work, plan.keys, show)
 
 
 def gather(study, workers: int | None = None, show=None, retry: bool = False) -> None:
-    """Measure the outputs that sitedda-native has written in the folder of a study.
+    """Extract the results from outputs of sitedda-native in the folder of a study.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ def gather(study, workers: int | None = None, show=None, retry: bool = False) ->
     """
     plan = study if isinstance(study, Plan) else plan_of_folder(study)
     work = Work(plan.folder, quantities=plan.quantities, again=retry, start=False)
-    with _executor(None, workers, None, np.inf) as pool:
+    with _open_executor(None, workers, None, np.inf) as pool:
         distribute(pool, work, plan.keys, show)
 
 
@@ -142,8 +142,8 @@ def _check_workers(workers) -> None:
 
 
 @contextmanager
-def _executor(executor, workers, memory, time_limit) -> Iterator:
-    """Executor of the cases: the given one, which stays open, or processes that end with this."""
+def _open_executor(executor, workers, memory, time_limit) -> Iterator:
+    """Yield the given executor, which stays open, or processes that end with the context."""
     if executor is not None:
         yield executor.get_executor(pure=False) if hasattr(executor, "get_executor") else executor
         return
@@ -159,7 +159,7 @@ def _executor(executor, workers, memory, time_limit) -> Iterator:
 
 
 def free_memory() -> float:
-    """Bytes that are free, or can be freed."""
+    """Return the bytes of memory that are free or can be freed."""
     for line in Path("/proc/meminfo").read_text().splitlines():
         if line.startswith("MemAvailable"):
             return 1024.0 * float(line.split()[1])
@@ -168,7 +168,7 @@ def free_memory() -> float:
 
 @contextmanager
 def shown(progress, count: int) -> Iterator[Callable | None]:
-    """Function that receives the numbers of finished and failed cases."""
+    """Yield a function that shows the numbers of finished and failed cases."""
     if progress is not True:
         yield progress or None
         return

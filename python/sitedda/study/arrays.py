@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""An array that is kept of a case, with its coordinates."""
+"""An array result of a case, with its coordinates."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Array:
-    """An array quantity of one case.
+    """An array result of a case.
 
     Attributes
     ----------

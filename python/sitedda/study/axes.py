@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Parameters of a study as axes: changes along each dimension of its table."""
+"""Axes of a study: the changes of parameters along each dimension of its table."""
 
 import re
 from collections import Counter
@@ -33,13 +33,13 @@ class Axis(Protocol):
     coordinates: dict[str, tuple]
 
     def changes(self, place: tuple[int, ...]) -> dict:
-        """Changes at an index along the dimensions: values by name."""
+        """Return the changes at an index along the dimensions: values by name."""
         ...
 
 
 @dataclass
 class Points:
-    """One dimension along which several variables change together.
+    """A dimension along which several variables change together.
 
     Parameters
     ----------
@@ -49,9 +49,9 @@ class Points:
         Values along the dimension by the name of what they change, such as
         ``joint[bed].friction_angle``; all of the same length.
     labels : mapping of str, optional
-        Names of their coordinates (made from the names of the changes).
+        Names of their coordinates (by default derived from the names of the changes).
     number : bool
-        The dimension has numbers from 0 as its own coordinate.
+        Whether the dimension has a coordinate of numbers from 0.
     """
 
     name: str
@@ -66,8 +66,8 @@ class Points:
         self.values = {path: list(values) for path, values in self.values.items()}
         lengths = {len(values) for values in self.values.values()}
         if len(lengths) != 1 or 0 in lengths:
-            raise InputError(f"parameter {self.name!r}: give at least one value, and as many of "
-                             "each variable")  # fmt: skip
+            raise InputError(f"parameter {self.name!r}: give at least one value, and equally "
+                             "many of each variable")  # fmt: skip
         self.dims = {self.name: lengths.pop()}
         self.labels = dict(short_names(self.values)) | dict(self.labels)
         self.coordinates = {
@@ -78,38 +78,38 @@ class Points:
             self.coordinates[self.name] = ((self.name,), np.arange(self.dims[self.name]), {})
 
     def changes(self, place: tuple[int, ...]) -> dict:
-        """Values at a place."""
+        """Return the changes at an index: values by name."""
         return {path: values[place[0]] for path, values in self.values.items()}
 
 
 def checked_name(name: str) -> str:
-    """The name of a dimension, if it can be one."""
+    """Return the name of a dimension; raise an error if it is not permitted."""
     if not _NAME.fullmatch(name) or name in RESERVED:
-        why = "is a name of the table itself" if name in RESERVED else "letters, digits and _ only"
+        why = "is reserved for the table" if name in RESERVED else "letters, digits and _ only"
         raise InputError(f"{name!r} cannot name a parameter: {why}")
     return name
 
 
 def coordinate(values: Sequence) -> np.ndarray:
-    """Values of a parameter as they stand in a table: numbers, or texts for all else."""
+    """Convert values of a parameter for the table: numbers stay, others become texts."""
     if all(isinstance(v, int | float | np.number) and not isinstance(v, bool) for v in values):
         return np.asarray(values)
     return np.array([v if isinstance(v, str) else str(v) for v in values], dtype=object)
 
 
 def short_names(paths) -> dict[str, str]:
-    """Names of coordinates for changes: the variable, with group and name where two are alike.
+    """Return short names of changes: the variable, with group and name if ambiguous.
 
     ``{"material.clay.density": "density"}``.
     """
     for take in (1, 2, None):
-        names = {path: _short(path, take) for path in paths}
+        names = {path: _shorten(path, take) for path in paths}
         if max(Counter(names.values()).values(), default=1) == 1:
             break
     return names
 
 
-def _short(path: str, take: int | None) -> str:
+def _shorten(path: str, take: int | None) -> str:
     words = re.findall(r"\w+", path.replace("*", "all"))
     words = words if take is None else words[-take:]
     name = "_".join(words) or "parameter"
@@ -117,21 +117,21 @@ def _short(path: str, take: int | None) -> str:
 
 
 def axes_of(parameters) -> list[Axis]:
-    """The axes that the parameters of `study` mean.
+    """Convert the parameters of `study` to axes.
 
     Parameters
     ----------
     parameters : mapping, Axis or sequence of these
-        A list of values by the name of what they change is a dimension; an `Axis` is what it is.
+        Each named list of values becomes a dimension; an `Axis` is used unchanged.
     """
     if isinstance(parameters, Axis):
-        return _distinct([parameters])
+        return _check_distinct([parameters])
     if isinstance(parameters, Mapping):
-        return _distinct(_of_mapping(parameters))
-    return _distinct([axis for one in parameters for axis in axes_of(one)])
+        return _check_distinct(_axes_of_mapping(parameters))
+    return _check_distinct([axis for one in parameters for axis in axes_of(one)])
 
 
-def _of_mapping(parameters: Mapping) -> list[Axis]:
+def _axes_of_mapping(parameters: Mapping) -> list[Axis]:
     names = short_names([k for k, v in parameters.items() if not isinstance(v, Axis)])
     axes: list[Axis] = []
     for path, values in parameters.items():
@@ -140,21 +140,21 @@ def _of_mapping(parameters: Mapping) -> list[Axis]:
             continue
         if isinstance(values, tuple) and len(values) == 2 and isinstance(values[0], str):
             named, values = values
-            axes.append(Points(path, {named: _listed(path, values)}, {named: path}, number=False))
+            axes.append(Points(path, {named: _as_list(path, values)}, {named: path}, number=False))
             continue
         name = names[path]
-        axes.append(Points(name, {path: _listed(path, values)}, {path: name}, number=False))
+        axes.append(Points(name, {path: _as_list(path, values)}, {path: name}, number=False))
     return axes
 
 
-def _listed(path: str, values) -> list:
+def _as_list(path: str, values) -> list:
     if isinstance(values, str) or not isinstance(values, Sequence | np.ndarray | range):
         raise InputError(f"parameter {path!r}: give a list of values, not {values!r}")
     return np.asarray(values).tolist() if isinstance(values, np.ndarray) else list(values)
 
 
-def _distinct(axes: list[Axis]) -> list[Axis]:
-    """The axes, if no two have a dimension or a coordinate of the same name."""
+def _check_distinct(axes: list[Axis]) -> list[Axis]:
+    """Return the axes; raise an error if two dimensions or coordinates have the same name."""
     for what in ("dims", "coordinates"):
         names = Counter(name for axis in axes for name in getattr(axis, what))
         twice = [name for name, count in names.items() if count > 1]
@@ -165,7 +165,7 @@ def _distinct(axes: list[Axis]) -> list[Axis]:
 
 
 def seeds(path: str, count: int, first: int = 1) -> dict[str, list[int]]:
-    """Realisations of a random joint network: so many values of a ``seed``.
+    """Return an axis of seeds for realisations of a random joint network.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One case of a study, carried out by a worker: run or resumed, measured, written."""
+"""Carry out a case of a study in a worker: run or resume it, and write its results."""
 
 import json
 import shutil
@@ -36,14 +36,14 @@ from .store import (
 
 _STATE = ("", ".partial", ".journal", ".checkpoint", ".checkpoint.previous", ".checkpoint.coming",
           ".writing")  # fmt: skip
-_LIMITED = ("time", "memory", "process")  # kinds of failure that other limits may avoid
-_TRIED = 3  # cases tried for the check of names, if earlier ones cannot start
+_LIMITED = ("time", "memory", "process")  # kinds of failure that other limits may prevent
+_TRIED = 3  # largest number of cases tried for the check of names
 KINDS = {1: "input", 2: "check", 3: "convergence", 4: "solver", 6: "time", 7: "memory"}
 
 
 @dataclass(frozen=True)
 class Work:
-    """Task of each case.
+    """The settings with which a worker carries out cases.
 
     Attributes
     ----------
@@ -57,11 +57,11 @@ class Work:
     time_limit : float
         s of the clock that a case may take.
     keep : bool
-        Outputs stay after they have been measured.
+        Whether outputs are kept after their results have been extracted.
     again : bool
-        Cases that have failed are tried again.
+        Whether failed cases are tried again.
     start : bool
-        Runs that are not complete are run; else only those are measured that are.
+        Whether incomplete runs are run; otherwise only complete outputs are used.
     memory : float, optional
         Bytes that a case may allocate, if limited.
     """
@@ -78,28 +78,28 @@ class Work:
 
     @property
     def asked(self) -> list[list[str]]:
-        """Labels and names of the quantities."""
+        """Return the labels and names of the quantities."""
         return [[one.label, one.name] for one in self.quantities]
 
     def check(self, file: Path) -> None:
-        """Check, before a run of an input, that its output would have the quantities."""
+        """Check, before a run, that the output of an input will have the quantities."""
         check_names(file, self.quantities)
 
     @property
     def limits(self) -> list:
-        """Of the clock and the memory of a case."""
+        """Return the limits of time and memory of a case."""
         return [self.time_limit, self.memory]
 
     def fail(self, folder: Path, message: str, kind: str) -> dict:
-        """Write that a case has failed, and with what of the study's file that may change."""
+        """Write that a case has failed, with the settings on which the failure depends."""
         more: dict = {"limits": self.limits} if kind in _LIMITED else {}
-        if (folder / WORDS).exists():  # the run is complete, but a result has failed
+        if (folder / WORDS).exists():  # the run is complete, but the extraction of a result failed
             more["asked"] = self.asked
         return write_result(folder, "failed", message, kind=kind, **more)
 
 
 def check_first(work: Work, keys: Sequence[str]) -> None:
-    """Check names of results and tasks on the first case that can begin, before any is run.
+    """Check the names of results and tasks on the first case that can start.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def check_first(work: Work, keys: Sequence[str]) -> None:
 
 
 def carry_out(work: Work, key: str, wait: bool = False) -> dict:
-    """Carry out a case if that has not been done yet.
+    """Carry out a case unless it has a result.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ def carry_out(work: Work, key: str, wait: bool = False) -> dict:
     key : str
         Of the case.
     wait : bool
-        For another process that works on the case.
+        Whether to wait for another process that works on the case.
 
     Returns
     -------
@@ -139,19 +139,19 @@ def carry_out(work: Work, key: str, wait: bool = False) -> dict:
     """
     folder = case_folder(work.study, key)
     if not folder.is_dir():
-        raise OutputError(f"{folder} is not there: workers must see the folder of the study, "
-                          "by the same name")  # fmt: skip
+        raise OutputError(f"{folder} is missing: workers must see the folder of the study "
+                          "under the same path")  # fmt: skip
     with locked(folder, wait) as mine:
         if not mine:
             return {"status": "busy", "message": ""}
         found = finished(work, folder)
         if found is None:
-            found = _result(work, folder)
+            found = _obtain_result(work, folder)
     return {"status": found["status"], "message": found["message"]}
 
 
 def finished(work: Work, folder: Path) -> dict | None:
-    """The result of a case, if it has the present key."""
+    """Return the result of a case if it was obtained with the present settings."""
     found = read_result(folder)
     if found is None:
         return None
@@ -162,13 +162,13 @@ def finished(work: Work, folder: Path) -> dict | None:
 
 
 def take_output(folder: Path, output: Path) -> None:
-    """Use the complete output of a run by this build for a case with the same input."""
+    """Use the complete output of a run of this build for a case with the same input."""
     if not (folder / WORDS).exists():
         shutil.copyfile(output, folder / OUTPUT)
-        write_whole(folder / WORDS, "")  # its doubts are in the output
+        write_whole(folder / WORDS, "")  # its warnings are in the output
 
 
-def _result(work: Work, folder: Path) -> dict:
+def _obtain_result(work: Work, folder: Path) -> dict:
     begun = time.time()
     try:
         numbers, arrays, more = _write_result(work, folder)
@@ -176,12 +176,12 @@ def _result(work: Work, folder: Path) -> dict:
         return {"status": "interrupted", "message": ""}
     except Missing:
         return {"status": "missing", "message": ""}
-    except OutputError as error:  # of the disk, not of the case: to be tried again
+    except OutputError as error:  # a failure of the disk, not of the case: try again
         return {"status": "unfinished", "message": str(error)}
     except SiteddaError as error:
         words = str(error).replace(f"{folder}/", "")
         return work.fail(folder, words, KINDS.get(error.kind, "input"))
-    except Exception as error:  # of the user's function: it is that case's failure alone
+    except Exception as error:  # an error of the user's function fails only this case
         if lacks_memory(error):
             return work.fail(folder, "not enough memory", "memory")
         words = f"{type(error).__name__}: {error}"
@@ -202,14 +202,14 @@ def _result(work: Work, folder: Path) -> dict:
 
 
 def _write_result(work: Work, folder: Path) -> tuple[dict[str, float], dict[str, Array], dict]:
-    """Numbers, arrays, and what else is noted of a case."""
+    """Write numbers, arrays and notes of a case."""
     if work.model is not None:
         values = json.loads((folder / "values.json").read_text())
-        return *_sorted(returned("value", work.model(**values))), {}
+        return *_sort_values(returned("value", work.model(**values))), {}
     if callable(work.task):
         value = work.task(folder / INPUT)
         warning = value.pop("warning", "") if isinstance(value, dict) else ""
-        return *_sorted(returned("value", value)), {"warning": str(warning)}
+        return *_sort_values(returned("value", value)), {"warning": str(warning)}
     _raise_given_up(folder, work.again)
     if not work.start and not (folder / WORDS).exists():
         raise Missing
@@ -221,13 +221,13 @@ def _write_result(work: Work, folder: Path) -> tuple[dict[str, float], dict[str,
     return numbers, arrays, {"warning": "\n".join(filter(None, [warning, *notes]))}
 
 
-def _sorted(values: dict) -> tuple[dict[str, float], dict[str, Array]]:
+def _sort_values(values: dict) -> tuple[dict[str, float], dict[str, Array]]:
     arrays = {name: value for name, value in values.items() if isinstance(value, Array)}
     return {n: v for n, v in values.items() if n not in arrays}, arrays
 
 
 def run_input(folder: Path, time_limit: float = np.inf) -> str:
-    """Run the input of a case to its end, from its last checkpoint if there is one; warnings.
+    """Run or resume the input of a case to its end, and write its warnings.
 
     Raises
     ------
@@ -239,15 +239,15 @@ def run_input(folder: Path, time_limit: float = np.inf) -> str:
     if (folder / OUTPUT).exists():
         if (words := warnings_of(folder)) is not None:
             return words
-        remove_output(folder)  # killed before its warnings were written
+        remove_output(folder)  # the process was killed before it wrote the warnings
     try:
-        return _to_end(folder, time_limit)
+        return _run_to_end(folder, time_limit)
     except CheckpointError:
         remove_output(folder)
-        return _to_end(folder, time_limit)
+        return _run_to_end(folder, time_limit)
 
 
-def _to_end(folder: Path, time_limit: float) -> str:
+def _run_to_end(folder: Path, time_limit: float) -> str:
     from ..engine.simulation import Simulation, run_to_end
 
     begun = time.monotonic()
@@ -271,15 +271,15 @@ def _to_end(folder: Path, time_limit: float) -> str:
 
 
 class Missing(SiteddaError):
-    """A case has not been run yet."""
+    """The case has not been run yet."""
 
 
 class GivenUp(SiteddaError):
-    """Another program tried a case, and failed."""
+    """Another program has tried the case and failed."""
 
 
 def _raise_given_up(folder: Path, again: bool) -> None:
-    """Raise the error with which a Slurm task gave up a case, unless it is tried again."""
+    """Raise the error with which a Slurm task failed, unless the case is tried again."""
     file = folder / FAILED
     if again:
         file.unlink(missing_ok=True)
@@ -289,13 +289,13 @@ def _raise_given_up(folder: Path, again: bool) -> None:
 
 
 class TimeLimit(SiteddaError):
-    """A case has taken longer than it may."""
+    """The case has exceeded its time limit."""
 
     kind = 6
 
 
 def warnings_of(folder: Path) -> str | None:
-    """Warnings of a finished run, one a line; None if they are not known yet."""
+    """Return the warnings of a finished run, one per line; None if unknown."""
     try:
         text = (folder / WORDS).read_text("utf-8", "replace")
     except OSError:
@@ -304,7 +304,7 @@ def warnings_of(folder: Path) -> str | None:
 
 
 def remove_output(folder: Path) -> None:
-    """Take away the output of a case and all that belongs to an unfinished one."""
+    """Remove the output of a case and the files of an unfinished output."""
     for end in _STATE:
         (folder / f"{OUTPUT}{end}").unlink(missing_ok=True)
     (folder / WORDS).unlink(missing_ok=True)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A Dask cluster as the executor of the cases.
 
-Whoever reaches the address of a scheduler can have any code run by its workers, and by its
-clients: use TLS, or a network that only its users reach.
+Anyone who can reach the address of a scheduler can run any code on its workers and clients. Use
+TLS, or a network that only its users can reach.
 """
 
 from collections.abc import Iterator
@@ -13,7 +13,7 @@ from ..base.errors import InputError, OutputError
 
 @contextmanager
 def connected(address: str, ca: str = "", certificate: str = "", key: str = "") -> Iterator:
-    """A client of a scheduler, closed in the end.
+    """Yield a client of a scheduler, which is closed at the end.
 
     Parameters
     ----------

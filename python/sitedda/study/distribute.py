@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cases given to an executor, a window of them at a time, until all are done."""
+"""Submit cases to an executor, a limited number at a time, until all are done."""
 
 import queue
 import time
@@ -12,16 +12,16 @@ from .case import Work, carry_out, check_first, finished
 from .store import case_folder, locked
 from .workers import TaskTooLong, WorkerDied
 
-_DEATHS = 3  # of its process, before a case has failed
-_WINDOW = 256  # cases that an executor has at a time, if its number of workers is unknown
+_DEATHS = 3  # deaths of its process after which a case has failed
+_WINDOW = 256  # number of submitted cases if the number of workers is unknown
 _POLL = 0.05  # s between polls of futures without callbacks
 
 
 def distribute(executor, work: Work, keys: Sequence[str], progress: Callable | None = None) -> None:
-    """Carry out all cases that are not done yet.
+    """Carry out all unfinished cases.
 
-    A case that another client works on is taken up last, when there is nothing else to do.  One
-    whose process dies is tried again, twice, then marked as failed.
+    Cases on which another client works come last. A case whose process dies is tried twice more and
+    then marked as failed.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def distribute(executor, work: Work, keys: Sequence[str], progress: Callable | N
     keys : sequence of str
         Of the cases.
     progress : callable, optional
-        Called with the number of cases that are done and of those that have failed.
+        Called with the numbers of finished and failed cases.
 
     Raises
     ------
@@ -56,7 +56,7 @@ def distribute(executor, work: Work, keys: Sequence[str], progress: Callable | N
 
 
 def workers_of(executor) -> int | None:
-    """Number of tasks that an executor runs at once; None if unknown."""
+    """Return the number of tasks that an executor runs at once; None if unknown."""
     return getattr(executor, "count", None) or getattr(executor, "_max_workers", None)
 
 
@@ -71,16 +71,16 @@ class _Loop:
         self.window = 2 * workers if workers else _WINDOW
 
     def results(self):
-        """The status of each case as it ends."""
+        """Yield the status of each case when it ends."""
         while self.fresh or self.busy or self.running:
-            self._submit()
-            future = self._next_ended()
+            self._submit_cases()
+            future = self._wait_for_next()
             key = self.running.pop(future)
-            status = self._status(key, future)
+            status = self._final_status(key, future)
             if status is not None:
                 yield status
 
-    def _submit(self) -> None:
+    def _submit_cases(self) -> None:
         while len(self.running) < self.window and (self.fresh or self.busy):
             wait = not self.fresh
             key = self.busy.popleft() if wait else self.fresh.popleft()
@@ -92,7 +92,7 @@ class _Loop:
             if hasattr(future, "add_done_callback"):
                 future.add_done_callback(self.ended.put)
 
-    def _next_ended(self):
+    def _wait_for_next(self):
         if all(hasattr(future, "add_done_callback") for future in self.running):
             return self.ended.get()
         while True:
@@ -101,8 +101,8 @@ class _Loop:
                     return future
             time.sleep(_POLL)
 
-    def _status(self, key: str, future) -> str | None:
-        """Final status of a case; None if it will be tried again."""
+    def _final_status(self, key: str, future) -> str | None:
+        """Return the final status of a case; None if it will be tried again."""
         try:
             found = future.result()
         except TaskTooLong:
@@ -114,7 +114,7 @@ class _Loop:
         except Exception as trouble:
             if not isinstance(trouble, WorkerDied) and type(trouble).__name__ != "KilledWorker":
                 raise
-            return self._after_death(key, trouble)
+            return self._handle_death(key, trouble)
         if found["status"] == "busy":
             self.busy.append(key)
             return None
@@ -124,7 +124,7 @@ class _Loop:
             raise OutputError(f"case {key}: {found['message']}")
         return found["status"]
 
-    def _after_death(self, key: str, trouble: Exception) -> str | None:
+    def _handle_death(self, key: str, trouble: Exception) -> str | None:
         self.deaths[key] += 1
         if self.deaths[key] >= _DEATHS:
             return self._fail(key, str(trouble), "process")
@@ -140,5 +140,5 @@ class _Loop:
 
 def _executor_died(trouble: BaseException) -> OutputError:
     name = type(trouble).__name__
-    return OutputError(f"the executor has stopped ({name}: {trouble}); what is done is kept: start "
-                       "another and call again to continue")  # fmt: skip
+    return OutputError(f"the executor has stopped ({name}: {trouble}); results are kept: start "
+                       "another executor and call again to continue")  # fmt: skip

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Incremental dynamic analysis: one curve for each record, and its fractiles."""
+"""Incremental dynamic analysis: one curve per record, and their fractiles."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from .maps import FRACTILES, label_of
 
 @dataclass(frozen=True)
 class Ida:
-    """Curves of a response over the intensity.
+    """Curves of a response as a function of the intensity.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Ida:
 
     @property
     def capacity_fractiles(self) -> np.ndarray:
-        """16, 50 and 84 % of the capacities; inf where so many records do not reach it."""
+        """Return the 16, 50 and 84 % fractiles of the capacities; inf if not reached."""
         known = np.sort(self.capacity[~np.isnan(self.capacity)])
         if not known.size:
             return np.full(3, np.nan)
@@ -48,7 +48,7 @@ class Ida:
         return known[place]
 
     def picture(self):
-        """Intensity over response, as is the custom."""
+        """Draw the intensity over the response."""
         from ..report.style import BLUE, GREY, RED, canvas
 
         figure, (axes,) = canvas(1, size=(7.0, 5.0))
@@ -66,7 +66,7 @@ class Ida:
 
 
 def ida(table, quantity: str, intensity: str, record: str = "record", threshold=None) -> Ida:
-    """Incremental dynamic analysis of a study.
+    """Evaluate a study as an incremental dynamic analysis.
 
     Parameters
     ----------
@@ -90,13 +90,13 @@ def ida(table, quantity: str, intensity: str, record: str = "record", threshold=
     counted = np.isfinite(response).any(axis=0)
     fractiles = np.full((3, level.size), np.nan)
     fractiles[:, counted] = np.nanquantile(response[:, counted], FRACTILES, axis=0)
-    capacity = [_capacity(row, level, threshold) for row in response]
+    capacity = [_find_capacity(row, level, threshold) for row in response]
     labels = (label_of(table, quantity), label_of(table, intensity))
     names = [str(name) for name in table[record].values]
     return Ida(level, response, fractiles, threshold, np.array(capacity), names, labels)
 
 
-def _capacity(row: np.ndarray, level: np.ndarray, threshold: float | None) -> float:
+def _find_capacity(row: np.ndarray, level: np.ndarray, threshold: float | None) -> float:
     if threshold is None:
         return np.nan
     above = np.flatnonzero(row > threshold)

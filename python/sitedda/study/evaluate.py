@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A study of a function, in memory: many cases in one task."""
+"""Evaluate a study of a function in memory, with many cases per task."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, wait
@@ -12,12 +12,12 @@ from .plan import Plan, plain
 from .quantities import returned
 from .table import coordinate_values
 
-_WORKERS = 32  # of an executor whose number of workers is unknown
-_TASKS_EACH = 8  # tasks for each worker: a slow one delays no other
+_WORKERS = 32  # number of workers of an executor if unknown
+_TASKS_EACH = 8  # tasks per worker: several, so that a slow task does not delay others
 
 
 def evaluate(plan: Plan, executor, progress: Callable | None = None):
-    """The table of a plan whose model is a function.
+    """Return the table of a plan whose model is a function.
 
     Parameters
     ----------
@@ -46,21 +46,21 @@ def evaluate(plan: Plan, executor, progress: Callable | None = None):
             done, failed = done + len(found), failed + sum(bool(words) for _, words in found)
         if progress:
             progress(done, failed)
-    return _table(plan, rows)
+    return _make_table(plan, rows)
 
 
 def call_each(function: Callable, cases: Sequence[dict]) -> list[tuple[dict, str]]:
-    """Values of a function for some cases, and its messages on failure."""
+    """Call a function for some cases; return its values, or messages on failure."""
     found = []
     for values in cases:
         try:
             found.append((returned("value", function(**values)), ""))
-        except Exception as error:  # that case's failure alone
+        except Exception as error:  # an error fails only this case
             found.append(({}, f"{type(error).__name__}: {error}"))
     return found
 
 
-def _table(plan: Plan, rows: list):
+def _make_table(plan: Plan, rows: list):
     import xarray as xr
 
     dims, shape = tuple(plan.dims), tuple(plan.dims.values())

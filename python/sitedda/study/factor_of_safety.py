@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The factor of safety of a case, instead of its run."""
+"""The task of a study that returns the factor of safety of a case."""
 
 from ..stability import safety
 
@@ -7,7 +7,7 @@ RESULTS = ("factor_of_safety", "stands_at", "fails_at")
 
 
 def factor_of_safety(file) -> dict:
-    """The factor of safety of an input, see `sitedda.safety`.
+    """Return the factor of safety of an input, see `sitedda.safety`.
 
     Parameters
     ----------

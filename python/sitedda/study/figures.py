@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The figures of a study, checked before its first case."""
+"""Check the figures of a study before its first case."""
 
 import inspect
 import math
@@ -25,7 +25,7 @@ _NUMBERS = ("threshold", "level", "confidence", "seed", "design")
 
 
 def known_kind(kind) -> str:
-    """A kind of figure, if it is one."""
+    """Return a kind of figure; raise an error if it is unknown."""
     if not isinstance(kind, str) or kind not in KINDS:
         raise InputError(f"[[figures]] kind = {kind!r}{nearest(str(kind), KINDS)}; use "
                          f"{', '.join(KINDS)}")  # fmt: skip
@@ -33,14 +33,14 @@ def known_kind(kind) -> str:
 
 
 def check_figures(figures, plan) -> list[dict]:
-    """The figures of a study file, if they can be drawn once there are results.
+    """Check that the figures of a study file can be drawn once there are results.
 
     Parameters
     ----------
     figures : list of dict
         As the file has them.
     plan : Plan
-        Whose dimensions and quantities they are of.
+        The plan with the dimensions and quantities of the figures.
 
     Raises
     ------
@@ -51,13 +51,13 @@ def check_figures(figures, plan) -> list[dict]:
         raise InputError("figures are tables: [[figures]]")
     for number, values in enumerate(figures, 1):
         try:
-            _check(dict(values), plan)
+            _check_figure(dict(values), plan)
         except InputError as error:
             raise InputError(f"figure {number}: {error}") from None
     return [dict(values) for values in figures]
 
 
-def _check(values: dict, plan) -> None:
+def _check_figure(values: dict, plan) -> None:
     kind = known_kind(values.pop("kind", None))
     if not isinstance(title := values.pop("title", ""), str):
         raise InputError(f"title = {title!r} is not a text")
@@ -76,7 +76,7 @@ def _check(values: dict, plan) -> None:
 
 
 def _check_argument(name: str, value, select: Mapping, plan) -> None:
-    """One argument of a figure."""
+    """Check an argument of a figure."""
     if name in _NUMBERS:
         optional = value is None and name in ("threshold", "level", "design")
         if not optional and (isinstance(value, bool) or not isinstance(value, int | float)
@@ -93,12 +93,12 @@ def _check_argument(name: str, value, select: Mapping, plan) -> None:
         _check_dimension(name, value, plan)
         if value in select and not isinstance(select[value], list):
             raise InputError(f"{name} = {value!r} has been selected already")
-    elif (known := _known_results(plan)) and value not in known and _stem(value) not in known:
+    elif (known := _known_results(plan)) and value not in known and _stem_of(value) not in known:
         raise InputError(f"{name} = {value!r} is none of the results{nearest(value, known)}")
 
 
 def _check_dimension(what: str, name: str, plan) -> None:
-    """A dimension of the study, or of an array in it."""
+    """Check a dimension of the study or of one of its arrays."""
     inner = what in ("x", "y", "select") and (name in RESERVED or _has_functions(plan))
     if name not in plan.dims and not inner:
         raise InputError(f"{what}: there is no dimension {name!r}{nearest(name, plan.dims)}; the "
@@ -106,7 +106,7 @@ def _check_dimension(what: str, name: str, plan) -> None:
 
 
 def _check_selection(name: str, value, plan) -> None:
-    """Values of a dimension that a figure is of."""
+    """Check the values of a dimension that a figure selects."""
     _check_dimension("select", name, plan)
     if name not in plan.dims:
         return
@@ -121,20 +121,20 @@ def _check_selection(name: str, value, plan) -> None:
             raise InputError(f"select: {name} has no value {one!r}; it has {shown}")
 
 
-def _stem(name: str) -> str:
+def _stem_of(name: str) -> str:
     return name.partition("[")[0].partition(".")[0]
 
 
 def _has_functions(plan) -> bool:
-    """Whether results come from functions, which may return arrays over anything."""
+    """Return whether results come from functions, which may return any array."""
     told = plan.task == "run" or getattr(plan.task, "results", ())
     return callable(plan.model) or not told or any(q.function for q in plan.quantities)
 
 
 def _known_results(plan) -> set[str]:
-    """Names of results, or what they begin with; none where only the results can tell.
+    """Return names or stems of results; none if they are unknown before the run.
 
-    A function whose results are numbers may have their names as an attribute ``results``.
+    A function that returns numbers can name them in its attribute ``results``.
     """
     of_task = {name for one in (plan.task, plan.model) for name in getattr(one, "results", ())}
     if of_task or _has_functions(plan):

@@ -9,10 +9,10 @@ from ..base.errors import InputError
 from ..engine.signals import response_spectrum, running_integral
 from .records import Record
 
-_ROUNDS, _GOOD = 30, 0.02  # of the fit; the first with this misfit, or the best, is kept
-_PERIODS = 60  # at which the spectrum is fitted
-_RISE, _PLATEAU = 0.15, 0.35  # of the duration
-_GROUND_DAMPING = 0.6  # of the filter of Kanai and Tajimi
+_ROUNDS, _GOOD = 30, 0.02  # rounds of the fit; misfit at which it ends
+_PERIODS = 60  # number of periods at which the spectrum is fitted
+_RISE, _PLATEAU = 0.15, 0.35  # fractions of the duration
+_GROUND_DAMPING = 0.6  # damping ratio of the filter of Kanai and Tajimi
 _GROUND = {  # EN 1998-1:2004, tables 3.2 and 3.3: S, T_B, T_C, T_D
     1: {"A": (1.0, 0.15, 0.4, 2.0), "B": (1.2, 0.15, 0.5, 2.0), "C": (1.15, 0.2, 0.6, 2.0),
         "D": (1.35, 0.2, 0.8, 2.0), "E": (1.4, 0.15, 0.5, 2.0)},
@@ -22,7 +22,7 @@ _GROUND = {  # EN 1998-1:2004, tables 3.2 and 3.3: S, T_B, T_C, T_D
 
 
 def eurocode8(peak: float, ground: str = "A", kind: int = 1) -> Callable:
-    """The elastic spectrum of EN 1998-1:2004, 3.2.2.2, with 5 % damping.
+    """Return the elastic spectrum of EN 1998-1:2004, 3.2.2.2, with 5 % damping.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def eurocode8(peak: float, ground: str = "A", kind: int = 1) -> Callable:
 def eurocode8_2024(
     plateau: float, one_second: float, factors: tuple[float, float] = (1.0, 1.0)
 ) -> Callable:
-    """The elastic spectrum of EN 1998-1-1:2024, 5.2.2.2, with 5 % damping.
+    """Return the elastic spectrum of EN 1998-1-1:2024, 5.2.2.2, with 5 % damping.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def eurocode8_2024(
 
 
 def asce7(short: float, one_second: float, long_period: float = 8.0) -> Callable:
-    """The two-period design spectrum of ASCE/SEI 7-16, 11.4.6, with 5 % damping.
+    """Return the two-period design spectrum of ASCE/SEI 7-16, 11.4.6, with 5 % damping.
 
     Parameters
     ----------
@@ -121,11 +121,11 @@ def synthetic(
     periods: tuple[float, float] = (0.05, 2.0),
     damping: float = 0.05,
 ) -> list[Record]:
-    """Records made from seeds, each fitted to a response spectrum.
+    """Create records from seeds, each fitted to a response spectrum.
 
-    Gaussian noise through the filter of Kanai and Tajimi, whose frequency is that of the largest
-    spectral value, under an envelope that rises as t², stays, and decays exponentially; then its
-    Fourier amplitudes are multiplied by target over spectrum, again and again.
+    Gaussian noise passes the filter of Kanai and Tajimi, whose frequency is that of the largest
+    spectral value. Its envelope increases as t², is constant, and decays exponentially. Then its
+    Fourier amplitudes are multiplied repeatedly by target over spectrum.
 
     Parameters
     ----------
@@ -160,11 +160,11 @@ def synthetic(
     if not np.all(np.isfinite(target) & (target > 0)):
         raise InputError("the target spectrum must be above 0 at all periods")
     seeds = [seeds] if isinstance(seeds, int) else list(seeds)
-    return [_fitted(seed, grid, target, duration, time_step, damping) for seed in seeds]
+    return [_fit_record(seed, grid, target, duration, time_step, damping) for seed in seeds]
 
 
-def _fitted(seed, grid, target, duration, step, damping) -> Record:
-    """One record: the best of all rounds of the fit."""
+def _fit_record(seed, grid, target, duration, step, damping) -> Record:
+    """Return the best record of all rounds of the fit."""
     count = round(duration / step) + 1
     ground = 1.0 / grid[np.argmax(target)]
     motion = _noise(seed, count, step, ground) * _envelope(count)
@@ -179,8 +179,8 @@ def _fitted(seed, grid, target, duration, step, damping) -> Record:
             break
         factor = np.interp(frequency, 1 / grid[::-1], ratio[::-1])
         spectrum = np.fft.rfft(motion, 2 * count) * factor
-        spectrum[frequency < 0.5 / grid[-1]] *= 0.5  # slow drift, which no period requires
-        motion = _without_drift(np.fft.irfft(spectrum)[:count] * _end_taper(count), step)
+        spectrum[frequency < 0.5 / grid[-1]] *= 0.5  # slow drift, which no fitted period contains
+        motion = _remove_drift(np.fft.irfft(spectrum)[:count] * _end_taper(count), step)
     return Record(f"synthetic {seed}", best, step, least)
 
 
@@ -191,7 +191,7 @@ def _spectrum(motion, step, periods, damping) -> np.ndarray:
 
 
 def _noise(seed: int, count: int, step: float, ground: float) -> np.ndarray:
-    """White noise through the filter of Kanai and Tajimi."""
+    """Return white noise filtered by the filter of Kanai and Tajimi."""
     white = np.random.Generator(np.random.Philox(seed)).standard_normal(count)
     r = np.fft.rfftfreq(2 * count, step) / ground
     two = 2j * _GROUND_DAMPING * r
@@ -199,7 +199,7 @@ def _noise(seed: int, count: int, step: float, ground: float) -> np.ndarray:
 
 
 def _envelope(count: int) -> np.ndarray:
-    """Rises as t², stays, decays to 5 %."""
+    """Return an envelope that increases as t², is constant, and decays to 5 %."""
     t = np.linspace(0.0, 1.0, count)
     end = _RISE + _PLATEAU
     rise = np.minimum(t / _RISE, 1.0) ** 2
@@ -207,7 +207,7 @@ def _envelope(count: int) -> np.ndarray:
 
 
 def _end_taper(count: int) -> np.ndarray:
-    """A cosine over the first and the last 2 %, so that a record begins and ends at rest."""
+    """Return a cosine taper over the first and last 2 %, so that records start and end at 0."""
     n = max(count // 50, 1)
     found = np.ones(count)
     found[:n] = 0.5 - 0.5 * np.cos(np.pi * np.arange(n) / n)
@@ -215,8 +215,8 @@ def _end_taper(count: int) -> np.ndarray:
     return found
 
 
-def _without_drift(acceleration: np.ndarray, step: float) -> np.ndarray:
-    """The acceleration without the parabola of its velocity."""
+def _remove_drift(acceleration: np.ndarray, step: float) -> np.ndarray:
+    """Remove the drift of an acceleration: the parabola fitted to its velocity."""
     t = np.arange(acceleration.size) * step
     velocity = running_integral(acceleration, step)
     basis = np.column_stack([t, t**2])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Histories of figures: largest values of all steps up to a time."""
+"""Histories of results: largest values of all steps up to a time."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ if TYPE_CHECKING:
     from .quantities import Output
 
 _GRAVITY = 9.80665  # m/s², of the Arias intensity
-LOOKS = 1000  # equal parts of the duration at which figures are evaluated
+LOOKS = 1000  # number of equal parts of the duration at which results are evaluated
 
 
 def histories(output: Output) -> dict[str, Array]:
-    """Each figure that grows with a run, `LOOKS` times from its begin to its end.
+    """Return each cumulative result at `LOOKS` times from start to end of a run.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def histories(output: Output) -> dict[str, Array]:
     time = output["time"]
     look = np.linspace(time[0], time[-1], LOOKS + 1)
     at = np.searchsorted(time, look + 1e-9 * (look[1] - look[0]), side="right") - 1
-    found = {"energy_kinetic": output["energy_kinetic"][at]}  # parts with any motion, not at a peak
+    found = {"energy_kinetic": output["energy_kinetic"][at]}  # not only at a peak
     numbers = engine_names("maxima numbers")
     for name, so_far in zip(numbers, output["largest_so_far"][at].T, strict=True):
         if np.isfinite(so_far).any():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Maps of two parameters, and the median and fractiles of samples."""
+"""Maps of a result over two parameters, and fractiles of samples."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ FRACTILES = (0.16, 0.5, 0.84)
 
 @dataclass(frozen=True)
 class Map:
-    """A quantity over two parameters.
+    """A quantity as a function of two parameters.
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class Map:
     level: float | None = None
 
     def picture(self):
-        """Colours, contours, and crosses where there is no result."""
+        """Draw colours, contours, and crosses for missing results."""
         from ..report.style import INK, new_figure
 
         figure, axes = new_figure(size=(7.0, 5.0))
@@ -55,7 +55,7 @@ class Map:
 
 
 def parameter_map(table, quantity: str, x: str, y: str, level: float | None = None) -> Map:
-    """A map of a quantity over two dimensions of a study.
+    """Return a map of a quantity over two dimensions of a study.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ class Bands:
     names: tuple[str, str]
 
     def picture(self):
-        """The samples, faint; median and fractiles."""
+        """Draw faint samples, median and fractiles."""
         from ..report.style import BLUE, GREY, canvas
 
         figure, (axes,) = canvas(1, size=(7.5, 4.8))
@@ -121,7 +121,7 @@ class Bands:
 
 
 def bands(table, quantity: str, dim: str = "sample") -> Bands:
-    """Median and 16 and 84 % of an array quantity over samples.
+    """Return median, 16 and 84 % fractiles of an array quantity over samples.
 
     Parameters
     ----------
@@ -147,5 +147,5 @@ def bands(table, quantity: str, dim: str = "sample") -> Bands:
 
 
 def label_of(table, name: str) -> str:
-    """Name of a variable with its unit, as axes have it."""
+    """Return the name of a variable with its unit, as an axis label."""
     return labelled(name, str(table[name].attrs.get("units", "")))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A study as a list of cases: their inputs, their keys, and the manifest."""
+"""The plan of a study: cases with their inputs and keys, and the manifest."""
 
 import hashlib
 import json
@@ -36,7 +36,7 @@ from .store import (
 from .store import write_whole as write
 from .tasks import task_of
 
-_LARGEST = 2**28  # bytes of a file that an input names, as in the engine
+_LARGEST = 2**28  # largest size in bytes of a file that an input names, as in the engine
 _FORMAT = 1
 
 
@@ -70,16 +70,16 @@ class Plan:
 
     @property
     def dims(self) -> dict[str, int]:
-        """Length of each dimension."""
+        """Return the length of each dimension."""
         return {name: size for axis in self.axes for name, size in axis.dims.items()}
 
     @property
     def count(self) -> int:
-        """Number of cases."""
+        """Return the number of cases."""
         return int(np.prod(list(self.dims.values()), dtype=int))
 
     def changes(self) -> Iterator[dict]:
-        """The changes of each case, in order."""
+        """Yield the changes of each case, in order."""
         for place in np.ndindex(*self.dims.values()):
             found, at = dict(self.fixed), 0
             for axis in self.axes:
@@ -88,14 +88,14 @@ class Plan:
             yield found
 
     def write(self) -> "Plan":
-        """Write inputs and manifest into the folder of the study; cases that are there stay."""
+        """Write inputs and manifest into the folder of the study; existing cases stay."""
         plain_text("folder", str(self.folder))
         make_folder(self.folder)
         if callable(self.model):
             self.keys = self._write_calls()
         else:
             self.keys = self._write_inputs()
-        write(self.folder / MANIFEST, json.dumps(self._manifest()), PART)
+        write(self.folder / MANIFEST, json.dumps(self._make_manifest()), PART)
         return self
 
     def _write_inputs(self) -> list[str]:
@@ -126,7 +126,7 @@ class Plan:
             write(folder / "values.json", text)
         return keys
 
-    def _manifest(self) -> dict:
+    def _make_manifest(self) -> dict:
         coordinates = {
             name: {"dims": list(dims), "values": [plain(v) for v in values], "attrs": attrs}
             for axis in self.axes
@@ -150,7 +150,7 @@ class Plan:
 
 
 def make_plan(model, parameters, results=None, folder=None, fixed=None, task="run") -> Plan:
-    """The plan of a study; see `sitedda.study` for its arguments."""
+    """Make the plan of a study; see `sitedda.study` for its arguments."""
     if isinstance(model, str | os.PathLike):
         model = Path(model)
     task = task_of(task)
@@ -159,14 +159,14 @@ def make_plan(model, parameters, results=None, folder=None, fixed=None, task="ru
     default = DEFAULT if task == "run" and not callable(model) else ()
     wanted = quantities_of(default if results is None else results)
     if wanted and not default:
-        raise InputError("results are what the function returns; give none")
+        raise InputError("a function as the model returns the results; omit the argument results")
     axes = axes_of(parameters)
     where = None if folder is None else Path(folder).absolute()
     return Plan(model, axes, wanted, task, dict(flat_changes(fixed or {})), where)
 
 
 def plan_of_folder(folder) -> Plan:
-    """The plan of a folder as its manifest has it, without its axes and functions."""
+    """Return the plan of a folder from its manifest, without axes and functions."""
     folder = Path(folder).absolute()
     found = read_manifest(folder)
     wanted = [one for one in found["quantities"] if ":" not in one]
@@ -174,7 +174,7 @@ def plan_of_folder(folder) -> Plan:
 
 
 def model_name(model) -> str:
-    """Name of the model in a manifest."""
+    """Return the name of the model in a manifest."""
     if callable(model):
         return function_name(model).partition(" ")[0]
     return str(model) if isinstance(model, Path) else getattr(model, "title", "") or "model"
@@ -186,7 +186,7 @@ def _task_name(task) -> str:
 
 @cache
 def build() -> str:
-    """The sum of the engine's library: it distinguishes builds of the same version."""
+    """Return the checksum of the engine library, which distinguishes builds of a version."""
     from .. import _core
 
     with open(_core.__file__, "rb") as stream:
@@ -194,7 +194,7 @@ def build() -> str:
 
 
 def plain(value):
-    """A value in the form of JSON."""
+    """Convert a value for JSON."""
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, np.ndarray | list | tuple):
@@ -205,7 +205,7 @@ def plain(value):
 
 
 class _Files:
-    """Files that inputs name, copied into the study once each."""
+    """Files that inputs name, each copied once into the study."""
 
     def __init__(self, study: Path):
         self.study = study
@@ -213,23 +213,23 @@ class _Files:
         self.made: dict[int, str] = {}
 
     def kept(self, changes: Mapping) -> dict:
-        """Changes whose files are those of the study."""
+        """Return changes that refer to the copied files."""
         return {
-            path: self._name(value, path) if _names_a_file(path) and value else value
+            path: self._copy_name(value, path) if _names_a_file(path) and value else value
             for path, value in changes.items()
         }
 
     def kept_in(self, text: str, file: Path) -> str:
-        """A text whose files are those of the study."""
+        """Return a text that refers to the copied files."""
 
         def name_of(group: Found) -> str:
             name = group.values.get("file") if group.name != "output" else ""
-            return self._name(file.parent / name, f"&{group.name}") if name else ""
+            return self._copy_name(file.parent / name, f"&{group.name}") if name else ""
 
         return with_files(text, name_of, file)
 
-    def _name(self, file, where: str) -> str:
-        """The name of a file, or of a `Record` that stands in none yet."""
+    def _copy_name(self, file, where: str) -> str:
+        """Return the name of the copy of a file, or of a `Record` not yet in a file."""
         if hasattr(file, "data"):
             if id(file) not in self.made:
                 self.made[id(file)] = keep_file(self.study, file.data, ".txt")
@@ -250,7 +250,7 @@ def _names_a_file(path: str) -> bool:
 
 @contextmanager
 def folder_or_temporary(folder) -> Iterator[Path]:
-    """The folder of a study, or one that is gone in the end."""
+    """Yield the folder of a study, or a temporary one."""
     import tempfile
 
     if folder is not None:

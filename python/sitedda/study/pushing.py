@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A pushover of each case of a study."""
+"""The task of a study that runs a pushover of each case."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -25,7 +25,7 @@ class PushTo:
     steps : int
         In that displacement.
     limits : bool
-        And the limits of dry rigid blocks under a horizontal load.
+        Whether to compute the limits of dry rigid blocks under a horizontal load.
     """
 
     point: str
@@ -40,7 +40,7 @@ class PushTo:
     )  # fmt: skip
 
     def checked(self) -> "PushTo":
-        """Itself, if a pushover could begin with it."""
+        """Return the settings; raise an error if a pushover cannot start with them."""
         from ..stability.pushover import LOADS
 
         if self.load not in LOADS or self.sense not in (1, -1):
@@ -52,11 +52,11 @@ class PushTo:
         return self
 
     def check(self, file) -> None:
-        """Check that an input has the point, before it is pushed."""
+        """Check that an input has the point, before the pushover."""
         check_names(file, [Quantity("", f"displacement[{self.point}].x")])
 
     def __call__(self, file) -> dict:
-        """Peak, end, energies (J/m) and, if requested, limits of an input."""
+        """Return peak, end, energies (J/m) and, if requested, limits of an input."""
         from ..stability import limit_analysis, pushover
 
         found = pushover(file, self.point, load=self.load, sense=self.sense,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Results of each case: numbers and arrays of an output by name, or by a function."""
+"""Extract the results of a case: numbers and arrays of an output by name or function."""
 
 import re
 import tempfile
@@ -33,7 +33,7 @@ _LABELS = {
     "component": ("xx", "yy", "xy"),
     "coordinate": ("x", "y", "rotation", "strain_x", "strain_y", "shear_strain"),
 }
-_WRITTEN = "attributes"  # of the output, written by the engine
+_WRITTEN = "attributes"  # attributes of the output, written by the engine
 _MAXIMA = engine_names("maxima numbers")
 _LARGEST = tuple(f"largest_{name}" for name in _MAXIMA)
 _OF_JOINTS = [one for one in VARIABLES.values()
@@ -56,20 +56,20 @@ _TOPICS = {
 NAMES = {name for names in _TOPICS.values() for name in names}
 _AT_POINTS = {name for name in _TOPICS[_WRITTEN]
               if name.startswith(("pga_", "pgv_", "arias_", "sa_", "resolved_"))}  # fmt: skip
-_OF_PYTHON = ("residual_drift", "amplification")  # figures that the engine does not list
+_OF_PYTHON = ("residual_drift", "amplification")  # results that the engine does not list
 _BLOCKS = ("frame_time", "vertex_block", "vertices", "block_coordinates", "frame_base")
 _HISTORY = ("time", "acceleration", "velocity", "point_place", "time_step", "energy_balance")
 _NEEDS = {"add_damping": _HISTORY}
 _WRITTEN_AS = {"absolute_displacement": "displacement"}
-_WHOLE = ("verdict", "figures", "histories")  # what every output has
+_WHOLE = ("verdict", "figures", "histories")  # quantities that every output has
 _NO_AMPLIFICATION = "amplification_ratio needs a group &amplification in the input"
-_LARGE = 5e7  # bytes of block coordinates; of larger outputs only frames in question are read
+_LARGE = 5e7  # bytes of block coordinates above which only required frames are read
 _ZERO = ("contacts_slipped", "contacts_opened", "bonds_broken", "blocks_fallen", "blocks_lost")
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """One thing that is kept of each case.
+    """A result that is extracted from each case.
 
     Attributes
     ----------
@@ -87,7 +87,7 @@ class Quantity:
 
 
 def quantities_of(results) -> list[Quantity]:
-    """The quantities that ``results`` of `study` mean.
+    """Convert the ``results`` of `study` to quantities.
 
     Parameters
     ----------
@@ -100,10 +100,10 @@ def quantities_of(results) -> list[Quantity]:
         pairs: Iterable = results.items()
     else:
         pairs = ((None, one) for one in results)
-    return [_quantity(label, one) for label, one in pairs]
+    return [_parse_quantity(label, one) for label, one in pairs]
 
 
-def _quantity(label: str | None, what) -> Quantity:
+def _parse_quantity(label: str | None, what) -> Quantity:
     if callable(what):
         return Quantity(label or what.__name__, function_name(what), what)
     if not isinstance(what, str) or not (found := _PATH.fullmatch(what)):
@@ -142,35 +142,35 @@ class Output:
             self._data.close()
 
     def has(self, name: str) -> bool:
-        """A variable is there."""
+        """Return whether a variable exists."""
         return name in self._data.variables
 
     def dims(self, name: str) -> tuple[str, ...]:
-        """Dimensions of a variable."""
+        """Return the dimensions of a variable."""
         if name not in self._data.variables:
             known = NAMES | set(self._data.variables)
             raise InputError(f"an output has no quantity {name!r}{nearest(name, known)}")
         return self._data[name].dimensions
 
     def units(self, name: str) -> str:
-        """Unit of a variable."""
+        """Return the unit of a variable."""
         with FILES:
             return str(getattr(self._data[name], "units", ""))
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """The values of a variable."""
+        """Return the values of a variable."""
         if name not in self._values:
             with FILES:
                 self._values[name] = np.asarray(self._data[name][...])
         return self._values[name]
 
     def names(self, what: str) -> list[str]:
-        """Names of measured points or of blocks."""
+        """Return the names of measured points or blocks."""
         rows = self[what]
         return [b"".join(row).decode("utf-8", "replace").strip("\0 ") for row in rows]
 
     def dataset(self, names: Iterable[str]):
-        """Some variables as an `xarray.Dataset` with points by name."""
+        """Return some variables as an `xarray.Dataset` with points by name."""
         import xarray as xr
 
         if 8.0 * self._data["block_coordinates"].size > _LARGE:
@@ -185,7 +185,7 @@ class Output:
 def measure(
     file: Path, wanted: Iterable[Quantity], notes: list[str] | None = None
 ) -> tuple[dict[str, float], dict[str, Array]]:
-    """Numbers and arrays of an output, by their label.
+    """Extract numbers and arrays of an output, by their label.
 
     Names are
 
@@ -229,7 +229,7 @@ def measure(
 
 
 def doubts_of(attributes: Mapping) -> list[str]:
-    """Sentences of a run's verdict that doubt its figures.
+    """Return the warnings in the verdict of a run.
 
     Parameters
     ----------
@@ -241,26 +241,26 @@ def doubts_of(attributes: Mapping) -> list[str]:
 
 def _single_value(output: Output, wanted: Quantity) -> dict:
     if wanted.function:
-        return returned(wanted.label, wanted.function(_run(output.file)))
+        return returned(wanted.label, wanted.function(_ended_run(output.file)))
     name, label, component, reduction = _PATH.fullmatch(wanted.name).groups()
     if name == "verdict":
         return _verdict(output, list(_TOPICS))
     if name == "figures":
-        return _figures(output)
+        return _figure_numbers(output)
     for part, names in _TOPICS.items():
         if name in names:
             return {wanted.label: _verdict_number(output, part, name, label)}
     if name == "histories":
         return histories(output)
     if name == "spectrum":
-        return {wanted.label: _spectrum(output, wanted.name, label, component)}
+        return {wanted.label: _compute_spectrum(output, wanted.name, label, component)}
     if name == "amplification_ratio":
-        return {wanted.label: _amplification(output)}
-    return {wanted.label: _variable(output, wanted.name, name, label, component, reduction)}
+        return {wanted.label: _read_amplification(output)}
+    return {wanted.label: _read_history(output, wanted.name, name, label, component, reduction)}
 
 
-def _run(file: Path):
-    """An output as a run that has ended."""
+def _ended_run(file: Path):
+    """Return an output as an ended run."""
     from ..drawing.ended_run import EndedRun
     from ..output.output_file import load
 
@@ -269,7 +269,7 @@ def _run(file: Path):
 
 
 def _verdict(output: Output, parts: Iterable[str]) -> dict[str, float]:
-    """Numbers of the parts of a verdict, from the variables that they need."""
+    """Return numbers of parts of a verdict, from the variables that they need."""
     if "amplification" not in input_values(output.attributes):
         parts = [part for part in parts if part != "add_damping"]
     found = {name: 0.0 for part in parts for name in _TOPICS[part] if name in _ZERO}
@@ -280,15 +280,15 @@ def _verdict(output: Output, parts: Iterable[str]) -> dict[str, float]:
     return found | _read_verdict(output, read) if read else found
 
 
-def _figures(output: Output) -> dict[str, float]:
-    """Numbers that are more than rounding, as the engine says."""
+def _figure_numbers(output: Output) -> dict[str, float]:
+    """Return the numbers that the engine does not consider rounding."""
     rows = (line.split("\t") for line in str(output.attributes.get("figures", "")).splitlines())
     keys = {key for row in rows for key in row[1:3]} | set(_ZERO) | set(_OF_PYTHON)
     return {name: value for name, value in _verdict(output, list(_TOPICS)).items() if name in keys}
 
 
 def _read_verdict(output: Output, parts: Iterable[str]) -> dict[str, float]:
-    """The same of parts that the engine does not write, from variables of the output."""
+    """Compute the parts of a verdict that the engine does not write."""
     from ..output import verdict as words
     from ..output.scene import Scene
 
@@ -311,18 +311,18 @@ def _verdict_number(output: Output, part: str, name: str, label: str | None) -> 
     raise InputError(f"the run has no {key}{hint}")
 
 
-def _spectrum(output: Output, name: str, point: str | None, axis: str | None) -> Array:
+def _compute_spectrum(output: Output, name: str, point: str | None, axis: str | None) -> Array:
     from ..output.verdict import PERIODS, acceleration_spectrum
 
-    series = _variable(output, name, "acceleration", point, axis or "x", None)
-    assert isinstance(series, Array)  # as it is not reduced
+    series = _read_history(output, name, "acceleration", point, axis or "x", None)
+    assert isinstance(series, Array)  # not reduced
     time = series.coordinates["time"]
     step = float(time[-1] - time[0]) / (len(time) - 1)
     values = acceleration_spectrum(series.values, step)
     return Array(values, ("period",), {"period": PERIODS}, "m/s^2")
 
 
-def _amplification(output: Output) -> Array:
+def _read_amplification(output: Output) -> Array:
     from ..output.response import amplifications
 
     found = amplifications(output.dataset([*_BLOCKS, *_HISTORY]))
@@ -332,8 +332,8 @@ def _amplification(output: Output) -> Array:
     return Array(one.ratio, ("frequency",), {"frequency": one.frequency}, "1")
 
 
-def _variable(output, path, name, label, component, reduction) -> Array | float:
-    """A variable over time, or over frames, at one point or block and for one component."""
+def _read_history(output, path, name, label, component, reduction) -> Array | float:
+    """Return a variable over time or frames, at a point or block and for a component."""
     place, reduction = _locate(output, path, name, label, component, reduction)
     written = _WRITTEN_AS.get(name, name)
     values, kept = output[written][place], output.dims(written)[0]
@@ -346,7 +346,7 @@ def _variable(output, path, name, label, component, reduction) -> Array | float:
 
 
 def _locate(output, path, name, label, component, reduction) -> tuple[tuple, str | None]:
-    """Position of a history in the values of a variable, and its reduction."""
+    """Return the position of a history in the values of a variable, and its reduction."""
     dims = output.dims(_WRITTEN_AS.get(name, name))
     place: list = [slice(None)]
     if component in REDUCTIONS and reduction is None and len(dims) < 3:
@@ -354,14 +354,14 @@ def _locate(output, path, name, label, component, reduction) -> tuple[tuple, str
     if dims[:1] not in (("time",), ("frame",)):
         raise InputError(f"{path}: {name} does not vary in time")
     if len(dims) > 1:
-        place.append(_index(path, f"a {dims[1]}", label, output.names(dims[1])))
+        place.append(_find_index(path, f"a {dims[1]}", label, output.names(dims[1])))
     if len(dims) > 2:
-        place.append(_index(path, f"a {dims[2]}", component, _LABELS.get(dims[2], ())))
+        place.append(_find_index(path, f"a {dims[2]}", component, _LABELS.get(dims[2], ())))
     return tuple(place), reduction
 
 
 def check_names(source, wanted: Iterable[Quantity]) -> None:
-    """Check, before a run of it, that an output would have the quantities; see `measure`.
+    """Check, before a run, that its output will have the quantities; see `measure`.
 
     Parameters
     ----------
@@ -394,7 +394,7 @@ def check_names(source, wanted: Iterable[Quantity]) -> None:
 
 
 class NotBegun(SiteddaError):
-    """A run cannot begin: what it would have is not known."""
+    """A run cannot start, so that its results are unknown."""
 
 
 def _check_name(output: Output, path: str) -> None:
@@ -402,7 +402,7 @@ def _check_name(output: Output, path: str) -> None:
     kind = "measured_joint" if name in _JOINTS else "point" if name in _AT_POINTS else ""
     if kind:
         names = output.names(kind) if output.has(kind) else []
-        _index(path, f"a {kind}", label, [one or str(i) for i, one in enumerate(names, 1)])
+        _find_index(path, f"a {kind}", label, [one or str(i) for i, one in enumerate(names, 1)])
     elif name == "amplification_ratio":
         if "amplification" not in input_values(output.attributes):
             raise InputError(_NO_AMPLIFICATION)
@@ -412,7 +412,7 @@ def _check_name(output: Output, path: str) -> None:
         _locate(output, path, name, label, component, reduction)
 
 
-def _index(path: str, what: str, name: str | None, names) -> int:
+def _find_index(path: str, what: str, name: str | None, names) -> int:
     if name in names:
         return list(names).index(name)
     shown = ", ".join(list(names)[:8]) + (" …" if len(names) > 8 else "")
@@ -422,7 +422,7 @@ def _index(path: str, what: str, name: str | None, names) -> int:
 
 
 def returned(label: str, value) -> dict:
-    """Result of a function: a number, an array, a DataArray, or a mapping of these."""
+    """Convert the result of a function: number, array, DataArray, or a mapping of these."""
     if isinstance(value, Mapping):
         return {k: v for name, one in value.items() for k, v in returned(str(name), one).items()}
     if hasattr(value, "dims") and hasattr(value, "coords"):

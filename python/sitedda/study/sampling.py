@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Samples of random parameters: Latin hypercube, Sobol', and the designs of two indices."""
+"""Samples of random parameters: Latin hypercube, Sobol', and designs for sensitivity."""
 
 from collections.abc import Callable, Mapping, Sequence
 
@@ -10,11 +10,11 @@ from ..base.errors import InputError
 from ..base.reading import read_bounded
 from .axes import Points
 
-_LARGEST = 2**26  # bytes of a file of samples
+_LARGEST = 2**26  # largest size of a file of samples, bytes
 
 
 def uniform(low: float, high: float):
-    """Equally likely between two values; of `scipy.stats`."""
+    """Return the uniform distribution between two values (`scipy.stats`)."""
     from scipy import stats
 
     if not low < high:
@@ -23,7 +23,7 @@ def uniform(low: float, high: float):
 
 
 def normal(mean: float, deviation: float):
-    """Gaussian; of `scipy.stats`."""
+    """Return a normal distribution (`scipy.stats`)."""
     from scipy import stats
 
     if not deviation > 0:
@@ -32,7 +32,7 @@ def normal(mean: float, deviation: float):
 
 
 def lognormal(median: float, deviation: float):
-    """Lognormal by its median and the standard deviation of the natural logarithm."""
+    """Return a lognormal distribution by median and standard deviation of ln."""
     from scipy import stats
 
     if not (deviation > 0 and median > 0):
@@ -45,7 +45,7 @@ _KINDS: dict[str, Callable] = {"uniform": uniform, "normal": normal, "lognormal"
 
 
 def distribution(values: Mapping):
-    """A distribution from plain values: ``{distribution = "uniform", low = 1, high = 2}``."""
+    """Return a distribution by ``{distribution = "uniform", low = 1, high = 2}``."""
     values = dict(values)
     kind = values.pop("distribution", None)
     if not isinstance(kind, str) or kind not in _KINDS:
@@ -57,7 +57,7 @@ def distribution(values: Mapping):
 
 
 def latin_hypercube(count: int, distributions: Mapping, seed: int = 0, name="sample") -> Points:
-    """A Latin hypercube sample, of `scipy.stats.qmc`.
+    """Return a Latin hypercube sample (`scipy.stats.qmc`).
 
     Parameters
     ----------
@@ -72,23 +72,23 @@ def latin_hypercube(count: int, distributions: Mapping, seed: int = 0, name="sam
     """
     from scipy.stats import qmc
 
-    unit = qmc.LatinHypercube(len(distributions), seed=_generator(seed)).random(_positive(count))
-    return Points(name, _values(distributions, unit))
+    unit = qmc.LatinHypercube(len(distributions), seed=_generator(seed)).random(_check_count(count))
+    return Points(name, _to_values(distributions, unit))
 
 
 def sobol(count: int, distributions: Mapping, seed: int = 0, name="sample") -> Points:
-    """A scrambled Sobol' sample, of `scipy.stats.qmc`; see `latin_hypercube`.
+    """Return a scrambled Sobol' sample (`scipy.stats.qmc`); see `latin_hypercube`.
 
     Raises
     ------
     InputError
-        If `count` is not a power of two, of which alone the sequence keeps its balance.
+        If `count` is not a power of two, which the balance of the sequence requires.
     """
-    return Points(name, _values(distributions, _sobol(count, len(distributions), seed)))
+    return Points(name, _to_values(distributions, _draw_sobol(count, len(distributions), seed)))
 
 
 def saltelli(count: int, distributions: Mapping, seed: int = 0, name="sample") -> Points:
-    """The design for `sobol_indices`: count × (parameters + 2) cases.
+    """Return the design for `sobol_indices`: count × (parameters + 2) cases.
 
     Samples A and B of a Sobol' sequence of twice the dimension, then A with each column in turn
     from B (Saltelli et al. 2010, Comput. Phys. Commun. 181, 259).
@@ -101,14 +101,14 @@ def saltelli(count: int, distributions: Mapping, seed: int = 0, name="sample") -
         See `latin_hypercube`.
     """
     width = len(distributions)
-    unit = _sobol(count, 2 * width, seed)
+    unit = _draw_sobol(count, 2 * width, seed)
     a, b = unit[:, :width], unit[:, width:]
     mixed = [np.where(np.arange(width) == i, b, a) for i in range(width)]
-    return Points(name, _values(distributions, np.concatenate([a, b, *mixed])))
+    return Points(name, _to_values(distributions, np.concatenate([a, b, *mixed])))
 
 
 def one_at_a_time(ranges: Mapping, name: str = "variation") -> Points:
-    """The design for `tornado`: all parameters at their base, then each at its low and its high.
+    """Return the design for `tornado`: base values, then each parameter at low and high.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ def one_at_a_time(ranges: Mapping, name: str = "variation") -> Points:
 
 
 def read_points(file, count: int | None = None, name: str = "sample") -> Points:
-    """Samples from a CSV file, such as those of a calibration.
+    """Read samples from a CSV file, such as those of a calibration.
 
     Parameters
     ----------
@@ -158,10 +158,10 @@ def read_points(file, count: int | None = None, name: str = "sample") -> Points:
     return Points(name, values)
 
 
-def _sobol(count: int, width: int, seed: int) -> np.ndarray:
+def _draw_sobol(count: int, width: int, seed: int) -> np.ndarray:
     from scipy.stats import qmc
 
-    count = _positive(count)
+    count = _check_count(count)
     if count & (count - 1):
         near = 1 << (count.bit_length() - 1)
         raise InputError(f"a Sobol' sample needs a power of two, such as {near} or {2 * near}, "
@@ -169,7 +169,7 @@ def _sobol(count: int, width: int, seed: int) -> np.ndarray:
     return qmc.Sobol(width, seed=_generator(seed)).random(count)
 
 
-def _positive(count: int) -> int:
+def _check_count(count: int) -> int:
     if int(count) != count or count < 1:
         raise InputError(f"count = {count} must be a whole number above 0")
     return int(count)
@@ -179,8 +179,8 @@ def _generator(seed: int) -> np.random.Generator:
     return np.random.Generator(np.random.PCG64(seed))
 
 
-def _values(distributions: Mapping, unit: np.ndarray) -> dict[str, list[float]]:
-    """Values of the distributions at points of the unit cube."""
+def _to_values(distributions: Mapping, unit: np.ndarray) -> dict[str, list[float]]:
+    """Return values of the distributions at points of the unit cube."""
     if not distributions:
         raise InputError("a sample needs at least one parameter")
     found = {}

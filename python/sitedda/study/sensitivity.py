@@ -11,7 +11,7 @@ from ..base.numbers import labelled
 
 @dataclass(frozen=True)
 class Tornado:
-    """Results with one parameter at a time at its low and its high, the widest first.
+    """Results with one parameter at a time at low and high value, the widest range first.
 
     Attributes
     ----------
@@ -34,12 +34,12 @@ class Tornado:
 
     @property
     def swing(self) -> np.ndarray:
-        """Range of the results of each parameter, the base among them."""
+        """Return the range of the results of each parameter, including the base."""
         rows = np.stack([self.low, self.high, np.full_like(self.low, self.base)])
         return np.ptp(rows, axis=0)
 
     def picture(self):
-        """Bars about the base."""
+        """Draw the ranges of the results around the base."""
         from ..report.style import BLUE, INK, ORANGE, canvas
 
         figure, (axes,) = canvas(1, size=(7.5, 1.2 + 0.5 * len(self.names)))
@@ -64,14 +64,14 @@ class Tornado:
 
 
 def tornado(table, quantity: str, dim: str = "variation") -> Tornado:
-    """The tornado diagram of a study whose parameters are of `one_at_a_time`.
+    """Return the tornado diagram of a study whose design is `one_at_a_time`.
 
     Raises
     ------
     InputError
         If the dimension is not such a design, or a case has no result.
     """
-    names = _parameters(table, dim)
+    names = _parameter_names(table, dim)
     values = table[quantity].values
     if values.ndim != 1 or values.size != 2 * len(names) + 1:
         raise InputError(f"{dim!r} is not a design of one_at_a_time")
@@ -87,13 +87,13 @@ def tornado(table, quantity: str, dim: str = "variation") -> Tornado:
 
 @dataclass(frozen=True)
 class SobolIndices:
-    """Fractions of the variance of a result.
+    """Sobol' indices: fractions of the variance of a result.
 
     Attributes
     ----------
     names : list of str
     first, total : ndarray, shape (parameters,)
-        Of each parameter alone, and with all of its interactions.
+        Fraction of each parameter alone, and with all its interactions.
     first_interval, total_interval : ndarray, shape (parameters, 2)
         Of the confidence, by resampling.
     confidence : float
@@ -109,7 +109,7 @@ class SobolIndices:
     quantity: str
 
     def picture(self):
-        """Bars with their confidence."""
+        """Draw the indices with their confidence intervals."""
         from ..report.style import BLUE, INK, ORANGE, canvas
 
         figure, (axes,) = canvas(1, size=(7.0, 4.2))
@@ -122,14 +122,14 @@ class SobolIndices:
             axes.bar(x + shift, values, 0.38, yerr=error, color=color, label=label,
                      error_kw={"ecolor": INK, "lw": 1})  # fmt: skip
         axes.set_xticks(x, self.names)
-        axes.set(ylabel="share of the variance", title=labelled(self.quantity))
+        axes.set(ylabel="fraction of the variance", title=labelled(self.quantity))
         axes.axhline(0, color=INK, lw=0.8)
         axes.legend(frameon=False)
         return figure
 
 
 def sobol_indices(table, quantity: str, dim: str = "sample", confidence=0.95, seed=0):
-    """Sobol' indices of a study whose parameters are of `saltelli`.
+    """Return the Sobol' indices of a study whose design is `saltelli`.
 
     By `scipy.stats.sobol_indices`: the estimators of Saltelli et al. (2010) and of Jansen (1999).
 
@@ -151,7 +151,7 @@ def sobol_indices(table, quantity: str, dim: str = "sample", confidence=0.95, se
     """
     from scipy import stats
 
-    names = _parameters(table, dim)
+    names = _parameter_names(table, dim)
     values = np.asarray(table[quantity].values, dtype=float)
     width = len(names)
     if values.ndim != 1 or values.size % (width + 2):
@@ -163,13 +163,13 @@ def sobol_indices(table, quantity: str, dim: str = "sample", confidence=0.95, se
     parts = {"f_A": rows[:1], "f_B": rows[1:2], "f_AB": rows[2:, None, :]}
     found = stats.sobol_indices(func=parts, n=rows.shape[1])
     rng = np.random.Generator(np.random.PCG64(seed))
-    spread = _resampled(rows, rng, confidence)
+    spread = _bootstrap(rows, rng, confidence)
     return SobolIndices(names, found.first_order, found.total_order, spread[0], spread[1],
                         confidence, quantity)  # fmt: skip
 
 
-def _resampled(rows: np.ndarray, rng, confidence: float, times: int = 200) -> np.ndarray:
-    """Intervals of the indices, shape (2, parameters, 2), by drawing rows of the design again."""
+def _bootstrap(rows: np.ndarray, rng, confidence: float, times: int = 200) -> np.ndarray:
+    """Bootstrap intervals of the indices, shape (2, parameters, 2), over rows."""
     found = np.empty((times, 2, len(rows) - 2))
     for i in range(times):
         a, b, *mixed = rows[:, rng.integers(rows.shape[1], size=rows.shape[1])]
@@ -182,7 +182,7 @@ def _resampled(rows: np.ndarray, rng, confidence: float, times: int = 200) -> np
     return np.moveaxis(ends, 0, -1)
 
 
-def _parameters(table, dim: str) -> list[str]:
+def _parameter_names(table, dim: str) -> list[str]:
     if dim not in table.sizes:
         raise InputError(f"the table has no dimension {dim!r}; it has {', '.join(table.sizes)}")
     return [name for name, one in table.coords.items() if one.dims == (dim,) and name != dim]
@@ -192,4 +192,4 @@ def _require_all(table, quantity: str, dim: str) -> None:
     lacking = int(np.sum(~np.isfinite(table[quantity].values)))
     if lacking:
         raise InputError(f"{lacking} of {table.sizes[dim]} cases have no {quantity}: the design "
-                         "must be whole")  # fmt: skip
+                         "must be complete")  # fmt: skip

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A study as a TOML file."""
+"""Read a study from a TOML file."""
 
 import tomllib
 from collections.abc import Mapping
@@ -55,7 +55,7 @@ _KNOWN: dict[str, dict] = {
     "eurocode8": {"peak": POSITIVE, "ground": str, "kind": Range(1, 2, whole=True)},
     "slurm": dict.fromkeys(("program", "each", "time", "memory", "options")),
 }  # fmt: skip
-_LARGEST = 2**24  # bytes of a file of a study
+_LARGEST = 2**24  # largest size of a file of a study, bytes
 _SAMPLES = {"latin_hypercube": latin_hypercube, "sobol": sobol, "saltelli": saltelli}
 
 
@@ -83,7 +83,7 @@ class Settings:
 
 
 def read_settings(file, folder=None) -> Settings:
-    """Read a study; file names in it are relative to its folder.
+    """Read a study; its file names are relative to its folder.
 
     Parameters
     ----------
@@ -105,26 +105,26 @@ def read_settings(file, folder=None) -> Settings:
         raise InputError(f"{file}: {trouble}") from None
     try:
         _check_values("", values)
-        return _settings(values, file, folder)
+        return _parse_settings(values, file, folder)
     except (InputError, TypeError, ValueError, ArithmeticError) as error:
         raise InputError(f"{file}: {error}") from None
 
 
-def _settings(values: dict, file: Path, folder: Path | None) -> Settings:
+def _parse_settings(values: dict, file: Path, folder: Path | None) -> Settings:
     _check_names(values, "")
     if "model" not in values:
-        raise InputError("model is missing: the namelist file that the study is of")
+        raise InputError("model is missing: name the namelist file of the study")
     here = file.parent
     folder = folder or here / _name_below(
         here, "folder", values.get("folder", f"{file.stem}_study")
     )
     plan = make_plan(
         here / values["model"],
-        _axes(values, here),
+        _parse_axes(values, here),
         values.get("results"),
         folder,
         values.get("fixed"),
-        _task(values),
+        _parse_task(values),
     )
     table = folder / "table.nc"
     if "table" in values:
@@ -135,19 +135,19 @@ def _settings(values: dict, file: Path, folder: Path | None) -> Settings:
         plan,
         table.absolute(),
         Slurm.of_study(slurm),
-        _limits(values),
+        _parse_limits(values),
         check_figures(values.get("figures", []), plan),
     )
 
 
-def _task(values: dict):
-    """Task of each case: 'run', 'safety', or that of a table [solve] or [pushover]."""
+def _parse_task(values: dict):
+    """Return the task of the cases: 'run', 'safety', or a table [solve] or [pushover]."""
     given = [name for name in _TASKS if name in values]
     if not given:
         return values.get("task", "run")
     table = given[0]
     if len(given) > 1:
-        raise InputError(f"[{table}] and [{given[1]}] are two tasks: leave out one")
+        raise InputError(f"[{table}] and [{given[1]}] are two tasks: remove one")
     if "task" in values or "results" in values:
         raise InputError(f"[{table}] has its own task and result: leave out task and results")
     told = dict(values[table])
@@ -160,15 +160,15 @@ def _task(values: dict):
     return _TASKS[table](**told).checked()
 
 
-def _limits(values: dict) -> dict:
-    """Of a case, ``time_limit`` (s) and ``memory`` (bytes, MB in the file)."""
+def _parse_limits(values: dict) -> dict:
+    """Return ``time_limit`` (s) and ``memory`` (bytes, MB in the file) of a case."""
     time_limit, memory = values.get("time_limit", np.inf), values.get("memory")
     check_limits(memory, time_limit)
     return {"time_limit": time_limit, "memory": None if memory is None else 1e6 * memory}
 
 
 def _name_below(here: Path, what: str, name) -> str:
-    """A name that a study gives to what is written, which stays in its folder."""
+    """Return the path of a file that a study writes; it must lie in its folder."""
     if not name:
         raise InputError(f"{what} = {name!r} is not a file name")
     if not is_below(here, name):
@@ -179,9 +179,9 @@ def _name_below(here: Path, what: str, name) -> str:
 
 
 def _check_values(where: str, values) -> None:
-    """No text of a study holds a control character, and numbers are finite.
+    """Check that texts contain no control characters and that numbers are finite.
 
-    A limit need not be, and figures have checks of their own.
+    Limits may be infinite, and figures have separate checks.
     """
     if isinstance(values, str):
         plain_text(where, values)
@@ -198,23 +198,23 @@ def _check_values(where: str, values) -> None:
             _check_values(where, value)
 
 
-def _axes(values: dict, here: Path) -> list[Axis]:
+def _parse_axes(values: dict, here: Path) -> list[Axis]:
     axes: list = []
-    parameters = {path: _values(path, v) for path, v in values.get("parameters", {}).items()}
+    parameters = {path: _parse_values(path, v) for path, v in values.get("parameters", {}).items()}
     if parameters:
         axes.append(parameters)
     if "sample" in values:
-        axes.append(_sample(values["sample"], here))
+        axes.append(_parse_sample(values["sample"], here))
     if "records" in values:
-        axes.append(_records(values["records"], here))
+        axes.append(_parse_records(values["records"], here))
     if not axes and not any(name in values for name in _TASKS):
         raise InputError("nothing varies: give [parameters], [sample], [records], [solve] or "
                          "[pushover]")  # fmt: skip
     return axes_of(axes)
 
 
-def _values(path: str, values):
-    """A list, or ``{from, to, count, spacing}``; with ``changes`` under a name of its own."""
+def _parse_values(path: str, values):
+    """Return values of a list or ``{from, to, count, spacing}``, and their ``changes``."""
     if not isinstance(values, Mapping):
         return values
     _check_names(values, "parameter", f"parameter {path!r}: ")
@@ -231,11 +231,11 @@ def _values(path: str, values):
         ends = float(values["from"]), float(values["to"])
         found = space(*ends, int(values["count"])).tolist()
         if isinstance(values["from"], int) and all(one.is_integer() for one in found):
-            found = list(map(int, found))  # seeds and counts
+            found = list(map(int, found))  # whole numbers: seeds and counts
     return (changes, found) if changes else found
 
 
-def _sample(values: dict, here: Path):
+def _parse_sample(values: dict, here: Path):
     _check_names(values, "sample")
     method, parameters = values.get("method", "latin_hypercube"), values.get("parameters", {})
     if method == "one_at_a_time":
@@ -256,18 +256,18 @@ def _sample(values: dict, here: Path):
     return _SAMPLES[method](values["count"], parameters, values.get("seed", 0))
 
 
-def _records(values: dict, here: Path) -> Records:
+def _parse_records(values: dict, here: Path) -> Records:
     _check_names(values, "records")
     values = dict(values)
     if "levels" not in values:
         raise InputError("[records] levels are missing")
     records = [here / name for name in values.pop("files", [])]
     if "synthetic" in values:
-        records += _synthetic(values.pop("synthetic"))
+        records += _parse_synthetic(values.pop("synthetic"))
     return Records(records, **values)
 
 
-def _synthetic(values: dict) -> list:
+def _parse_synthetic(values: dict) -> list:
     from .fitted_motion import eurocode8, synthetic
 
     _check_names(values, "records.synthetic")
@@ -293,7 +293,7 @@ def _synthetic(values: dict) -> list:
 
 
 def _check_names(values: Mapping, table: str, where: str | None = None) -> None:
-    """Names of a table that are known, and the kinds of their values."""
+    """Check the names in a table and the kinds of their values."""
     where = (f"[{table}] " if table else "") if where is None else where
     for name, value in values.items():
         if name not in _KNOWN[table]:

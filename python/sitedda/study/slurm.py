@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A study for Slurm: a job array of `sitedda-native`, without Python on the nodes."""
+"""Run a study by Slurm: a job array of `sitedda-native`, without Python on the nodes."""
 
 import hashlib
 import math
@@ -21,12 +21,12 @@ from .plan import Plan
 from .store import INPUT, PART, case_folder, write_whole
 
 SCRIPT, TASKS = "submit.sh", "tasks.txt"
-_MOST_TASKS = 1000  # of a job array, where Slurm has its default of MaxArraySize
+_MOST_TASKS = 1000  # largest size of a job array with Slurm's default MaxArraySize
 _MIB = 2**20  # bytes
 _BASE = 200.0  # MiB of the executable and its libraries
 _OPTION = re.compile(r"--[a-z][a-z0-9-]*(=.*)?")
-# Options of sbatch allowed in a study: where and when tasks run, and mail; not files to read,
-# written or executed.
+# Options of sbatch permitted in a study: place and time of tasks, and mail, but no files to read, #
+# write or execute.
 _HARMLESS = frozenset(
     "account begin clusters comment constraint contiguous cores-per-socket cpu-freq "
     "deadline delay-boot dependency distribution exclude exclusive gres hint hold "
@@ -143,7 +143,7 @@ class Slurm:
 
     @classmethod
     def of_study(cls, values: Mapping) -> "Slurm":
-        """The same from the file of a study, which names nothing that is written or executed.
+        """Read options from a study file, which must not name files to write or execute.
 
         Raises
         ------
@@ -152,7 +152,7 @@ class Slurm:
         """
         if "program" in values:
             raise InputError(
-                "program: what is executed is not named in a study; sitedda study plan --program"
+                "program: a study must not name the executable; sitedda study plan --program"
             )
         found = cls(**values)
         for option in found.options:
@@ -170,7 +170,7 @@ def write_batch(plan: Plan, slurm: Slurm) -> Path:
     Raises
     ------
     InputError
-        If the study cannot go without Python, or an option cannot be one.
+        If the study needs Python, or an option is not permitted.
     """
     if callable(plan.model) or plan.task != "run":
         raise InputError(
@@ -188,15 +188,15 @@ def write_batch(plan: Plan, slurm: Slurm) -> Path:
         name=re.sub(r"\W+", "_", plan.folder.name)[:60] or "study",
         last=math.ceil(len(keys) / each) - 1,
         memory=math.ceil(slurm.memory or _BASE + 2.0 * estimate["memory"]),
-        time=_checked(slurm.time) or _clock(600.0 + 3.0 * each * estimate["seconds"]),
-        log=_in_comment(str(plan.folder).replace("%", "%%")) + "/slurm-%A_%a.log",
-        options="\n".join(f"#SBATCH {_option(one)}" for one in slurm.options),
+        time=_check_time(slurm.time) or _format_time(600.0 + 3.0 * each * estimate["seconds"]),
+        log=_escape_for_sbatch(str(plan.folder).replace("%", "%%")) + "/slurm-%A_%a.log",
+        options="\n".join(f"#SBATCH {_check_option(one)}" for one in slurm.options),
         count=len(keys),
         each=each,
         program_name=program.name,
         study=shlex.quote(str(plan.folder)),
         program=shlex.quote(str(program)),
-        digest=_digest(program),
+        digest=_hash_program(program),
         input=INPUT,
         tasks=TASKS,
     )
@@ -205,7 +205,7 @@ def write_batch(plan: Plan, slurm: Slurm) -> Path:
 
 
 def submit(script: Path) -> str:
-    """Submit a script by sbatch; its answer."""
+    """Submit a script by sbatch; return its answer."""
     try:
         done = subprocess.run(["sbatch", str(script)], capture_output=True, text=True, check=False)
     except OSError as trouble:
@@ -217,7 +217,7 @@ def submit(script: Path) -> str:
 
 
 def native_program(name: str = "") -> Path:
-    """sitedda-native by name, beside this Python, or on the path."""
+    """Find sitedda-native by name, beside this Python, or on the path."""
     beside = Path(sys.executable).parent / "sitedda-native"
     found = shutil.which(name) if name else str(beside) if beside.exists() else None
     found = found or (None if name else shutil.which("sitedda-native"))
@@ -227,7 +227,7 @@ def native_program(name: str = "") -> Path:
 
 
 def build_inputs(plan: Plan) -> None:
-    """Turn joints and masonry in the inputs of all cases into blocks."""
+    """Convert joints and masonry in the inputs of all cases into blocks."""
     for key in dict.fromkeys(plan.keys):
         file = case_folder(plan.folder, key) / INPUT
         text = file.read_text("utf-8", "surrogateescape")
@@ -236,13 +236,13 @@ def build_inputs(plan: Plan) -> None:
 
 
 def largest_input(plan: Plan) -> Path:
-    """The longest input of a study."""
+    """Return the longest input of a study."""
     files = [case_folder(plan.folder, key) / INPUT for key in dict.fromkeys(plan.keys)]
     return max(files, key=lambda file: file.stat().st_size)
 
 
 def estimate_of(file: Path) -> Mapping[str, float]:
-    """What `sitedda check` expects of a run: ``memory`` (MiB) and ``seconds``; 0 where it fails."""
+    """Return ``memory`` (MiB) and ``seconds`` of a run by `sitedda check`; 0 if it fails."""
     from ..engine.checking import check
 
     try:
@@ -252,32 +252,32 @@ def estimate_of(file: Path) -> Mapping[str, float]:
     return {"memory": report.memory / _MIB, "seconds": report.seconds}
 
 
-def _in_comment(text: str) -> str:
-    """A word as sbatch reads it in the comments of a script: a backslash keeps a character.
+def _escape_for_sbatch(text: str) -> str:
+    """Escape special characters of a word by backslashes for an #SBATCH line.
 
-    A shell would end a comment at a line end, which quotes do not change.
+    Line ends are rejected, because they end a comment even within quotes.
     """
     return re.sub(r"([^\w./=:@,%+-])", r"\\\1", plain_text("a word for sbatch", text))
 
 
-def _option(text: str) -> str:
+def _check_option(text: str) -> str:
     if not _OPTION.fullmatch(text):
         raise InputError(f"{text!r} is not an option of sbatch, as --partition=long")
     name, equals, value = text.partition("=")
-    return f"{name}={_in_comment(value)}" if equals else name
+    return f"{name}={_escape_for_sbatch(value)}" if equals else name
 
 
-def _checked(time: str) -> str:
+def _check_time(time: str) -> str:
     if time and not re.fullmatch(r"[\d:-]+", time):
         raise InputError(f"time = {time!r} is not a time limit of Slurm, as 2:00:00")
     return time
 
 
-def _clock(seconds: float) -> str:
+def _format_time(seconds: float) -> str:
     minutes = math.ceil(seconds / 60.0)
     return f"{minutes // 60}:{minutes % 60:02d}:00"
 
 
-def _digest(program: Path) -> str:
+def _hash_program(program: Path) -> str:
     with program.open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()[:32]

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Values of parameters at which results of a run have target values: back-analysis.
+"""Back-analysis: find parameter values at which results of a run have target values.
 
-For one parameter a bracket is shrunk by the method ITP (Oliveira and Takahashi 2020, ACM
-Transactions on Mathematical Software 47, 5), which never needs more runs than bisection and usually
-half of them.  Several are found by `solving_systems.py`.
+For one parameter, the method ITP (Oliveira and Takahashi 2020, ACM Transactions on Mathematical
+Software 47, 5) shrinks a bracket. It never needs more runs than bisection and usually half as many.
+`solving_systems.py` finds several parameters.
 """
 
 import math
@@ -22,15 +22,15 @@ from .quantities import check_names, quantities_of
 from .tasks import task_of
 from .trials import Trials, bracket_of
 
-INTERVALS = 8  # subdivisions of a bracket without a change of sign
+INTERVALS = 8  # parts into which a bracket without a change of sign is divided
 _SHRINKING, _POWER = 0.2, 2.0  # κ₁ and κ₂ of ITP; its n₀ is 1
-_JUMP = 0.5  # fraction of a difference left after three halvings (an eighth if continuous)
-_FLAT = 1e-12  # fraction of a result: a smaller change counts as none
+_JUMP = 0.5  # remaining fraction of a jump after three halvings (1/8 if continuous)
+_FLAT = 1e-12  # smaller changes, as a fraction of a result, count as 0
 
 
 @dataclass(frozen=True)
 class Root:
-    """The root: where a result has the target value.
+    """A root: the parameter value at which a result has the target value.
 
     Attributes
     ----------
@@ -40,8 +40,8 @@ class Root:
     value : float
         Of the parameter, in its unit.
     bar : float
-        The root is taken to lie within `value` ± `bar`: half of the bracket and, where the figure
-        has one, the error of the result by time step and penalty over `slope`.
+        The root is assumed to lie within `value` ± `bar`. The bar is half of the bracket plus, if
+        known, the error of the result by time step and penalty, divided by `slope`.
     low, high : float
         The bracket.
     reached : float
@@ -49,11 +49,11 @@ class Root:
     slope : float
         Change of the result with the parameter, within the bracket.
     crossings : int
-        How often the result was seen to cross the target in the whole bracket.
+        Number of observed crossings of the target in the whole bracket.
     jumps : bool
         The result jumps past the target in the bracket.
     trials : tuple of (float, float)
-        Values that were tried, and the results, in order.
+        Trial values and results, in order.
     doubt : str
         Errors that the bar omits; empty if there are none.
     """
@@ -73,7 +73,7 @@ class Root:
     doubt: str = ""
 
     def __str__(self) -> str:
-        """The root in a sentence, with doubts."""
+        """Return the root in one sentence, with warnings."""
         from ..base.numbers import with_bar
 
         words = f"{self.parameter} = {with_bar(self.value, self.bar)}"
@@ -82,11 +82,11 @@ class Root:
         else:
             words += f" for {self.result} = {self.target:g} ({len(self.trials)} runs)"
         if self.crossings > 1:
-            words += f"; the lowest of {self.crossings} that were seen"
+            words += f"; the lowest of {self.crossings} roots that were found"
         return words + (f"; {self.doubt}" if self.doubt else "")
 
     def to_dict(self) -> dict:
-        """Numbers, and a ``warning`` in words."""
+        """Return the numbers of the root, and a ``warning`` in words."""
         found = {"root": self.value, "root_bar": self.bar, "root_low": self.low,
                  "root_high": self.high, "reached": self.reached, "slope": self.slope,
                  "crossings": self.crossings, "jumps": int(self.jumps),
@@ -109,7 +109,7 @@ def solve_for(
     changes: Mapping | None = None,
     **more,
 ):
-    """Find the value of a parameter at which a result has a target value, or several of each.
+    """Find the parameter values at which as many results have target values.
 
     Parameters
     ----------
@@ -124,8 +124,8 @@ def solve_for(
     target : float
         Its target value, in its unit.
     between : (float, float)
-        Values of the parameter that the root lies between.  Where the result is on the same side of
-        the target at both, eight parts are looked at, and the lowest root is taken.
+        Bracket of the root. If the result is on the same side of the target at both ends, the
+        bracket is divided into eight parts, and the lowest root is returned.
     tolerance : float
         Width of the last bracket over its larger end.
     task : 'run', 'safety' or callable
@@ -180,7 +180,7 @@ def solve_for(
 
 @dataclass(frozen=True)
 class SolveFor:
-    """`solve_for` as the task of a study: of the input of each case.
+    """The task of a study that calls `solve_for` with the input of each case.
 
     Attributes
     ----------
@@ -200,7 +200,7 @@ class SolveFor:
                          "crossings", "jumps", "runs")  # fmt: skip
 
     def checked(self) -> "SolveFor":
-        """Itself, if a search could begin with it."""
+        """Return the settings; raise an error if a search cannot start with them."""
         bracket_of(self.between)
         TOLERANCE.check("tolerance", self.tolerance)
         FINITE.check("target", self.target)
@@ -211,19 +211,19 @@ class SolveFor:
         return self
 
     def check(self, file) -> None:
-        """Check that an input has parameter and result, before the search is begun."""
+        """Check, before the search, that an input has the parameter and the result."""
         trials = Trials(file, [self.parameter], [self.result], self.task, {})
         text = changed_input(trials.text, {self.parameter: self.between[0]}, file=file)
         if self.task == "run":
             check_names(InputOfRun(trials.file, text), trials.wanted)
 
     def __call__(self, file) -> dict:
-        """Numbers of the root of an input, see `Root.to_dict`."""
+        """Return the numbers of the root of an input, see `Root.to_dict`."""
         return solve_for(Path(file), **vars(self)).to_dict()
 
 
 class _Bracket:
-    """Values of the parameter between which the result crosses the target."""
+    """A bracket of parameter values in which the result crosses the target."""
 
     def __init__(self, trials: Trials, scale: float):
         self.trials = trials
@@ -231,25 +231,25 @@ class _Bracket:
         self.scale = scale
 
     def find(self, low: float, high: float) -> int:
-        """Take the ends, or the lowest of their parts with a change of sign; how many there are."""
+        """Find the lowest part of a range with a change of sign; return the number of changes."""
         places = [low, high]
-        if self._same_side(places):
+        if self._on_same_side(places):
             places = np.linspace(low, high, INTERVALS + 1).tolist()
         differences = [self.trials(place) for place in places]
         signs = np.sign(differences)
         crossed = np.flatnonzero(signs[:-1] * signs[1:] <= 0)
         if len(crossed) == 0:
-            raise self._no_root(low, high)
+            raise self._no_root_error(low, high)
         first = int(crossed[0])
         self.low, self.high = places[first], places[first + 1]
         self.below, self.above = differences[first], differences[first + 1]
         return len(crossed) - int(np.sum(signs[1:-1] == 0))
 
-    def _same_side(self, places) -> bool:
+    def _on_same_side(self, places) -> bool:
         one, other = (self.trials(place) for place in places)
         return one * other > 0
 
-    def _no_root(self, low: float, high: float) -> NoRootError:
+    def _no_root_error(self, low: float, high: float) -> NoRootError:
         trials = self.trials
         results = [found for _, found in trials.tried()]
         least, most = min(results), max(results)
@@ -263,7 +263,7 @@ class _Bracket:
         return trials.failure("outside", words)
 
     def take(self, value: float) -> None:
-        """Shrink to the side of a value on which the sign changes."""
+        """Shrink the bracket to the side of a value on which the sign changes."""
         difference = self.trials(value)
         if difference == 0.0 or (difference > 0) == (self.above > 0 or self.below < 0):
             self.high, self.above = value, difference
@@ -271,7 +271,7 @@ class _Bracket:
             self.low, self.below = value, difference
 
     def shrink(self, tolerance: float) -> None:
-        """Narrow it by ITP."""
+        """Shrink the bracket by the method ITP to a tolerance."""
         half = 0.5 * tolerance * (max(abs(self.low), abs(self.high)) or self.scale)
         first = self.high - self.low
         most = max(0, math.ceil(math.log2(max(first / (2 * half), 1.0)))) + 1
@@ -287,12 +287,12 @@ class _Bracket:
             self.take(near if abs(near - middle) <= radius else middle - toward * radius)
 
     def secant(self) -> float:
-        """Position at which a line between the ends has the target value."""
+        """Return the value at which a line between the ends has the target value."""
         share = self.below / (self.below - self.above)
         return self.low + share * (self.high - self.low)
 
     def settle(self, jumps: bool) -> tuple[float, bool]:
-        """The root, and whether the result jumps there; the bracket stays on both sides."""
+        """Return the root, and whether the result jumps there."""
         kept = self.low, self.high, self.below, self.above
         before = abs(self.above - self.below)
         self.slope = (self.above - self.below) / (self.high - self.low)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Values of several parameters at which as many results have target values.
+"""Find values of several parameters at which as many results have target values.
 
 Least squares within the ranges (trust region reflective: Branch, Coleman and Li 1999, SIAM Journal
 on Scientific Computing 21, 1-23), with central differences; from the middle of the ranges, then
-from points nearer to their corners, until all results have their targets.
+from points closer to their corners, until all results have their targets.
 """
 
 from collections.abc import Sequence
@@ -16,10 +16,10 @@ from ..base.arguments import FINITE
 from ..base.errors import InputError
 from .trials import Trials, bracket_of
 
-_STARTS = 9  # points from which a search begins, at most
-_STEP = 5e-3  # of a range, of differences
-_SOLUTIONS = 40  # evaluations of a search, without those of differences
-_DEPENDENT = 1e-4  # ratio of singular values of scaled slopes that is error of differences
+_STARTS = 9  # largest number of starting points
+_STEP = 5e-3  # step of differences over the range
+_SOLUTIONS = 40  # largest number of evaluations of a search, without differences
+_DEPENDENT = 1e-4  # ratio of singular values of scaled slopes below which they are error
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Roots:
     doubt: str = ""
 
     def __str__(self) -> str:
-        """The roots in a sentence, with doubts."""
+        """Return the roots in one sentence, with warnings."""
         from ..base.numbers import with_bar
 
         values = zip(self.parameters, self.value, self.bar, strict=True)
@@ -65,7 +65,7 @@ class Roots:
 def solve_system(
     model, parameters, results, target, between, tolerance: float, task, accuracy: bool, changes
 ) -> Roots:
-    """`solve_for` of several parameters, with its arguments."""
+    """Solve for several parameters; the arguments are those of `solve_for`."""
     lengths = []
     for name, values in (("parameter", parameters), ("result", results), ("target", target),
                          ("between", between)):  # fmt: skip
@@ -77,7 +77,7 @@ def solve_system(
                          "and {}".format(*lengths))  # fmt: skip
     for name, names in (("parameter", parameters), ("result", results)):
         if len(set(names)) < len(names):
-            raise InputError(f"{name} = {list(names)}: one of them is there twice")
+            raise InputError(f"{name} = {list(names)}: a name is repeated")
     aims = np.array([FINITE.check("target", value) for value in target])
     ends = np.array([bracket_of(one) for one in between])
     trials = Trials(model, parameters, results, task, changes)
@@ -92,14 +92,14 @@ def solve_system(
 
 
 class _Search:
-    """The search, in fractions u of the ranges of the parameters."""
+    """The search of a root, in fractions u of the ranges of the parameters."""
 
     def __init__(self, trials: Trials, aims: np.ndarray, ends: np.ndarray, tolerance: float):
         self.trials, self.aims, self.low, self.width = trials, aims, ends[:, 0], np.ptp(ends, 1)
         self.close = tolerance * abs(ends).max(1) / self.width
 
     def run(self) -> tuple:
-        """Values, results, slopes and the last step of the parameters; or NoRootError."""
+        """Return values, results, slopes and last step of the parameters; or raise NoRootError."""
         from scipy.optimize import least_squares
 
         size, known, nearest = len(self.aims), False, None
@@ -107,8 +107,8 @@ class _Search:
         for start in islice(starts, _STARTS):
             slopes = self._slopes(start)
             scale = np.linalg.norm(slopes, axis=1)
-            if not scale.all() or not self._independent(slopes):
-                continue  # elsewhere they may be
+            if not scale.all() or not self._are_independent(slopes):
+                continue  # from another starting point they may be independent
             known = True
             found = least_squares(
                 lambda u, s=scale: self._off(u) / s, start, lambda u, s=scale: self._slopes(u) /
@@ -117,29 +117,29 @@ class _Search:
             )  # fmt: skip
             slopes = self._slopes(found.x)
             step = abs(np.linalg.lstsq(slopes, self._off(found.x), rcond=None)[0])
-            if self._independent(slopes) and np.all(step <= self.close):
+            if self._are_independent(slopes) and np.all(step <= self.close):
                 reached = self._off(found.x) + self.aims
-                return self._at(found.x), reached, slopes / self.width, step * self.width
+                return self._values_at(found.x), reached, slopes / self.width, step * self.width
             if nearest is None or found.cost < nearest.cost:
                 nearest = found
-        raise self._outside(nearest.x) if known else self._dependent()
+        raise self._outside_error(nearest.x) if known else self._dependent_error()
 
-    def _at(self, u: np.ndarray) -> np.ndarray:
+    def _values_at(self, u: np.ndarray) -> np.ndarray:
         return self.low + u * self.width
 
     def _off(self, u: np.ndarray) -> np.ndarray:
-        return np.array(self.trials.results(tuple(self._at(u).tolist()))) - self.aims
+        return np.array(self.trials.results(tuple(self._values_at(u).tolist()))) - self.aims
 
     def _slopes(self, u: np.ndarray) -> np.ndarray:
-        """Changes of the results with u, each column over a step within the ranges."""
+        """Return the slopes of the results over u by differences within the ranges."""
         columns = []
         for axis in np.eye(len(u)):
             ends = [np.clip(u + sign * _STEP * axis, 0.0, 1.0) for sign in (1, -1)]
             columns.append((self._off(ends[0]) - self._off(ends[1])) / ((ends[0] - ends[1]) @ axis))
         return np.column_stack(columns)
 
-    def _independent(self, slopes: np.ndarray) -> bool:
-        """Whether each parameter and each result counts for itself."""
+    def _are_independent(self, slopes: np.ndarray) -> bool:
+        """Return whether the results depend on all parameters independently."""
         for axis in (1, 0):
             size = np.linalg.norm(slopes, axis=axis, keepdims=True)
             if not size.all():
@@ -148,7 +148,7 @@ class _Search:
         values = np.linalg.svd(slopes, compute_uv=False)
         return bool(values[-1] > _DEPENDENT * values[0])
 
-    def _dependent(self):
+    def _dependent_error(self):
         slopes = self._slopes(np.full(len(self.aims), 0.5))
         for axis, names in ((0, self.trials.parameters), (1, self.trials.names)):
             for name, still in zip(names, ~slopes.any(axis), strict=True):
@@ -161,8 +161,8 @@ class _Search:
         return self.trials.failure("dependent", f"{names} do not change independently with "
                                    f"{' and '.join(self.trials.parameters)}")  # fmt: skip
 
-    def _outside(self, u: np.ndarray):
-        there = zip(self.trials.parameters, self._at(u), strict=True)
+    def _outside_error(self, u: np.ndarray):
+        there = zip(self.trials.parameters, self._values_at(u), strict=True)
         where = ", ".join(f"{name} = {value:.6g}" for name, value in there)
         got = zip(self.trials.names, self._off(u) + self.aims, self.aims, strict=True)
         what = ", ".join(f"{name} = {value:.6g} (target {aim:g})" for name, value, aim in got)

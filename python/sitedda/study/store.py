@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The folder of a study on the disk: names, locks, atomic writes, and nothing read outside of it.
+"""The folder of a study: names, locks and atomic writes; no file outside it is read.
 
 ::
 
@@ -33,19 +33,17 @@ from ..base.errors import InputError, OutputError, lacks_memory
 from ..base.files import ANY, make_folder, write
 
 MANIFEST = "study.json"
-PART = "part of a study"  # kind of files in its folder
+PART = "part of a study"  # kind of files in the folder of a study
 INPUT, OUTPUT, WORDS, FAILED = "model.nml", "out.nc", "words.txt", "failed.txt"
 _KEY = re.compile(r"[0-9a-f]{32}")
 _ENDING = re.compile(r"\.[A-Za-z0-9]{1,8}")
-_MOST = 1 << 30  # bytes of a JSON file that are read
-_LONGEST = 250  # characters of the name of a result, which netCDF limits
-_READ = (
-    os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK
-)  # a pipe under this name counts as an empty file
+_MOST = 1 << 30  # largest size of a JSON file, bytes
+_LONGEST = 250  # longest name of a result, limited by netCDF
+_READ = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK  # a pipe of this name counts as an empty file
 
 
 def function_name(function: Callable) -> str:
-    """Name of a function with the checksum of its source."""
+    """Return the name of a function with the checksum of its source."""
     try:
         source = inspect.getsource(function)
     except (OSError, TypeError):
@@ -55,7 +53,7 @@ def function_name(function: Callable) -> str:
 
 
 def checksum(*parts: bytes | str) -> str:
-    """32 hexadecimal digits of SHA-256 over parts and their lengths."""
+    """Return 32 hexadecimal digits of SHA-256 over parts and their lengths."""
     found = hashlib.sha256()
     for part in parts:
         data = part.encode("utf-8", "surrogateescape") if isinstance(part, str) else part
@@ -64,14 +62,14 @@ def checksum(*parts: bytes | str) -> str:
 
 
 def case_folder(study: Path, key: str) -> Path:
-    """The folder of a case; its name is checked, so that no manifest can lead elsewhere."""
+    """Return the folder of a case; the key is checked, so that it cannot lead elsewhere."""
     if not _KEY.fullmatch(key):
         raise OutputError(f"{study / MANIFEST} is damaged: {key!r} is not the key of a case")
     return Path(study) / "cases" / key[:2] / key
 
 
 def keep_file(study: Path, data: bytes, ending: str) -> str:
-    """Copy a file into the study under its checksum; its name in inputs of cases."""
+    """Copy a file into the study under its checksum; return its name for inputs."""
     ending = ending.lower() if _ENDING.fullmatch(ending) else ".txt"
     name = f"{checksum(data)}{ending}"
     target = Path(study) / "files" / name
@@ -82,12 +80,12 @@ def keep_file(study: Path, data: bytes, ending: str) -> str:
 
 
 def write_whole(file: Path, data: bytes | str, kind: str = ANY) -> None:
-    """Write a file of a case whole or not at all; a power failure costs that case alone."""
+    """Write a file of a case atomically; a power failure affects only this case."""
     write(file, data, kind, sync=False)
 
 
 def read_json(file: Path):
-    """The values of a JSON file that is not a link; None if there is none or it is damaged."""
+    """Read a JSON file that is not a link; return None if it is missing or damaged."""
     try:
         with os.fdopen(os.open(file, _READ), "rb") as stream:
             return json.loads(stream.read(_MOST))
@@ -96,7 +94,7 @@ def read_json(file: Path):
 
 
 def refuse_links(study: Path, file: Path) -> Path:
-    """A path below the study, if neither it nor a folder between is a link."""
+    """Return a path below the study; reject links in it."""
     at = Path(study)
     for part in file.relative_to(study).parts:
         at = at / part
@@ -107,10 +105,10 @@ def refuse_links(study: Path, file: Path) -> Path:
 
 @contextmanager
 def locked(folder: Path, wait: bool) -> Iterator[bool]:
-    """Hold the lock of a case; False if another process has it and is not waited for.
+    """Hold the lock of a case; yield False if another process holds it.
 
-    The lock ends with the process, however that ends, on this machine or, by the lock manager of
-    a network file system, on another.
+    The lock ends with the process. This also holds on another machine by the lock manager of a
+    network file system.
     """
     try:
         handle = os.open(folder / "lock", os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
@@ -145,13 +143,13 @@ def write_result(folder: Path, status: str, message: str = "", **more) -> dict:
 
 
 def read_result(folder: Path) -> dict | None:
-    """The result of a case, its arrays not yet read; None if there is none yet."""
+    """Return the result of a case without its arrays; None if there is none yet."""
     found = read_json(folder / "result.json")
     return found if isinstance(found, dict) and _is_result(found) else None
 
 
 def _is_result(found: dict) -> bool:
-    """Whether a result has the parts that a case writes; one that is damaged is none."""
+    """Return whether a result has the parts that a case writes."""
     numbers, shapes = found.get("numbers", {}), found.get("shapes", {})
     if not isinstance(found.get("status"), str) or not _is_number(found.get("seconds", 0.0)):
         return False
@@ -180,20 +178,20 @@ def _are_texts(values) -> bool:
 
 
 def read_arrays(folder: Path) -> dict[str, np.ndarray]:
-    """The arrays of a case."""
+    """Read the arrays of a case."""
     try:
         handle = os.open(folder / "result.npy", _READ)
         with os.fdopen(handle, "rb") as stream:
             names = np.load(stream, allow_pickle=False).tolist()
             return {str(name): np.load(stream, allow_pickle=False) for name in names}
-    except Exception as trouble:  # NumPy passes on errors of its header reader
+    except Exception as trouble:  # NumPy does not convert errors of its header reader
         if lacks_memory(trouble):
             raise
         raise OutputError(f"{folder / 'result.npy'} cannot be read: {trouble}") from trouble
 
 
 def read_manifest(study: Path) -> dict:
-    """The manifest of a study.
+    """Read the manifest of a study.
 
     Raises
     ------
@@ -206,13 +204,13 @@ def read_manifest(study: Path) -> dict:
         raise InputError(f"{study} is not the folder of a study: it contains no valid {MANIFEST}")
     if found.get("format") != 1:
         raise InputError(f"{file} is of format {found.get('format')!r}, not 1")
-    if wrong := _wrong_part(found):
+    if wrong := _find_invalid_part(found):
         raise InputError(f"{file} is damaged: {wrong} was not written by a study")
     return found
 
 
-def _wrong_part(manifest: dict) -> str:
-    """The first part of a manifest that was not written by a study; blank if there is none."""
+def _find_invalid_part(manifest: dict) -> str:
+    """Return the first invalid part of a manifest; blank if all are valid."""
     dims, coordinates = manifest.get("dims"), manifest.get("coordinates")
     if not isinstance(dims, dict) or not all(type(n) is int and n >= 0 for n in dims.values()):
         return "dims"
@@ -230,13 +228,13 @@ def _wrong_part(manifest: dict) -> str:
 
 
 def _is_coordinate(one: dict, dims: dict) -> bool:
-    """Whether a coordinate has values over dimensions that there are, and plain attributes."""
+    """Return whether a coordinate has existing dimensions and plain attributes."""
     attributes = one.get("attrs", {})
     if not _are_texts(one.get("dims")) or not isinstance(attributes, dict):
         return False
     try:
         values = np.asarray(one.get("values"))
-    except (ValueError, OverflowError):  # of several lengths
+    except (ValueError, OverflowError):  # rows of different lengths
         return False
     fits = values.shape == tuple(dims.get(name, -1) for name in one["dims"])
     plain = all(isinstance(value, str | int | float) for value in attributes.values())

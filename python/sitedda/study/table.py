@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The table of a study: one dataset of all cases, filled case by case."""
+"""Collect all cases of a study in one dataset, case by case."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from ..base.errors import MissingLibrary, OutputError
 from ..base.files import check_target, written
 from .store import case_folder, read_arrays, read_manifest, read_result, refuse_links
 
-BAR, DECIDED = "_bar", "_decided_s"  # suffix of the name of a figure
-IN_MEMORY = 200e6  # bytes of arrays; a larger table goes to a file, a case at a time
+BAR, DECIDED = "_bar", "_decided_s"  # suffix of the name of a result
+IN_MEMORY = 200e6  # bytes of arrays; a larger table is written to a file case by case
 _TEXTS = ("status", "message", "warning")
 
 
 def collect(study, file=None, arrays: bool = True):
-    """The table of a study, of as many cases as there are.
+    """Return the table of a study with all existing results.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def collect(study, file=None, arrays: bool = True):
         File of the table: netCDF, or zarr if its name ends so; chunked by case, never
         whole in memory.
     arrays : bool
-        Histories too; else numbers and texts alone, for which little is read.
+        Whether to include histories, besides numbers and texts.
 
     Returns
     -------
@@ -60,7 +60,7 @@ def collect(study, file=None, arrays: bool = True):
 
 
 def check_table(file) -> Path:
-    """A path that is free, or has an earlier table of its kind."""
+    """Check that a path is free or contains an earlier table of the same kind."""
     file = Path(file)
     if file.suffix == ".zarr" and file.is_dir() and not file.is_symlink():
         if not (file / ".zgroup").is_file():
@@ -71,7 +71,7 @@ def check_table(file) -> Path:
 
 
 def _replace_zarr(results: _Results, file: Path) -> None:
-    """Write a table as a folder beside an earlier one, then put it in its place."""
+    """Write a table as a folder beside an earlier one, then replace the earlier one."""
     check_table(file)
     try:
         scratch = Path(tempfile.mkdtemp(prefix=".new-", dir=file.parent))
@@ -108,12 +108,12 @@ class _Results:
         self.arrays: dict[str, dict] = {}
         self.with_arrays: list[int] = []
         for number, key in enumerate(keys):
-            self._read(number, key)
+            self._read_case(number, key)
         if not arrays:
             self.arrays, self.with_arrays = {}, []
         self.coordinates = self._common_coordinates()
 
-    def _read(self, number: int, key: str) -> None:
+    def _read_case(self, number: int, key: str) -> None:
         folder = refuse_links(self.study, case_folder(self.study, key))
         found = read_result(folder)
         self.texts["status"][number] = found["status"] if found else "missing"
@@ -137,12 +137,12 @@ class _Results:
 
     @property
     def size(self) -> float:
-        """Bytes of the arrays of all cases."""
+        """Return the bytes of the arrays of all cases."""
         each = sum(np.prod(about["shape"]) for about in self.arrays.values())
         return 8.0 * float(each) * len(self.keys)
 
     def each_array(self) -> Iterator[tuple[int, dict[str, np.ndarray]]]:
-        """Number and arrays of every case that has any."""
+        """Yield number and arrays of every case that has arrays."""
         for number in self.with_arrays:
             folder = case_folder(self.study, self.keys[number])
             arrays = read_arrays(folder)
@@ -152,7 +152,7 @@ class _Results:
             yield number, arrays
 
     def _is_numeric_array(self, name: str, arrays: dict[str, np.ndarray]) -> bool:
-        """Whether an array of a case is one of numbers over its coordinates."""
+        """Return whether an array of a case contains numbers over its coordinates."""
         dims = [arrays.get(f"{name}|{dim}") for dim in self.arrays[name]["dims"]]
         if any(one is None or one.ndim != 1 or one.size == 0 for one in dims):
             return False
@@ -161,10 +161,10 @@ class _Results:
         return all(one.dtype.kind in "biuf" for one in (arrays[name], *dims))
 
     def _common_coordinates(self) -> dict[str, np.ndarray]:
-        """The coordinate of each inner dimension, and whether cases must be brought to it.
+        """Return the coordinate of each inner dimension, and whether to interpolate to it.
 
-        Where cases differ, as with adaptive steps: equal steps while the longest that a case
-        has in the mean, to the last end.
+        If cases differ, for example with adaptive steps, the coordinate has equal steps of the
+        largest mean step, up to the last end.
         """
         names = {d: n for n, about in self.arrays.items() for d in about["dims"]}
         first: dict[str, np.ndarray] = {}
@@ -179,7 +179,7 @@ class _Results:
                 both = min(len(known), len(here))
                 if not np.array_equal(here[:both], known[:both]):
                     self.uneven.add(dim)
-                if len(here) > len(known):  # another may have ended early
+                if len(here) > len(known):  # another case may have ended early
                     first[dim] = here
                 step = (here[-1] - here[0]) / max(len(here) - 1, 1)
                 ends.setdefault(dim, []).append((here[0], here[-1], step))
@@ -190,13 +190,13 @@ class _Results:
         return first
 
     def array_dims(self, name: str) -> tuple[tuple[str, ...], tuple[int, ...]]:
-        """Dimensions and shape of an array over all cases."""
+        """Return dimensions and shape of an array over all cases."""
         inner = tuple(self.arrays[name]["dims"])
         sizes = tuple(len(self.coordinates[d]) for d in inner)
         return (*self.dims, *inner), (*self.shape, *sizes)
 
     def on_common(self, name: str, arrays: dict[str, np.ndarray]) -> np.ndarray:
-        """An array of a case on the common coordinates; NaN beyond its ends."""
+        """Interpolate an array of a case to the common coordinates; NaN beyond its ends."""
         values = arrays[name]
         for axis, dim in enumerate(self.arrays[name]["dims"]):
             common, here = self.coordinates[dim], arrays[f"{name}|{dim}"]
@@ -221,7 +221,7 @@ class _Results:
                     target[tuple(int(i) for i in place)] = self.on_common(name, arrays)
 
     def small(self) -> dict[str, tuple]:
-        """All variables without inner dimensions, and the coordinates."""
+        """Return all variables without inner dimensions, and the coordinates."""
         dims = tuple(self.dims)
         found = {n: (dims, v.reshape(self.shape), {}) for n, v in self.numbers.items()}
         found |= {n: (dims, v.reshape(self.shape), {}) for n, v in self.texts.items()}
@@ -231,7 +231,7 @@ class _Results:
         return found
 
     def coordinate_variables(self) -> dict[str, tuple]:
-        """Coordinates of parameters and of inner dimensions."""
+        """Return the coordinates of parameters and inner dimensions."""
         found = {
             name: (tuple(one["dims"]), coordinate_values(one["values"]), one.get("attrs", {}))
             for name, one in self.manifest["coordinates"].items()
@@ -245,14 +245,14 @@ class _Results:
         return found
 
     def attributes(self) -> dict[str, str]:
-        """Of the table."""
+        """Return the attributes of the table."""
         names = ("model", "task", "program", "build")
         return {n: str(self.manifest.get(n, "")) for n in names} | {
             "fixed": json.dumps(self.manifest.get("fixed", {})),
         }
 
     def dataset(self):
-        """The dataset in memory."""
+        """Return the dataset in memory."""
         import xarray as xr
 
         arrays = {name: np.full(self.array_dims(name)[1], np.nan) for name in self.arrays}
@@ -265,13 +265,13 @@ class _Results:
 
 
 def coordinate_values(values: list) -> np.ndarray:
-    """Values of a coordinate; texts as objects, of any length."""
+    """Return the values of a coordinate; texts become objects of any length."""
     found = np.asarray(values)
     return found.astype(object) if found.dtype.kind in "US" else found
 
 
-def _frame(results: _Results):
-    """The table without its arrays, as a dataset to be written first."""
+def _table_frame(results: _Results):
+    """Return the table without its arrays, which is written first."""
     import xarray as xr
 
     return xr.Dataset(results.small(), results.coordinate_variables(), results.attributes())
@@ -280,7 +280,7 @@ def _frame(results: _Results):
 def _write_netcdf(results: _Results, file: Path) -> None:
     import netCDF4
 
-    _frame(results).to_netcdf(file, engine="netcdf4")
+    _table_frame(results).to_netcdf(file, engine="netcdf4")
     with netCDF4.Dataset(file, "a") as data:
         targets = {}
         for name in results.arrays:
@@ -299,7 +299,7 @@ def _write_zarr(results: _Results, file: Path) -> None:
         import zarr
     except ImportError as trouble:
         raise MissingLibrary("a table in zarr needs the package: pip install zarr") from trouble
-    frame = _frame(results)
+    frame = _table_frame(results)
     for name in frame.variables:
         if frame[name].dtype == object:
             frame[name] = frame[name].astype(str)
@@ -318,5 +318,5 @@ def _write_zarr(results: _Results, file: Path) -> None:
 
 
 def counts(table) -> Counter:
-    """Numbers of complete, failed and missing cases."""
+    """Return the numbers of complete, failed and missing cases."""
     return Counter(np.asarray(table["status"].values).ravel().tolist())

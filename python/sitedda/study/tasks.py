@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tasks with the input of a case other than a run, by name."""
+"""Named tasks of a study other than a run."""
 
 from collections.abc import Callable
 from importlib import import_module
@@ -14,7 +14,7 @@ TASKS = {
 
 
 def task_of(task: str | Callable) -> str | Callable:
-    """'run', or the function that a task is.
+    """Return 'run', or the function that carries out a task.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Results of one model at values of its parameters, for searches of roots."""
+"""Evaluate results of a model at parameter values, for searches of roots."""
 
 import math
 import tempfile
@@ -16,7 +16,7 @@ from .tasks import task_of
 
 
 def bracket_of(between) -> tuple[float, float]:
-    """Two different numbers in order."""
+    """Return two different numbers in increasing order."""
     try:
         low, high = sorted(FINITE.check("between", value) for value in between)
     except (TypeError, ValueError) as trouble:
@@ -29,14 +29,14 @@ def bracket_of(between) -> tuple[float, float]:
 
 
 class Trials:
-    """Results of one model, by the values of its parameters."""
+    """Results of a model by the values of its parameters."""
 
     target = 0.0  # of a single result
 
     def __init__(self, model, parameters: Sequence, results: Sequence, task, changes: Mapping):
         self.model, self.parameters, self.parameter = model, list(parameters), parameters[0]
         self.task = task_of(task)
-        self.wanted = [self._quantity(one) for one in results]
+        self.wanted = [self._quantity_of(one) for one in results]
         self.names = [one.label for one in self.wanted]
         self.name = self.names[0]
         self.done: dict[tuple, tuple] = {}
@@ -46,31 +46,31 @@ class Trials:
                 self.text = changed_input(text, changes, file=file) if changes else text
                 self.file = Path(file)
 
-    def _quantity(self, result) -> Quantity:
+    def _quantity_of(self, result) -> Quantity:
         wanted = quantities_of(result)
         if len(wanted) != 1:
             raise InputError(f"result = {result!r} must be one quantity")
         return wanted[0]
 
     def __call__(self, value: float) -> float:
-        """The first result less its target, of one parameter."""
+        """Return the first result minus its target at a value of the first parameter."""
         return self.results((float(value),))[0] - self.target
 
     def results(self, values: tuple) -> tuple:
-        """All results, at values of the parameters."""
+        """Return all results at values of the parameters."""
         if values not in self.done:
-            self.done[values] = self._checked(values)
+            self.done[values] = self._check_results(values)
         return self.done[values]
 
     def tried(self) -> tuple:
-        """Values of one parameter that were tried, and results."""
+        """Return the trial values of one parameter, and the results."""
         return tuple((value[0], found[0]) for value, found in self.done.items())
 
-    def _checked(self, values: tuple) -> tuple:
+    def _check_results(self, values: tuple) -> tuple:
         pairs = zip(self.parameters, values, strict=True)
         where = ", ".join(f"{name} = {value:.6g}" for name, value in pairs)
         try:
-            found = self._measured(values)
+            found = self._measure_results(values)
         except (InterruptedRun, InputError):
             raise
         except SiteddaError as error:
@@ -81,40 +81,40 @@ class Trials:
         return found
 
     def failure(self, mode: str, words: str, low=math.nan, high=math.nan) -> NoRootError:
-        """The error of a search that has not found a root."""
+        """Return the error of a search that has not found a root."""
         tried = self.tried() if len(self.parameters) == 1 else tuple(self.done.items())
         return NoRootError(f"no root: {words}", mode, (low, high), tried)
 
-    def _measured(self, values: tuple) -> tuple:
+    def _measure_results(self, values: tuple) -> tuple:
         if callable(self.model):
             names = short_names(self.parameters).values()
             found = self.model(**dict(zip(names, values, strict=True)))
             if len(self.names) > 1 and not isinstance(found, Mapping):
-                found = self._of_sequence(found)
-            return self._numbers(returned(self.name, found))
+                found = self._check_sequence(found)
+            return self._numbers_at(returned(self.name, found))
         changes = dict(zip(self.parameters, values, strict=True))
         text = changed_input(self.text, changes, file=self.file)
         with tempfile.TemporaryDirectory(prefix="sitedda-solve-") as folder:
             if callable(self.task):
                 file = Path(folder) / "model.nml"
                 file.write_text(text, "utf-8", "surrogateescape")
-                return self._numbers(returned(self.name, self.task(file)))
+                return self._numbers_at(returned(self.name, self.task(file)))
             output = Path(folder) / "out.nc"
-            _run(InputOfRun(self.file, text), output)
+            _run_case(InputOfRun(self.file, text), output)
             numbers, _ = measure(output, self.wanted, [])
-        return self._numbers(numbers)
+        return self._numbers_at(numbers)
 
-    def _of_sequence(self, found) -> dict:
+    def _check_sequence(self, found) -> dict:
         try:
             return dict(zip(self.names, found, strict=True))
         except (TypeError, ValueError):
             raise InputError(f"the function must return {len(self.names)} numbers, for "
                              f"{', '.join(self.names)}, not {found!r}") from None  # fmt: skip
 
-    def _numbers(self, values: Mapping) -> tuple:
-        return tuple(self._number(name, values) for name in self.names)
+    def _numbers_at(self, values: Mapping) -> tuple:
+        return tuple(self._pick_number(name, values) for name in self.names)
 
-    def _number(self, name: str, values: Mapping) -> float:
+    def _pick_number(self, name: str, values: Mapping) -> float:
         numbers = {n: v for n, v in values.items() if isinstance(v, float | int)}
         if name in numbers:
             return float(numbers[name])
@@ -124,10 +124,10 @@ class Trials:
         raise InputError(f"result {name!r} is not one number{known}")
 
     def errors_at(self, values: tuple, wanted: bool) -> tuple[list[float], str]:
-        """Errors of the results by time step and penalty, and omitted errors, in words."""
+        """Return errors of the results by time step and penalty, and a warning."""
         from .error_bars import accuracy
 
-        errors, alone = [0.0] * len(self.names), "the bar has only the bracket"
+        errors, alone = [0.0] * len(self.names), "the error bar contains only the bracket"
         if self.task != "run" or callable(self.model):
             return errors, alone
         if not wanted:
@@ -148,12 +148,12 @@ class Trials:
 
 
 def _whole_name(group, file: Path) -> str:
-    """The name of a file of a group, from anywhere."""
+    """Return the absolute name of a file of a group."""
     name = group.values.get("file", "") if group.name != "output" else ""
     return str((Path(file).parent / name).resolve()) if name else ""
 
 
-def _run(source, output: Path) -> None:
+def _run_case(source, output: Path) -> None:
     """Run a case to its end; a signal ends the search."""
     from ..base.stop import SIGNALS, Stop
     from ..engine.simulation import Simulation, run_to_end

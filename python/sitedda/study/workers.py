@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Worker processes behind the protocol of `concurrent.futures.Executor`.
 
-Other than in a `ProcessPoolExecutor`, a process that dies takes only its own task with it: its
-future says so, and another process takes its place.  Memory and time of a task can be limited.
+Unlike in a `ProcessPoolExecutor`, a process that dies fails only its own task and is replaced by
+another process. Memory and time of a task can be limited.
 """
 
 import os
@@ -21,23 +21,23 @@ from numbers import Real
 
 from ..base.errors import InputError
 
-_GRACE = 5.0  # s beyond the time limit in which a task may end by itself
-_POLL = 0.5  # s between looks at the parent
-_MOST = 1e15  # of a limit, in any unit
-_UNLIMITED = 2.0**62  # bytes; the system takes no larger limits
+_GRACE = 5.0  # s after the time limit within which a task can end itself
+_POLL = 0.5  # s between checks of the parent process
+_MOST = 1e15  # largest limit, in any unit
+_UNLIMITED = 2.0**62  # bytes; the system does not accept larger limits
 _FOREVER = 1e6  # s; longer waits count as infinite
 
 
 class WorkerDied(Exception):
-    """The process of a task ended; the message has the reason."""
+    """The process of a task has died; the message contains the reason."""
 
 
 class TaskTooLong(Exception):
-    """The process of a task was ended: it took longer than it may."""
+    """The process of a task was ended because it exceeded its time limit."""
 
 
 def check_limits(memory: float | None, time_limit: float) -> None:
-    """Limits of memory and time of a case, checked before the first one.
+    """Check the limits of memory and time of a case.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def check_limits(memory: float | None, time_limit: float) -> None:
 
 
 class Workers(Executor):
-    """Processes that work for this one.
+    """An executor with worker processes.
 
     Parameters
     ----------
@@ -83,13 +83,13 @@ class Workers(Executor):
             thread.start()
 
     def submit(self, function, /, *arguments, **more) -> Future:
-        """Have a function called in one of the processes."""
+        """Submit a function to be called in one of the processes."""
         future: Future = Future()
-        self._tasks.put((future, _pickled(function, arguments, more)))
+        self._tasks.put((future, _pickle(function, arguments, more)))
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the processes: after their tasks, or at once (with checkpoints) if cancelled."""
+        """End the processes after their tasks, or at once (with checkpoints) if cancelled."""
         self._closed.set()
         if cancel_futures:
             for process in list(self._processes):
@@ -101,7 +101,7 @@ class Workers(Executor):
                 thread.join()
 
     def _serve_slot(self) -> None:
-        """One process: start it, give it tasks, replace it when it dies."""
+        """Start a process, send it tasks, and replace it if it dies."""
         process = None
         while (task := self._tasks.get()) is not None:
             future, data = task
@@ -119,13 +119,13 @@ class Workers(Executor):
             process.close()
 
 
-def _pickled(*task) -> bytes:
-    """A task as bytes; functions of the main program need cloudpickle."""
+def _pickle(*task) -> bytes:
+    """Return a task as bytes; functions of the main program need cloudpickle."""
     try:
         from cloudpickle import dumps
     except ImportError:
         dumps = pickle.dumps
-    if dumps is pickle.dumps and b"__main__" in (data := _plainly(task)):
+    if dumps is pickle.dumps and b"__main__" in (data := _pickle_plainly(task)):
         raise ValueError(
             "a function that is defined in the main program or a notebook needs the package "
             "cloudpickle (pip install cloudpickle); else define it in a module"
@@ -133,7 +133,7 @@ def _pickled(*task) -> bytes:
     return data if dumps is pickle.dumps else dumps(task)
 
 
-def _plainly(task) -> bytes:
+def _pickle_plainly(task) -> bytes:
     try:
         return pickle.dumps(task)
     except (pickle.PicklingError, AttributeError, TypeError) as trouble:
@@ -161,7 +161,7 @@ class _Process:
         self.connection.send(memory)
 
     def call(self, data: bytes, time_limit: float):
-        """The value of a task.
+        """Send a task to the process and return its value.
 
         Raises
         ------
@@ -171,40 +171,40 @@ class _Process:
             self.connection.send_bytes(data)
             patience = None if time_limit > _FOREVER else time_limit
             if not wait([self.connection], patience):
-                self._end(signal.SIGKILL)
+                self._describe_end(signal.SIGKILL)
                 raise TaskTooLong("it exceeded its time limit")
             good, value = self.connection.recv()
         except (EOFError, OSError) as trouble:
-            raise WorkerDied(self._end(None)) from trouble
+            raise WorkerDied(self._describe_end(None)) from trouble
         if not good:
             raise value
         return value
 
-    def _end(self, number: int | None) -> str:
+    def _describe_end(self, number: int | None) -> str:
         if number:
             self.process.send_signal(number)
         status = self.process.wait()
         self.connection.close()
         self.processes.discard(self.process)
         if status < 0:
-            why = " (as for want of memory)" if status == -signal.SIGKILL else ""
+            why = " (for example for lack of memory)" if status == -signal.SIGKILL else ""
             return f"its process was ended by signal {-status}{why}"
         return f"its process ended with status {status}"
 
     def close(self) -> None:
-        """Let the process end."""
+        """Close the connection, so that the process ends."""
         self.connection.close()
         self.process.wait()
         self.processes.discard(self.process)
 
 
 def main() -> None:
-    """A worker process: calls what it is sent until the connection ends."""
+    """Run a worker process: call the received functions until the connection ends."""
     connection = Connection(int(sys.argv[-1]))
     threading.Thread(target=_watch_parent, args=(os.getppid(),), daemon=True).start()
     memory = connection.recv()
     if memory < _UNLIMITED:
-        most = resource.getrlimit(resource.RLIMIT_DATA)[1]  # a worker's own, of a study in a case
+        most = resource.getrlimit(resource.RLIMIT_DATA)[1]  # limit of a parent worker, if any
         most = int(memory) if most == resource.RLIM_INFINITY else min(int(memory), most)
         resource.setrlimit(resource.RLIMIT_DATA, (most, most))
     while True:
@@ -215,7 +215,7 @@ def main() -> None:
         try:
             function, arguments, more = pickle.loads(data)
             answer = (True, function(*arguments, **more))
-        except KeyboardInterrupt:  # of the terminal, which also reach the client
+        except KeyboardInterrupt:  # signals of the terminal also reach the client
             return
         except Exception as error:
             answer = (False, error)
@@ -223,7 +223,7 @@ def main() -> None:
 
 
 def _watch_parent(parent: int) -> None:
-    """A worker whose client is gone writes a checkpoint and ends."""
+    """Request a stop with a checkpoint if the client has died."""
     while os.getppid() == parent:
         time.sleep(_POLL)
     os.kill(os.getpid(), signal.SIGTERM)

@@ -17,9 +17,9 @@ from sitedda.base.numbers import number, with_bar
 from sitedda.error_bars import kept_accuracy
 from sitedda.error_bars.bars import bar_of_steps, penalty_error
 from sitedda.error_bars.figures import YIELD, Accuracy
-from sitedda.error_bars.horizon import _horizon_words, horizon
+from sitedda.error_bars.horizon import _mark_beyond, horizon
 from sitedda.error_bars.linear import is_linear
-from sitedda.error_bars.measure import _figures
+from sitedda.error_bars.measure import _figures_of
 from sitedda.error_bars.variants import Facts, facts_of
 from sitedda.output import load
 from sitedda.report import to_html
@@ -59,7 +59,7 @@ def test_changes_that_do_not_fall_are_said_to_however_small():
     """A bar of 0.1 % from changes of 0.03 % was off by 0.4 %: late flutter of contact springs."""
     assert not bar_of_steps(1.0, 1.0001, 1.0004, 1).converges
     runs = [{"largest_velocity_m_s": value} for value in (0.1904, 0.19042, 0.19046, 0.1903)]
-    found = _figures(Facts({}, 1, 1e9), runs)["largest_velocity_m_s"]
+    found = _figures_of(Facts({}, 1, 1e9), runs)["largest_velocity_m_s"]
     assert found.bar > 0 and found.doubt.startswith("does not converge: 0.1904, ")
     same = bar_of_steps(2.0, 2.0, 2.0, 1)
     assert same.converges
@@ -74,40 +74,40 @@ def test_a_run_that_failed_leaves_no_bar():
 
 def test_what_only_smaller_steps_show_is_not_left_out():
     runs = [{"largest_opening_m": value} for value in (0.0, 0.0, 0.1)]
-    found = _figures(Facts({}, 1, 0.0), runs)["largest_opening_m"]
+    found = _figures_of(Facts({}, 1, 0.0), runs)["largest_opening_m"]
     assert found.finest == 0.1
     assert "does not converge" in found.doubt
 
 
 def test_a_force_that_grows_with_smaller_steps_is_a_blow():
     runs = [{"largest_contact_force_n_m": value} for value in (1.0, 2.0, 4.0)]
-    found = _figures(Facts({}, 1, 0.0), runs)["largest_contact_force_n_m"]
-    assert found.doubt == "grows as 1/Δt, a blow: 1, 2, 4 at Δt, Δt/2, Δt/4"
+    found = _figures_of(Facts({}, 1, 0.0), runs)["largest_contact_force_n_m"]
+    assert found.doubt == "grows as 1/Δt, an impact: 1, 2, 4 at Δt, Δt/2, Δt/4"
 
 
 def test_a_tilt_that_grows_with_smaller_steps_is_no_blow():
     runs = [{"largest_tilt_rad": value} for value in (1.0, 2.0, 4.0)]
-    found = _figures(Facts({}, 1, 0.0), runs)["largest_tilt_rad"]
+    found = _figures_of(Facts({}, 1, 0.0), runs)["largest_tilt_rad"]
     assert found.doubt == "does not converge: 1, 2, 4 at Δt, Δt/2, Δt/4"
 
 
 def test_what_has_no_limit_after_twins_have_parted_is_of_a_distribution():
     runs = [{"largest_slip_m": value} for value in (1.0, 1.1, 0.8)]
-    found = _figures(Facts({}, 1, 0.0), runs)["largest_slip_m"]
-    assert _horizon_words(found, 2.0, 3.0) is found
-    beyond = _horizon_words(found, 3.5, 3.0)
+    found = _figures_of(Facts({}, 1, 0.0), runs)["largest_slip_m"]
+    assert _mark_beyond(found, 2.0, 3.0) is found
+    beyond = _mark_beyond(found, 3.5, 3.0)
     assert beyond.doubt.startswith("beyond the horizon of 3 s, one of a distribution: 1, 1.1, 0.8")
     assert beyond.bar == found.bar
-    limit = _figures(Facts({}, 1, 0.0), [{"largest_slip_m": value} for value in (1.0, 1.1, 1.12)])
-    own = replace(limit["largest_slip_m"], decided=2.5)
-    assert _horizon_words(own, 2.0, 1.0) is own
-    assert (
-        _horizon_words(own, 3.0, 1.0).doubt == "beyond the horizon of 2.5 s, one of a distribution"
+    limit = _figures_of(
+        Facts({}, 1, 0.0), [{"largest_slip_m": value} for value in (1.0, 1.1, 1.12)]
     )
+    own = replace(limit["largest_slip_m"], decided=2.5)
+    assert _mark_beyond(own, 2.0, 1.0) is own
+    assert _mark_beyond(own, 3.0, 1.0).doubt == "beyond the horizon of 2.5 s, one of a distribution"
     yields = replace(own, doubt=YIELD)
-    assert _horizon_words(yields, 2.0, 3.0) is yields
-    assert _horizon_words(yields, 3.5, 3.0).doubt.startswith("beyond the horizon of 3 s")
-    both = Accuracy({"a": beyond, "b": _horizon_words(own, 3.0, 1.0)}).doubts()
+    assert _mark_beyond(yields, 2.0, 3.0) is yields
+    assert _mark_beyond(yields, 3.5, 3.0).doubt.startswith("beyond the horizon of 3 s")
+    both = Accuracy({"a": beyond, "b": _mark_beyond(own, 3.0, 1.0)}).doubts()
     assert both == [
         ("bars", "beyond the horizon, the first of 2.5 s, each one of a distribution: a, b")
     ]
@@ -130,9 +130,9 @@ def test_what_does_not_converge_has_a_cause(write_input, damping, words):
 
 def test_a_run_that_failed_has_counted_nothing():
     runs = [{"contacts_slipped": value} for value in (3.0, 3.0, math.nan)]
-    found = _figures(Facts({}, 1, 0.0), runs)["contacts_slipped"]
+    found = _figures_of(Facts({}, 1, 0.0), runs)["contacts_slipped"]
     assert math.isnan(found.bar)
-    assert found.doubt == "no bar: not all runs have it"
+    assert found.doubt == "no error bar: some runs do not have this result"
 
 
 @pytest.mark.parametrize("share", [0.03, -0.2])
@@ -144,15 +144,15 @@ def test_error_of_the_penalty(share):
 def test_what_penalty_contacts_yield_needs_no_limit():
     """A residual of 1e-8 m that 4 k_n makes a quarter of it is no movement of the model."""
     runs = [{"residual_displacement_m": value} for value in (1.0e-8, 1.1e-8, 1.3e-8, 0.25e-8)]
-    found = _figures(Facts({}, 1, 1e9), runs)["residual_displacement_m"]
+    found = _figures_of(Facts({}, 1, 1e9), runs)["residual_displacement_m"]
     assert found.doubt == "only the compression of contact springs"
     assert found.bar == pytest.approx(3 * 0.2e-8 + 1.5e-8)
 
 
 def test_changes_that_fall_below_the_error_of_the_penalty_leave_its_bar():
     runs = [{"largest_slip_m": value} for value in (1.0, 1.015, 1.025, 0.95)]
-    found = _figures(Facts({}, 1, 1e9), runs)["largest_slip_m"]
-    assert found.doubt == "the bar is of the penalty stiffness"
+    found = _figures_of(Facts({}, 1, 1e9), runs)["largest_slip_m"]
+    assert found.doubt == "the error bar is due to the penalty stiffness"
     assert found.bar == pytest.approx(3 * 0.01 + 0.1)
 
 
@@ -301,7 +301,8 @@ def test_bars_of_a_linear_run_are_those_of_runs(write_input, error_bars):
         assert one.finest == pytest.approx(limit, rel=1e-2)
         assert one.bar < 0.25 * other.bar  # small steps cost a transfer function nothing
     assert (
-        found["largest_displacement_m"].doubt == "no bar: of a linear run measured points have one"
+        found["largest_displacement_m"].doubt
+        == "no error bar: in a linear run only measured points have error bars"
     )
 
 

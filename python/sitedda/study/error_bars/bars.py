@@ -1,37 +1,36 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Error of a figure from three runs with time steps Δt, Δt/2 and Δt/4.
+"""Error bar of a result from three runs with time steps Δt, Δt/2 and Δt/4.
 
 Notes
 -----
-3 |b − c| contains the truth where changes fall with the time step, also where they fall
-irregularly, as those of impacts and of slip that stops do (`tests/robustness/error_bars.py`).
-Roache (1994) has the same factor for two grids whose order is not known.
+3 |b − c| contains the exact value if changes decrease with the time step, even irregularly, as with
+impacts and slip that stops (`tests/robustness/error_bars.py`). Roache (1994) uses the same factor
+for two grids of unknown order.
 """
 
 import math
 from dataclasses import dataclass
 
-SAFETY = 3.0  # of a bar over the last change
-SMALL = 1e-3  # fraction of a figure: the narrowest bar
-ROUND_OFF = 1e-9  # fraction of a figure: a smaller change counts as none
-NEAR = 0.3  # of the order of the scheme: tolerance of the observed order
+SAFETY = 3.0  # width of an error bar over the last change
+SMALL = 1e-3  # narrowest error bar, as a fraction of the result
+ROUND_OFF = 1e-9  # smaller changes, as a fraction of the result, count as 0
+NEAR = 0.3  # tolerance of the observed order around the order of the scheme
 
 
 @dataclass(frozen=True)
 class Bar:
-    """How far a figure may be from that of infinitely small steps.
+    """The error bar of a result with respect to infinitely small time steps.
 
     Attributes
     ----------
     half : float
-        Half the width of the bar, in the unit of the figure; NaN if it would be wider than that.
+        Half the width of the bar, in the unit of the result; NaN if it exceeds the result.
     order : float
-        p of the changes, which fall by 2^p; NaN where they do not fall or are round-off.
+        p of the changes, which decrease by 2^p; NaN if they do not decrease or are round-off.
     extrapolated : float
-        The Richardson value, where the order is the scheme's; else NaN.
+        The Richardson value if the order is that of the scheme; otherwise NaN.
     converges : bool
-        The changes fall or are round-off.  However small, a bar of changes that do not fall is a
-        guess.
+        Whether the changes decrease or are round-off. Otherwise the bar is only a guess.
     """
 
     half: float
@@ -41,7 +40,7 @@ class Bar:
 
 
 def bar_of_steps(a: float, b: float, c: float, order: int) -> Bar:
-    """The bar of a figure at the finest step.
+    """Return the error bar of a result at the finest step.
 
     Parameters
     ----------
@@ -59,7 +58,7 @@ def bar_of_steps(a: float, b: float, c: float, order: int) -> Bar:
         half = max(SAFETY * last, SMALL * size)
         half = half if half < size else math.nan
         return Bar(half, math.nan, math.nan, False)
-    # The last change may be small by chance; then the first one counts.
+    # The last change may be small by chance; then the first change counts.
     half = max(SAFETY * max(last, first / 4.0**order), SMALL * size)
     seen = math.log2(first / last) if last > 0 else math.inf
     regular = (a - b) * (b - c) > 0 and abs(seen - order) <= NEAR
@@ -68,11 +67,10 @@ def bar_of_steps(a: float, b: float, c: float, order: int) -> Bar:
 
 
 def penalty_error(figure: float, stiffer: float) -> float:
-    """Of a figure by its penalty stiffness k_n, from that with 4 k_n.
+    """Return the error of a result by its penalty stiffness k_n, from the result with 4 k_n.
 
-    Elastic contacts err by s/k_n.  Where contacts hit each other or begin to slip it is s/√k_n, as
-    the time in contact and its slip are; the bound is that of the latter, r = r∞ + s/√k_n, and
-    holds for both.
+    The error of elastic contacts is s/k_n. With impacts or beginning slip, it is s/√k_n, like the
+    contact time and its slip. The bound r = r∞ + s/√k_n holds for both.
 
     Parameters
     ----------

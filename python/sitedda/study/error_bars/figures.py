@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Figures of a run with their error bars, as sentence or table."""
+"""Results of a run with their error bars, as sentences or table."""
 
 import math
 import re
@@ -16,32 +16,32 @@ from .variants import STEPS
 COUNTS = ("contacts_slipped", "contacts_opened", "bonds_broken", "blocks_fallen", "blocks_lost")
 # Values without error bars: residual of the audit, times and periods of a largest value.
 _NOT = ("energy_balance_j_m", "sa_period_s", "resolved_frequency_hz", "first_block_", "end_s")
-_REST = 1e-9  # fraction of the largest value of a run below which one at its end is round-off
+_REST = 1e-9  # final values below this fraction of the largest value are round-off
 _NO_DRIFT = 1e-6
-_BLOW = 1.5  # growth per halving of the steps of a figure without limit
-_OF_BLOWS = ("force", "pga_", "sa_", "acceleration")  # figures without limit in a rigid impact
-_STIFFER = (*_OF_BLOWS, "strain", "arias_")  # figures that stiff contacts raise
+_BLOW = 1.5  # growth per halving of the steps of a result without limit
+_OF_BLOWS = ("force", "pga_", "sa_", "acceleration")  # results without limit in a rigid impact
+_STIFFER = (*_OF_BLOWS, "strain", "arias_")  # results that stiff contacts increase
 _NUMBER = re.compile(r"\d[\d.e+-]*")
-_TIMES = 200  # of a stored band
-BEYOND, BLOW, OPEN = "beyond the horizon", "grows as 1/Δt, a blow", "does not converge"
+_TIMES = 200  # largest number of times of a stored band
+BEYOND, BLOW, OPEN = "beyond the horizon", "grows as 1/Δt, an impact", "does not converge"
 YIELD = "only the compression of contact springs"
 
 
 @dataclass(frozen=True)
 class Figure:
-    """A number of a run and its error bar.
+    """A result of a run and its error bar.
 
     Attributes
     ----------
     name : str
         As in ``Run.verdict.values``, with its unit.
     run : float
-        Of the run itself, at Δt.
+        Value of the run itself, at Δt.
     finest : float
-        At Δt/4; of a linear run at Δt/64.
+        Value at Δt/4; of a linear run at Δt/64.
     bar : float
-        The truth, of infinitely small steps and stiff contacts, is taken to lie within `finest` ±
-        `bar`; NaN if there is no bar.
+        Half the width of the error bar: the value for infinitely small steps and rigid contacts is
+        assumed to lie within `finest` ± `bar`; NaN if there is no bar.
     extrapolated : float
         By Richardson, from the three steps; NaN where their order is not that of the scheme.
     order : float
@@ -49,10 +49,10 @@ class Figure:
     penalty : float
         Part of the bar due to the penalty stiffness; 0 if no joint has one.
     doubt : str
-        Why there is no bar, or what it leaves out; else blank.
+        Why there is no error bar, or which error it omits; otherwise blank.
     decided : float
-        Time until which a twin of the run, a block of which is displaced by 1e-9 of its size, has
-        the same figure within 1 %, s; that of the end if always; NaN if there is no twin.
+        Time, s, until which a twin of the run, with a block displaced by 1e-9 of its size, has the
+        same result within 1 %; the end of the run if always; NaN without a twin.
     low, median, high : float
         16, 50 and 84 % of the twins of an ensemble; NaN without one.
     """
@@ -72,17 +72,17 @@ class Figure:
 
     @property
     def is_inside(self) -> bool:
-        """The run's own number lies within the bar."""
+        """Return whether the result of the run itself lies within the bar."""
         return abs(self.run - self.finest) <= self.bar
 
     def __str__(self) -> str:
-        """Number ± bar, in as many digits as the bar leaves."""
+        """Return number ± bar, in the digits that the bar justifies."""
         return with_bar(self.finest, self.bar)
 
 
 @dataclass(frozen=True)
 class Band:
-    """Spread of a figure over time in an ensemble of twins.
+    """The spread of a result over time in an ensemble of twins.
 
     Attributes
     ----------
@@ -100,20 +100,20 @@ class Band:
 
 @dataclass(frozen=True)
 class Accuracy:
-    """The figures of a run with their bars.
+    """The results of a run with their error bars.
 
     Attributes
     ----------
     figures : dict of Figure
         By name.
     runs : dict of str
-        Of each run that was made what ended it before its time or what it warned of, or blank.
+        For each run, why it ended early, or its warning, or blank.
     end : float
         Time of the end of the run, s.
     bands : dict of Band
         Of figures over time, by their names; empty without an ensemble.
     cause : str
-        Of figures that do not converge; blank if all do.
+        Cause of missing convergence; blank if all results converge.
     """
 
     figures: dict[str, Figure]
@@ -123,13 +123,13 @@ class Accuracy:
     cause: str = ""
 
     def rows(self) -> list[tuple[str, ...]]:
-        """The figures as texts under their heads, without columns that are blank."""
-        rows = [_HEAD, *(_row(figure, self.end) for figure in self.figures.values())]
+        """Return the results as texts under their headers, without blank columns."""
+        rows = [_HEAD, *(_table_row(figure, self.end) for figure in self.figures.values())]
         kept = [i for i in range(len(_HEAD)) if i < 3 or any(row[i] for row in rows[1:])]
         return [tuple(row[i] for i in kept) for row in rows]
 
     def __str__(self) -> str:
-        """A table, and the runs that ended early."""
+        """Return a table, and the runs that ended early."""
         rows = self.rows()
         left = (0, rows[0].index("") if "" in rows[0] else -1)
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
@@ -144,17 +144,17 @@ class Accuracy:
         return "\n".join(line.rstrip() for line in lines)
 
     def __getitem__(self, name: str) -> Figure:
-        """A figure by its name."""
+        """Return a result by its name."""
         return self.figures[name]
 
     def draw(self):
-        """Bands over time, see `sitedda.study.error_bars.picture`; a matplotlib figure."""
+        """Draw bands over time, see `sitedda.study.error_bars.picture`; return the figure."""
         from .picture import bands_picture
 
         return bands_picture(self)
 
     def doubts(self) -> list[Doubt]:
-        """Doubts common to several figures: no bar, a horizon, runs that ended early."""
+        """Return warnings on several results: no bar, a horizon, runs that ended early."""
         groups: dict[str, list[str]] = {}
         for name, figure in self.figures.items():
             if figure.doubt:
@@ -170,7 +170,7 @@ class Accuracy:
         return [Doubt("bars", words) for words in found]
 
     def _distinct_sentences(self) -> list[str]:
-        """Sentences of runs, each once, in the words of the first run."""
+        """Return the distinct sentences of runs, in the words of the first run."""
         same: dict[str, list[tuple[str, str]]] = {}
         for name, words in self.runs.items():
             for line in words.splitlines():
@@ -179,18 +179,18 @@ class Accuracy:
                 for said in same.values()]  # fmt: skip
 
     def to_dict(self) -> dict:
-        """Plain values, such as for JSON."""
+        """Return plain values, for example for JSON."""
         return {
             "figures": {name: asdict(figure) for name, figure in self.figures.items()},
             "runs": self.runs,
             "end_s": self.end,
             "cause": self.cause,
-            "bands": {name: _thinned(band) for name, band in self.bands.items()},
+            "bands": {name: _thin(band) for name, band in self.bands.items()},
         }
 
 
-def _thinned(band: Band) -> dict[str, list[float]]:
-    """A band at no more times than a picture shows."""
+def _thin(band: Band) -> dict[str, list[float]]:
+    """Thin a band to the number of times that a picture shows."""
     kept = slice(None, None, -(-len(band.time) // _TIMES))
     return {name: values[kept].tolist() for name, values in vars(band).items()}
 
@@ -199,7 +199,7 @@ _HEAD = ("figure", "this run", "value ± bar", "extrapolated", "16 %", "median",
          "decided until", "")  # fmt: skip
 
 
-def _row(figure: Figure, end: float) -> tuple[str, ...]:
+def _table_row(figure: Figure, end: float) -> tuple[str, ...]:
     numbers = (figure.extrapolated, figure.low, figure.median, figure.high)
     more = ("" if math.isnan(value) else number(value, 5) for value in numbers)
     until = "" if math.isnan(figure.decided) else "the end"
@@ -209,7 +209,7 @@ def _row(figure: Figure, end: float) -> tuple[str, ...]:
 
 
 def is_figure(name: str, values: Mapping[str, float]) -> bool:
-    """Whether a number gets a bar: not one of the audit, nor round-off at rest.
+    """Return whether a number gets an error bar: not of the audit, not final round-off.
 
     Parameters
     ----------
@@ -226,13 +226,13 @@ def is_figure(name: str, values: Mapping[str, float]) -> bool:
 
 
 def is_count(name: str) -> bool:
-    """A number of things, which is 0 where a run does not name it."""
+    """Return whether a name is a count, which is 0 if a run omits it."""
     return name.startswith(COUNTS)
 
 
 def figure_of(name: str, numbers: tuple[float, ...], bar: Bar, penalty: float,
               steps: tuple[int, ...] = STEPS) -> Figure:  # fmt: skip
-    """A figure from its bar.
+    """Return a result with its error bar and warnings.
 
     Parameters
     ----------
@@ -242,7 +242,7 @@ def figure_of(name: str, numbers: tuple[float, ...], bar: Bar, penalty: float,
     bar : Bar
         Of these.
     penalty : float
-        Error by the penalty stiffness; 0 without one, NaN where it is not known.
+        Error by the penalty stiffness; 0 without penalty, NaN if unknown.
     steps : tuple of int
         Divisors of Δt.
     """
@@ -252,9 +252,9 @@ def figure_of(name: str, numbers: tuple[float, ...], bar: Bar, penalty: float,
         doubt = "counts differ between time steps" if spread else ""
         return Figure(name, numbers[0], numbers[-1], spread, math.nan, math.nan, 0.0, doubt)
     if not all(map(math.isfinite, numbers)):
-        doubt = "no bar: not all runs have it"
+        doubt = "no error bar: some runs do not have this result"
     elif math.isnan(penalty):
-        doubt = "no bar: the run with 4 k_n does not have it"
+        doubt = "no error bar: the run with 4 k_n does not have this result"
     elif penalty >= abs(numbers[-1]) and not any(map(name.__contains__, _STIFFER)):
         doubt = YIELD
     elif not bar.converges:
@@ -264,5 +264,5 @@ def figure_of(name: str, numbers: tuple[float, ...], bar: Bar, penalty: float,
         at = ", ".join("Δt" if times == 1 else f"Δt/{times}" for times in steps)
         doubt = f"{why}: {', '.join(map(number, numbers))} at {at}"
     elif penalty > max(bar.half, 10 * SMALL * abs(numbers[-1])):
-        doubt = "the bar is of the penalty stiffness"
+        doubt = "the error bar is due to the penalty stiffness"
     return Figure(name, numbers[0], numbers[-1], half, bar.extrapolated, bar.order, penalty, doubt)

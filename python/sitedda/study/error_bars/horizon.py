@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Predictability of a run from twins: its horizon, and the spread of figures beyond it.
+"""Predictability of a run from twins: its horizon, and the spread of results beyond it.
 
-A twin is the run with one block displaced by 1e-9 of its size.  Impacts and slip that starts or
-stops let the two part exponentially; from the time on at which a figure of the twin is another one,
-no time step, however small, gives *the* figure: it is one of a distribution.
+A twin is the run with one block displaced by 1e-9 of its size. Impacts and slip that starts or
+stops make run and twin diverge exponentially. As soon as a result of the twin differs, no time
+step, however small, determines the result: it is one of a distribution.
 """
 
 import math
@@ -15,25 +15,25 @@ from ...base.numbers import number
 from .figures import BEYOND, OPEN, YIELD, Band, Figure, is_count
 from .variants import ENSEMBLE, RUN, TWIN
 
-APART = 0.01  # of the largest value of a figure: difference at the horizon
-BEGUN = 1e-8  # of it: differences below are rounding
-_LEAST_LOOKS = 10  # for a fit of the growth
-SHARES = (16.0, 50.0, 84.0)  # %, of the twins of an ensemble
+APART = 0.01  # difference at the horizon over the largest value of a result
+BEGUN = 1e-8  # differences below this fraction are rounding
+_LEAST_LOOKS = 10  # smallest number of values for a fit of the growth
+SHARES = (16.0, 50.0, 84.0)  # fractiles of the twins of an ensemble, %
 _HISTORY = "history_"
-# Figures without a stored history use that of another one.
+# Results without a stored history use the history of another result.
 _FOLLOW = {"residual_": "largest_", "pga_below_50_hz_m_s2": "pga_m_s2", "sa_m_s2": "pga_m_s2",
            "pga_resolved_m_s2": "pgv_m_s", "sa_resolved_m_s2": "pgv_m_s",
            "arias_resolved_m_s": "arias_m_s"}  # fmt: skip
 
 
 def horizon(time: np.ndarray, run: np.ndarray, twin: np.ndarray) -> float:
-    """The last time at which two histories have not yet parted, s; inf if they never do.
+    """Return the last time before two histories diverge, s; inf if they never do.
 
     Parameters
     ----------
     time : ndarray, shape (looks,)
     run, twin : ndarray, shape (looks,)
-        A figure of the run and of its twin; NaN where it is not there.
+        A result of the run and of its twin; NaN if missing.
     """
     largest = np.nanmax(np.abs(run), initial=0.0)
     apart = np.abs(run - twin) > APART * largest
@@ -41,13 +41,13 @@ def horizon(time: np.ndarray, run: np.ndarray, twin: np.ndarray) -> float:
     if not apart.any():
         return math.inf
     first = max(int(np.argmax(apart)) - 1, 0)
-    return min(float(time[first]), _by_growth(time, np.abs(run - twin) / largest, first + 1))
+    return min(float(time[first]), _fit_growth(time, np.abs(run - twin) / largest, first + 1))
 
 
-def _by_growth(time: np.ndarray, apart: np.ndarray, end: int) -> float:
-    """When a difference that grows exponentially is `APART`, by a line fitted to its logarithm.
+def _fit_growth(time: np.ndarray, apart: np.ndarray, end: int) -> float:
+    """Return when an exponentially growing difference reaches `APART`, by a fitted line.
 
-    The first time at which it is hangs on the step in which one impact is or is not.
+    The first time above `APART` would depend on a single impact, unlike the fitted line.
     """
     grown = np.fmax.accumulate(apart[: end + 1])
     use = (grown > BEGUN) & (grown < APART)
@@ -58,7 +58,7 @@ def _by_growth(time: np.ndarray, apart: np.ndarray, end: int) -> float:
 
 
 def with_horizons(figures: dict[str, Figure], table) -> dict[str, Figure]:
-    """Figures with the time until which they are decided, and with the spread of the ensemble.
+    """Add to results the time until which they are decided, and the ensemble spread.
 
     Parameters
     ----------
@@ -71,19 +71,19 @@ def with_horizons(figures: dict[str, Figure], table) -> dict[str, Figure]:
     twins = [n for n in names if n.startswith(ENSEMBLE) and n in done]
     found = dict(figures)
     if TWIN in done and "look" in table:
-        parted = _parted(table)
-        found = {n: replace(f, decided=_decided(n, table, parted)) for n, f in found.items()}
-        # A displaced block alters small figures at once; kinetic energy differs where motions part.
+        parted = _divergence_times(table)
+        found = {n: replace(f, decided=_find_horizon(n, table, parted)) for n, f in found.items()}
+        # A displaced block alters small results at once; kinetic energy shows a divergence.
         first = parted.get("energy_kinetic", math.inf)
-        found = {n: _horizon_words(f, _time_reached(n, table), first) for n, f in found.items()}
+        found = {n: _mark_beyond(f, _time_reached(n, table), first) for n, f in found.items()}
     if twins:
         rows = table.sel(variant=twins)
-        found = {n: _spread(f, rows[n].values) for n, f in found.items()}
+        found = {n: _add_spread(f, rows[n].values) for n, f in found.items()}
     return found
 
 
 def bands_of(table) -> dict[str, Band]:
-    """Spread of each figure over time in an ensemble of twins, by name.
+    """Return the spread of each result over time in an ensemble of twins, by name.
 
     Parameters
     ----------
@@ -104,16 +104,16 @@ def bands_of(table) -> dict[str, Band]:
     return found
 
 
-def _parted(table) -> dict[str, float]:
-    """When the run and its twin part, by the name of the history."""
+def _divergence_times(table) -> dict[str, float]:
+    """Return when run and twin diverge, by the name of the history."""
     run, twin, time = table.sel(variant=RUN), table.sel(variant=TWIN), table.look.values
     names = [name for name in table.data_vars if name.startswith(_HISTORY)]
     return {name.removeprefix(_HISTORY): horizon(time, run[name].values, twin[name].values)
             for name in names}  # fmt: skip
 
 
-def _decided(name: str, table, parted: dict[str, float]) -> float:
-    """Horizon of one figure; the earliest of all if it has no stored history."""
+def _find_horizon(name: str, table, parted: dict[str, float]) -> float:
+    """Return the horizon of a result; the earliest of all if it has no stored history."""
     end = float(table.look.values[-1])
     if name in parted:
         return min(parted[name], end)
@@ -126,7 +126,7 @@ def _decided(name: str, table, parted: dict[str, float]) -> float:
 
 
 def _time_reached(name: str, table) -> float:
-    """When a figure got the value that it has at the end of the run, s."""
+    """Return when a result reached its final value, s."""
     history = f"{_HISTORY}{name}"
     if history not in table.data_vars:
         other = next((b for a, b in _FOLLOW.items() if name.startswith(a)), "")
@@ -137,11 +137,11 @@ def _time_reached(name: str, table) -> float:
     return float(table.look.values[int(np.argmax(values >= values[-1]))])
 
 
-def _horizon_words(figure: Figure, reached: float, first: float) -> Figure:
-    """Mark a figure as reached after the twins have diverged.
+def _mark_beyond(figure: Figure, reached: float, first: float) -> Figure:
+    """Mark a result that was reached after the twins diverged.
 
-    One without a limit, or that 4 k_n changes as much, is judged by the `first` of all partings,
-    others by their own.
+    A result without limit, or equally sensitive to k_n, uses the `first` divergence of all results,
+    others use their own.
     """
     words, between, numbers = figure.doubt.partition(":")
     if is_count(figure.name):
@@ -154,7 +154,7 @@ def _horizon_words(figure: Figure, reached: float, first: float) -> Figure:
     return replace(figure, doubt=f"{where}{between}{numbers}" if words == OPEN else where)
 
 
-def _spread(figure: Figure, values: np.ndarray) -> Figure:
+def _add_spread(figure: Figure, values: np.ndarray) -> Figure:
     values = values[np.isfinite(values)]
     if len(values) == 0:
         return figure

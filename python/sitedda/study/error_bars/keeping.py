@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Figures with their bars, kept in the output of the run that they are of."""
+"""Store results with their error bars in the output of their run."""
 
 import json
 import math
@@ -17,14 +17,14 @@ ATTRIBUTE = "accuracy"
 
 
 def keep_accuracy(found: Accuracy, output: Path, attributes: dict) -> None:
-    """Write them into an output, as its attribute ``accuracy``, in JSON.
+    """Write results with error bars into the attribute ``accuracy`` of an output, as JSON.
 
     Parameters
     ----------
     found : Accuracy
     output : Path
     attributes : dict
-        Of the output as it has been read; gets them as well.
+        Attributes of the output as read, which are updated.
 
     Raises
     ------
@@ -33,7 +33,7 @@ def keep_accuracy(found: Accuracy, output: Path, attributes: dict) -> None:
     """
     import netCDF4
 
-    text = json.dumps(_without_nan(found.to_dict()))
+    text = json.dumps(_to_null(found.to_dict()))
     with written(output, "a netCDF file") as beside:
         shutil.copyfile(output, beside)
         with netCDF4.Dataset(beside, "a") as data:
@@ -42,7 +42,7 @@ def keep_accuracy(found: Accuracy, output: Path, attributes: dict) -> None:
 
 
 def kept_accuracy(attributes: Mapping) -> Accuracy | None:
-    """The stored accuracy of an output; None if there is none.
+    """Return the stored accuracy of an output; None if there is none.
 
     Parameters
     ----------
@@ -59,8 +59,8 @@ def kept_accuracy(attributes: Mapping) -> Accuracy | None:
         return None
     try:
         found = json.loads(text, parse_constant=float)
-        figures = {name: Figure(**_with_nan(values)) for name, values in found["figures"].items()}
-        end = _with_nan({"end": found["end_s"]})["end"]
+        figures = {name: Figure(**_to_nan(values)) for name, values in found["figures"].items()}
+        end = _to_nan({"end": found["end_s"]})["end"]
         bands = {name: Band(**{key: np.array(row, float) for key, row in band.items()})
                  for name, band in found.get("bands", {}).items()}  # fmt: skip
         return Accuracy(figures, found["runs"], end, bands, found.get("cause", ""))
@@ -68,14 +68,14 @@ def kept_accuracy(attributes: Mapping) -> Accuracy | None:
         raise OutputError(f"the output is damaged: its attribute {ATTRIBUTE}") from None
 
 
-def _without_nan(value):
-    """JSON has no such number; null represents it."""
+def _to_null(value):
+    """Replace NaN, which JSON does not have, by null."""
     if isinstance(value, dict):
-        return {name: _without_nan(one) for name, one in value.items()}
+        return {name: _to_null(one) for name, one in value.items()}
     if isinstance(value, list):
-        return [_without_nan(one) for one in value]
+        return [_to_null(one) for one in value]
     return None if isinstance(value, float) and math.isnan(value) else value
 
 
-def _with_nan(values: dict) -> dict:
+def _to_nan(values: dict) -> dict:
     return {name: math.nan if value is None else value for name, value in values.items()}

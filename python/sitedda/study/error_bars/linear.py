@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bars of a linear run by its exact transfer function, without other runs.
+"""Error bars of a linear run by its exact transfer function, without other runs.
 
-If no contact has changed its state, a motion of the base acts on a measured point by a transfer
-function H of the time step and the penalty stiffness alone.  The point with Δt/16 would have moved
-as it did, times H(Δt/16)/H(Δt) at each frequency.  Small steps cost the same as large ones here.
+If no contact has changed its state, a transfer function H relates a measured point to the motion of
+the base. H depends only on the time step and the penalty stiffness. With Δt/16, the motion of the
+point is multiplied by H(Δt/16)/H(Δt) at each frequency. The cost does not depend on the time step.
 """
 
 import math
@@ -23,14 +23,14 @@ from .bars import bar_of_steps, penalty_error
 from .figures import Figure, figure_of, is_figure
 from .variants import Facts, finer, stiffer
 
-_STEPS = (16, 32, 64)  # that Δt is divided by
-_BETWEEN = 2  # samples for one of the run: peaks of acceleration lie between
-_NEAR = 0.7  # of the largest Sa of two steps: periods at which the other steps are evaluated
-_CONTENT = 0.999999  # of the energy of an acceleration, below the highest frequency that counts
-_DIED = 1e-3  # fraction of the largest acceleration in the last twentieth of a motion
-_GRID = 400  # frequencies at which a peak is looked for
-_REFINED = 4  # times, each around the largest
-NO_BAR = "no bar: of a linear run measured points have one"
+_STEPS = (16, 32, 64)  # divisors of Δt
+_BETWEEN = 2  # interpolated samples per sample, because peaks of acceleration lie between
+_NEAR = 0.7  # periods above this fraction of the largest Sa are evaluated for other steps
+_CONTENT = 0.999999  # energy below the highest frequency that counts
+_DIED = 1e-3  # largest acceleration in the last twentieth of a motion, as a fraction of the peak
+_GRID = 400  # number of frequencies in the search of a peak
+_REFINED = 4  # number of refinements around the largest value
+NO_BAR = "no error bar: in a linear run only measured points have error bars"
 _AXES = ("x", "y")
 
 
@@ -53,7 +53,7 @@ class _Point:
 
 
 def is_linear(history, facts: Facts) -> bool:
-    """A run was linear, and moved by its base along one axis alone.
+    """Return whether a run was linear and excited by its base along a single axis.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def is_linear(history, facts: Facts) -> bool:
 
 
 def linear_figures(model, changes: Mapping, history, facts: Facts) -> dict[str, Figure]:
-    """The figures of a linear run with their bars.
+    """Return the results of a linear run with their error bars.
 
     Parameters
     ----------
@@ -106,8 +106,8 @@ def linear_figures(model, changes: Mapping, history, facts: Facts) -> dict[str, 
     found = {name: _variant_values(name, values[name]) for name in names if is_figure(name, values)}
     step = float(history.time.values[-1]) / (history.sizes["time"] - 1)
     own_step = float(np.max(history.time_step.values[1:]))
-    highest = 0.499 / own_step  # that Δt resolves, Hz
-    points = _points(history)
+    highest = 0.499 / own_step  # highest frequency resolved by Δt, Hz
+    points = _measured_points(history)
     rest = 1 if all(map(_has_died_out, points)) else 2  # zero padding against wrap-around
     length = fast_length(rest * history.sizes["time"])
     length += length % 2
@@ -118,7 +118,7 @@ def linear_figures(model, changes: Mapping, history, facts: Facts) -> dict[str, 
     chi = run_scheme(history).chi
     for variant, divided in zip(variants, (1, *_STEPS, 1), strict=False):
         numbers.append({})
-        rates = partial(_rates, step=own_step / divided, chi=chi)
+        rates = partial(_rate_ratios, step=own_step / divided, chi=chi)
         with Simulation(model, changes={**changes, **variant.changes}) as simulation:
             for point in points:
                 resolved = min(0.9 * highest, values[f"resolved_frequency_hz[{point.name}]"])
@@ -126,9 +126,9 @@ def linear_figures(model, changes: Mapping, history, facts: Facts) -> dict[str, 
                     simulation, point, frequency, highest, before, rates
                 )
                 times = min(divided, _BETWEEN)
-                numbers[-1] |= _measured(point, velocity, acceleration, step, resolved, times, near)
+                numbers[-1] |= _results(point, velocity, acceleration, step, resolved, times, near)
             for group in facts.groups.get("amplification", []):
-                numbers[-1] |= _peak(simulation, group, highest)
+                numbers[-1] |= _exact_peak(simulation, group, highest)
     axes = {point.name: point.axis for point in points}
     for name in numbers[0].keys() & found.keys():
         if not _is_along(axes, name, values):
@@ -143,7 +143,7 @@ def linear_figures(model, changes: Mapping, history, facts: Facts) -> dict[str, 
 
 
 def _is_along(axes: Mapping, name: str, values: Mapping) -> bool:
-    """A figure of a point, the larger of both axes, is that of the axis that is looked at."""
+    """Return whether a result of a point, the larger of both axes, belongs to its axis."""
     measure, _, point = name.partition("[")
     own = f"{measure}_{axes.get(point[:-1])}[{point}"
     return values.get(own, values[name]) == values[name]
@@ -153,7 +153,7 @@ def _variant_values(name: str, value: float) -> Figure:
     return Figure(name, value, value, math.nan, math.nan, math.nan, 0.0, NO_BAR)
 
 
-def _points(history) -> list[_Point]:
+def _measured_points(history) -> list[_Point]:
     points = []
     for name in map(str, history.point.values):
         velocity = history.velocity.sel(point=name).values
@@ -168,8 +168,8 @@ def _has_died_out(point: _Point) -> bool:
     return bool(np.abs(end).max() < _DIED * np.abs(point.acceleration).max())
 
 
-def _rates(frequency: np.ndarray, step: float, chi: float) -> tuple[np.ndarray, np.ndarray]:
-    """What v of a displacement and a of a velocity are over iω, as a time integration has them.
+def _rate_ratios(frequency: np.ndarray, step: float, chi: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the ratios of v to iω u and of a to iω v under the time integration.
 
     v₁ = d/(χΔt) − (1 − χ) v₀/χ and a₁ = (v₁ − v₀)/Δt, at frequencies in Hz and a Δt in s.
     """
@@ -181,13 +181,13 @@ def _rates(frequency: np.ndarray, step: float, chi: float) -> tuple[np.ndarray, 
 
 def _point_motion(simulation, point: _Point, frequency: np.ndarray, highest: float, before: dict,
            rates: Callable):  # fmt: skip
-    """Velocity and acceleration of a point by the transfer function of a variant.
+    """Return velocity and acceleration of a point by the transfer function of a variant.
 
-    What changes is the acceleration; the velocity, which may last, changes by its integral.
+    The acceleration is changed; the velocity, which may not end at 0, changes by the integral.
     """
     length = 2 * (len(frequency) - 1)
     spectrum = rfft(point.acceleration, length)
-    if point.name not in before:  # the run's own
+    if point.name not in before:  # the transfer function of the run itself
         energy = np.cumsum(np.abs(spectrum) ** 2)
         last = np.searchsorted(energy, _CONTENT * energy[-1])
         before[point.name] = np.arange(1, min(last + 1, np.searchsorted(frequency, highest))), None
@@ -206,10 +206,10 @@ def _point_motion(simulation, point: _Point, frequency: np.ndarray, highest: flo
     return point.velocity + faster - faster[0], point.acceleration + change
 
 
-def _measured(point, velocity, acceleration, step, resolved, times, near) -> dict[str, float]:
-    """Figures of a point as in the verdict, accelerations below the resolved frequency.
+def _results(point, velocity, acceleration, step, resolved, times, near) -> dict[str, float]:
+    """Return the results of a point as in the verdict, below the resolved frequency.
 
-    With the largest of `times` samples for one of the run; `near` keeps periods of large Sa.
+    Peaks are taken from `times` samples per sample of the run; `near` selects periods of large Sa.
     """
     length = fast_length(2 * len(acceleration))
     length += length % 2
@@ -230,8 +230,8 @@ def _measured(point, velocity, acceleration, step, resolved, times, near) -> dic
     return {f"{name}[{point.name}]": float(value) for name, value in found.items()}
 
 
-def _peak(simulation: Simulation, group: Mapping, highest: float) -> dict[str, float]:
-    """The exact peak of an amplification, as that of a run stands in the verdict."""
+def _exact_peak(simulation: Simulation, group: Mapping, highest: float) -> dict[str, float]:
+    """Return the exact peak of an amplification, as in the verdict."""
     low, high = group["lowest"], min(group["highest"], highest)
     surface, base = group.get("surface", "surface"), group.get("base", "base")
     for _ in range(1 + _REFINED):
@@ -243,7 +243,7 @@ def _peak(simulation: Simulation, group: Mapping, highest: float) -> dict[str, f
 
 
 def linear_or_none(model, changes: Mapping, history, facts: Facts):
-    """`linear_figures`; None where the run was not linear or has no transfer function."""
+    """Return `linear_figures`, or None for a run that is not linear or has no transfer function."""
     if not is_linear(history, facts):
         return None
     try:

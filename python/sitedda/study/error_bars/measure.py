@@ -17,9 +17,9 @@ from .horizon import bands_of, with_horizons
 from .variants import RUN, STEPS, TWIN, Facts, Variants, facts_of, finer, stiffer, twin
 from .variants import ensemble as twins_of
 
-# Words on figures that do not converge, by whether more than the time integration damps.
+# Messages on results that do not converge, by the kind of damping.
 _CAUSES = (
-    "vibrations of blocks and contacts have the damping of the time integration alone, which falls "
+    "vibrations of blocks and contacts have only the damping of the time integration, which falls "
     "with Δt, and they change friction and impacts; &joint damping or &material rayleigh_beta "
     "gives them one of their own",
     "contacts slip, open and hit at other times with each time step",
@@ -41,10 +41,10 @@ def accuracy(
     output: Path | None = None,
     **more,
 ) -> Accuracy:
-    """How far the figures of a run can be trusted.
+    """Estimate the error bars of the results of a run.
 
-    The input is run with its time step, half and a quarter of it, and with four times its penalty
-    stiffness, where it has one, as a study: side by side, and only what is not there yet.
+    The input is run with Δt, Δt/2 and Δt/4, and with four times its penalty stiffness, if it has
+    one. These runs are a study: they run in parallel, and existing ones are not repeated.
 
     Parameters
     ----------
@@ -54,14 +54,14 @@ def accuracy(
     changes, **more
         Variables to change in the input, see `Simulation`.
     ensemble : int
-        Twins of the run, of each of which another block is displaced by 1e-9 of its size: median
-        and 16–84 % of each figure, and bands of their histories.
+        Number of twins of the run, each with another block displaced by 1e-9 of its size. They
+        yield the median and 16–84 % of each result, and bands of their histories.
     folder : path, optional
         Folder of the runs, from which another call continues; a temporary one by default.
     executor, workers, progress
         See `sitedda.study.study`.
     output : path, optional
-        Complete, of the run itself by this build, which then is not run again.
+        Complete output of the run itself by this build, which is then not repeated.
 
     Raises
     ------
@@ -72,18 +72,18 @@ def accuracy(
 
     Notes
     -----
-    The bar is that of `sitedda.error_bars.bars.bar_of_steps`, with twice the change that stiffer
-    contacts make: r(k_n) = r∞ + s/√k_n at worst.  A twin, of which one block is displaced by 1e-9
-    of its size, tells until when a figure is decided, see `sitedda.error_bars.horizon`.
+    The bar is that of `sitedda.error_bars.bars.bar_of_steps` plus twice the change by stiffer
+    contacts: r(k_n) = r∞ + s/√k_n at worst. A twin, with a block displaced by 1e-9 of its size,
+    shows until when a result is decided, see `sitedda.error_bars.horizon`.
     """
     from ..api import study
 
     changes = dict(changes or {}) | more
     facts = facts_of(model, changes)
     if results == "figures" and not ensemble and facts.is_bonded:
-        if found := _of_linear_run(model, changes, facts):
+        if found := _try_linear_run(model, changes, facts):
             return found
-    # The longest first, so that none is waited for at the end.
+    # The longest run starts first, so that no process waits for it at the end.
     variants = [finer(facts, times) for times in reversed(STEPS)]
     variants += [stiffer(facts)] if facts.penalty else []
     if facts.is_dynamic:
@@ -99,20 +99,20 @@ def accuracy(
     words = {}
     for name in names:
         run = table.sel(variant=name)
-        words[name] = str(run.message.values) or _of_run(str(run.warning.values))
-    figures = _figures(facts, _numbers(table.sel(variant=names)))
+        words[name] = str(run.message.values) or _run_warnings(str(run.warning.values))
+    figures = _figures_of(facts, _run_numbers(table.sel(variant=names)))
     end = float(table.look.values[-1]) if "look" in table else math.nan
     figures = with_horizons(figures, table)
     return Accuracy(figures, words, end, bands_of(table), _cause_words(figures, facts))
 
 
-def _of_run(warning: str) -> str:
-    """Doubts of a run, without those of the check, which belong to the input."""
+def _run_warnings(warning: str) -> str:
+    """Return the warnings of a run without those of the check, which belong to the input."""
     return "\n".join(str(doubt) for doubt in Doubt.lines(warning) if not doubt.of_check)
 
 
-def _of_linear_run(model, changes: Mapping, facts: Facts) -> Accuracy | None:
-    """Of an input whose run is linear, from that run alone; else None."""
+def _try_linear_run(model, changes: Mapping, facts: Facts) -> Accuracy | None:
+    """Run an input and return its results if the run is linear; otherwise None."""
     from ...engine.simulation import run_to_end
     from ...output.output_file import load
 
@@ -128,7 +128,7 @@ def _of_linear_run(model, changes: Mapping, facts: Facts) -> Accuracy | None:
 
 
 def of_linear_run(model, history, changes: Mapping | None = None, facts=None) -> Accuracy | None:
-    """The figures of a run that was linear, by its exact transfer function; else None.
+    """Return the results of a linear run by its exact transfer function; otherwise None.
 
     Parameters
     ----------
@@ -155,8 +155,8 @@ def _cause_words(figures: Mapping[str, Figure], facts: Facts) -> str:
     return _CAUSES[facts.is_damped] if open_ones else ""
 
 
-def _numbers(table) -> list[dict[str, float]]:
-    """The numbers of each run."""
+def _run_numbers(table) -> list[dict[str, float]]:
+    """Return the numbers of each run."""
     names = [name for name in table.data_vars
              if table[name].dims == ("variant",) and table[name].dtype.kind == "f"]  # fmt: skip
     rows = ({name: float(table[name].values[i]) for name in names if name != "seconds"}
@@ -167,7 +167,7 @@ def _numbers(table) -> list[dict[str, float]]:
             for row, whole in zip(rows, done, strict=True)]  # fmt: skip
 
 
-def _figures(facts: Facts, runs: list[dict[str, float]]) -> dict[str, Figure]:
+def _figures_of(facts: Facts, runs: list[dict[str, float]]) -> dict[str, Figure]:
     found = {}
     for name in runs[0]:
         if not any(is_figure(name, run) for run in runs[: len(STEPS)]):
@@ -181,7 +181,7 @@ def _figures(facts: Facts, runs: list[dict[str, float]]) -> dict[str, Figure]:
 
 
 def _with_histories(results) -> dict:
-    """Requested figures, and their histories during the run."""
+    """Add the histories during the run to the requested results."""
     if isinstance(results, Mapping):
         return {**results, "histories": "histories"}
     one = isinstance(results, str) or callable(results)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The figures of a case with their error bars, instead of its run."""
+"""The task of a study that returns the results of a case with their error bars."""
 
 from ..quantities import NAMES
 from ..table import BAR, DECIDED
@@ -8,7 +8,7 @@ from .measure import accuracy
 
 
 def figures_with_bars(file) -> dict:
-    """The figures of the run of an input with error bars and horizons, see `accuracy`.
+    """Return the results of an input with error bars and horizons, see `accuracy`.
 
     Parameters
     ----------

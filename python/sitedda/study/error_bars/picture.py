@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Spread of figures over time in an ensemble of twins, drawn as bands."""
+"""Draw the spread of results over time in an ensemble of twins as bands."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from ...report.style import BLUE, GREY, ORANGE, canvas
 if TYPE_CHECKING:
     from .figures import Accuracy
 
-_MOST = 6  # figures of one picture
+_MOST = 6  # largest number of results in a picture
 _COLUMNS = 2
 
 
 def bands_picture(found: Accuracy):
-    """Median and 16–84 % of the twins of a run, of its first figures; a matplotlib figure.
+    """Draw median and 16–84 % of the twins of a run for its first results; return the figure.
 
     Parameters
     ----------

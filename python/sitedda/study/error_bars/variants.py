@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Runs that differ from a run in one thing: its steps, its penalty stiffness."""
+"""Variants of a run that differ in a single setting: time step or penalty stiffness."""
 
 import random
 from collections.abc import Mapping, Sequence
@@ -12,15 +12,15 @@ from ...engine.damping import damping_of
 from ...engine.simulation import Simulation
 from ...input.input_text import input_values
 
-RUN, TWIN, ENSEMBLE = "dt", "twin", "twin "  # names; of an ensemble with a number behind
+RUN, TWIN, ENSEMBLE = "dt", "twin", "twin "  # names; those of an ensemble are followed by a number
 STEPS = (1, 2, 4)  # that Δt is divided by
-TRIFLE = 1e-9  # of the size of a block, by which twins differ
-_ORDERS = {"midpoint": 2}  # of time integration; of all others 1
+TRIFLE = 1e-9  # displacement of a block of a twin, over its size
+_ORDERS = {"midpoint": 2}  # order of these time integrations; all others have 1
 
 
 @dataclass(frozen=True)
 class Variant:
-    """One of them.
+    """A variant of a run.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class Variant:
 
 
 class Variants:
-    """The axis of a study along which the variants lie.
+    """The axis of a study over variants of a run.
 
     Parameters
     ----------
@@ -49,13 +49,13 @@ class Variants:
         self.coordinates = {"variant": (("variant",), names, {})}
 
     def changes(self, place: tuple[int, ...]) -> dict:
-        """Changes of a variant."""
+        """Return the changes of a variant."""
         return dict(self._variants[place[0]].changes)
 
 
 @dataclass(frozen=True)
 class Facts:
-    """Data for variants of a model.
+    """Properties of a model that determine its variants.
 
     Attributes
     ----------
@@ -64,9 +64,9 @@ class Facts:
     order : int
         Of the time integration.
     penalty : float
-        k_n, N/m; 0 where no joint has a penalty: all have a stiffness of their own.
+        k_n, N/m; 0 if no joint has a penalty because all have a measured stiffness.
     there : sequence of int
-        Numbers of the blocks that no stage removes, from 1, the highest first.
+        Numbers of the blocks that no stage removes, from 1, in descending order.
     """
 
     groups: Mapping
@@ -76,25 +76,25 @@ class Facts:
 
     @property
     def is_dynamic(self) -> bool:
-        """Whether some stage is dynamic."""
+        """Return whether a stage is dynamic."""
         return any(_is_dynamic(one) for one in self.groups.get("stage", [{}]))
 
     @property
     def is_bonded(self) -> bool:
-        """All joints bear tension, so a run may be linear."""
+        """Return whether all joints bear tension, so that a run may be linear."""
         return all(any(joint.get(f"{name}tensile_strength", 0.0) > 0.0 for name in ("", "peak_"))
                    for joint in self.groups.get("joint", []))  # fmt: skip
 
     @property
     def is_damped(self) -> bool:
-        """Materials or joints damp; else the time integration alone does."""
+        """Return whether materials or joints have damping besides the time integration."""
         return any(map(damping_of, self.groups.get("material", []))) or any(
             joint.get("damping", 0.0) > 0.0 for joint in self.groups.get("joint", [])
         )
 
 
 def facts_of(model, changes: Mapping) -> Facts:
-    """Read a model and return the data for its variants.
+    """Read a model and return the properties that determine its variants.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def facts_of(model, changes: Mapping) -> Facts:
 
 
 def _has_stiffness(joint: Mapping) -> bool:
-    """Whether the stiffness is measured, so that it is no penalty."""
+    """Return whether the stiffness of a joint is measured, so that it is no penalty."""
     return "normal_stiffness_per_area" in joint or joint.get("law") == "barton_bandis"
 
 
@@ -134,21 +134,21 @@ def _is_dynamic(stage: Mapping) -> bool:
 
 
 def finer(facts: Facts, times: int) -> Variant:
-    """All time steps divided by a whole number.
+    """Return the variant with all time steps divided by a whole number.
 
     Parameters
     ----------
     facts : Facts
     times : int
     """
-    changes = _divided("control", next(iter(facts.groups.get("control", [])), {}), times)
+    changes = _divide_step("control", next(iter(facts.groups.get("control", [])), {}), times)
     for i, stage in enumerate(facts.groups.get("stage", []), 1):
         if _is_dynamic(stage):
-            changes |= _divided(f"stage[{i}]", stage, times)
+            changes |= _divide_step(f"stage[{i}]", stage, times)
     return Variant(f"dt/{times}" if times > 1 else RUN, changes if times > 1 else {})
 
 
-def _divided(where: str, group: Mapping, times: int) -> dict:
+def _divide_step(where: str, group: Mapping, times: int) -> dict:
     changes: dict = {}
     if "time_step" in group:
         changes[f"{where}.time_step"] = group["time_step"] / times
@@ -158,7 +158,7 @@ def _divided(where: str, group: Mapping, times: int) -> dict:
 
 
 def twin(name: str, block: int, signs: tuple[int, int] = (1, 1)) -> Variant:
-    """The run with one block displaced slightly when dynamics begin.
+    """Return the variant with a block displaced slightly at the start of dynamics.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ def twin(name: str, block: int, signs: tuple[int, int] = (1, 1)) -> Variant:
 
 
 def ensemble(facts: Facts, count: int) -> list[Variant]:
-    """A number of twins with random blocks and signs of a fixed seed.
+    """Return twins with random blocks and signs from a fixed seed.
 
     Parameters
     ----------
@@ -190,7 +190,7 @@ def ensemble(facts: Facts, count: int) -> list[Variant]:
 
 
 def stiffer(facts: Facts) -> Variant:
-    """Four times the penalty stiffness.
+    """Return the variant with four times the penalty stiffness.
 
     Parameters
     ----------
