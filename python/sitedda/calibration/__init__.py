@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Stiffnesses of a model from modes that were measured, or from a record of vibrations."""
+"""Calibrate stiffnesses of a model by measured modes or a record of vibrations."""
 
 from .calibrate import Calibration, calibrate, odds
 from .family import Family, family_of

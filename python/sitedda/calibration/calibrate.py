@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Unknown stiffnesses of a model from modes that were measured, with their errors."""
+"""Estimate unknown stiffnesses of a model and their errors from measured modes."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from .measured import BAND, MeasuredMode, Observations, measured_modes
 from .posterior import Posterior
 
 SAMPLERS = ("laplace", "ensemble")
-_DISCREPANCY = (0.02, 1.0)  # prior of an unknown one: median and deviation of its logarithm
-_EXACT = 1e-5  # relative error of frequencies that the reduction may have
-_ROUNDS, _LOOKS = 6, 6  # of searches, and samples at which the reduction is checked
-_FAR, _WIDE, _ALIKE, _FEW = 2.0, 0.8, 0.95, 0.2  # limits of doubts, see `_doubts`
+_DISCREPANCY = (0.02, 1.0)  # prior of an unknown discrepancy: median, deviation of its logarithm
+_EXACT = 1e-5  # largest relative error of frequencies by the reduction
+_ROUNDS, _LOOKS = 6, 6  # number of searches, and of samples that check the reduction
+_FAR, _WIDE, _ALIKE, _FEW = 2.0, 0.8, 0.95, 0.2  # limits of warnings, see `_doubts`
 SILENT = ("small vibrations do not show friction, cohesion, tensile strength or how joints open: "
           "these keep their own uncertainty")  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """Unknown stiffnesses, and how far measured modes determine them.
+    """Unknown stiffnesses with their uncertainty given measured modes.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class Calibration:
     reduction_error : float
         Largest relative error of frequencies by the reduced basis, at some samples.
     doubts : tuple of str
-        What cannot be met, and what the modes do not determine.
+        Warnings on modes that do not fit, and on unknowns that the modes do not determine.
     """
 
     names: tuple[str, ...]
@@ -88,7 +88,7 @@ class Calibration:
     doubts: tuple[str, ...]
 
     def __str__(self) -> str:
-        """The unknowns, the modes and the doubts, a line each."""
+        """Return the unknowns, the modes and the warnings, one line each."""
         lines = []
         for i, name in enumerate(self.names):
             low, high, *before = map(number, (self.low[i], self.high[i], *self.prior[i]))
@@ -100,7 +100,7 @@ class Calibration:
         return "\n".join([*lines, *(f"note: {words}" for words in self.doubts)])
 
     def mode_words(self) -> list[str]:
-        """Each measured mode beside that of the model, a line each."""
+        """Compare each measured mode with that of the model, one line each."""
         found = []
         for j, one in enumerate(self.measured):
             like = f", MAC {self.mac[j]:.2f}" if np.isfinite(self.mac[j]) else ""
@@ -114,18 +114,18 @@ class Calibration:
         return found
 
     def to_csv(self) -> str:
-        """The samples, a column for each unknown: for ``[sample] file`` of a study."""
+        """Return the samples as CSV, one column per unknown, for ``[sample] file`` of a study."""
         rows = [",".join(f"{value:.10g}" for value in row) for row in self.samples]
         return "\n".join(["# written by sitedda", ",".join(self.names), *rows, ""])
 
     def points(self, name: str = "sample"):
-        """The samples as one axis of `sitedda.study` (`sitedda.study.Points`)."""
+        """Return the samples as an axis of `sitedda.study` (`sitedda.study.Points`)."""
         from ..study import Points
 
         return Points(name, dict(zip(self.names, self.samples.T, strict=True)))
 
     def to_dataset(self):
-        """The samples, correlations and modes as an xarray Dataset."""
+        """Return the samples, correlations and modes as an xarray Dataset."""
         import xarray as xr
 
         of = {"unknown": "best median low high deviation",
@@ -164,7 +164,7 @@ def calibrate(
         See `measured_modes`.  The first is the model's first mode and so on, unless a number or a
         shape says otherwise.
     unknowns : mapping of (float, float)
-        The range of each unknown that holds 90 % of what it may be before: the prior is log-normal.
+        The range of each unknown that contains 90 % of its log-normal prior.
         Names are those of changes: ``{"contact.normal_stiffness": (5e7, 1e9)}``.  The stiffness
         must be linear in them.
     discrepancy : float or None
@@ -192,7 +192,7 @@ def calibrate(
     if sampler not in SAMPLERS:
         raise InputError(f"sampler = {sampler!r}: use one of {', '.join(SAMPLERS)}")
     samples = int(COUNT.check("samples", samples))
-    prior = _prior(unknowns)
+    prior = _check_priors(unknowns)
     seen = tuple(measured_modes(measured))
     if not seen:
         raise InputError("there is no measured mode")
@@ -241,7 +241,7 @@ def calibrate(
 
 
 def odds(calibrations: Mapping[str, Calibration]) -> dict[str, float]:
-    """Probabilities of hypotheses about the same measured modes, equally likely before.
+    """Return the probabilities of hypotheses on the same modes, with equal priors.
 
     Parameters
     ----------
@@ -255,32 +255,32 @@ def odds(calibrations: Mapping[str, Calibration]) -> dict[str, float]:
 
 @dataclass
 class _Search:
-    """The most probable unknowns, on a basis of exact modes that grows until it is exact there."""
+    """Search of the most probable unknowns in a basis of modes that grows until it is exact."""
 
     family: Family
     posterior: Posterior
 
     def run(self, seed: int) -> tuple[list[tuple], float]:
-        """Peaks of the posterior with their covariances, and the relative error by the basis."""
+        """Return the peaks of the posterior with covariances, and the error of the basis."""
         posterior = self.posterior
         width = len(self.family.parts)
         axes = np.eye(posterior.mean.size)[:width] * posterior.deviation
-        self.vectors = [self._exact(x)[1] for x in self._about(posterior.mean, BAND * axes)]
+        self.vectors = [self._exact(x)[1] for x in self._reduced_at(posterior.mean, BAND * axes)]
         self._reduce()
-        peaks = [self._improved(x) for x in self.posterior.peaks(seed)]
+        peaks = [self._improve_start(x) for x in self.posterior.peaks(seed)]
         for _ in range(2):
             for x in peaks:
                 values, turns = np.linalg.eigh(self.posterior.covariance(x))
-                around = self._about(x, 2 * (turns * np.sqrt(values)).T)
+                around = self._reduced_at(x, 2 * (turns * np.sqrt(values)).T)
                 self.vectors += [self._exact(one)[1] for one in around]
             self._reduce()
             peaks = [self.posterior.best(x) for x in peaks]
         peaks.sort(key=lambda x: -self.posterior.log(x[None])[0])
         found = [(x, self.posterior.covariance(x)) for x in peaks]
         some = np.random.default_rng(seed).multivariate_normal(*found[0], _LOOKS)
-        return found, max(self._error(one) for one in some)
+        return found, max(self._extend_basis(one) for one in some)
 
-    def _about(self, x: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    def _reduced_at(self, x: np.ndarray, steps: np.ndarray) -> np.ndarray:
         return np.vstack([x, x + steps, x - steps])
 
     def _exact(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -290,16 +290,16 @@ class _Search:
     def _reduce(self) -> None:
         self.posterior = self.posterior.on(self.family.reduced(np.hstack(self.vectors)))
 
-    def _improved(self, x: np.ndarray) -> np.ndarray:
+    def _improve_start(self, x: np.ndarray) -> np.ndarray:
         for _ in range(_ROUNDS):
-            if self._error(x) < _EXACT:
+            if self._extend_basis(x) < _EXACT:
                 break
             self._reduce()
             x = self.posterior.best(x)
         return x
 
-    def _error(self, x: np.ndarray) -> float:
-        """Relative error of frequencies at x, whose modes then join the basis."""
+    def _extend_basis(self, x: np.ndarray) -> float:
+        """Return the relative error of frequencies at x, and add the modes at x to the basis."""
         squares, y = self._exact(x)
         self.vectors.append(y)
         count = self.posterior.seen.count
@@ -307,8 +307,8 @@ class _Search:
         return float(np.max(np.abs(near / squares[:count] - 1)) / 2)
 
 
-def _prior(unknowns: Mapping) -> np.ndarray:
-    """Ranges of unknowns, shape (unknowns, 2)."""
+def _check_priors(unknowns: Mapping) -> np.ndarray:
+    """Return the ranges of the unknowns, shape (unknowns, 2)."""
     if not unknowns:
         raise InputError("name at least one unknown, such as contact.normal_stiffness")
     for name, values in unknowns.items():
@@ -322,23 +322,25 @@ def _prior(unknowns: Mapping) -> np.ndarray:
 
 
 def _doubts(found: Calibration, x, mean, deviation, counting: float, sampler: str) -> tuple:
-    """What cannot be met, and what is not determined; limits are in `_FAR` and beside it."""
+    """Return warnings on modes that do not fit and unknowns that are not determined."""
     words = [
-        f"mode {n} cannot be met: {number(one.frequency)} Hz is {abs(off):.1f} deviations from "
+        f"mode {n} cannot be fitted: {number(one.frequency)} Hz is {abs(off):.1f} deviations from "
         f"{number(f)} Hz"
         for n, one, off, f in zip(found.number, found.measured, found.misfit, found.frequency,
                                   strict=True) if abs(off) > _FAR
     ]  # fmt: skip
     for i, name in enumerate(found.names):
         if found.deviation[i] > _WIDE * deviation[i]:
-            words.append(f"the modes do not determine {name}: its range is that given before")
+            words.append(f"the modes do not determine {name}: its range is that of its prior")
         if abs(x[i] - mean[i]) > _FAR * deviation[i]:
-            words.append(f"the modes need {name} outside of the range given before")
+            words.append(f"the modes are fitted best with {name} outside its prior range")
         words += [f"only a combination of {name} and {other} is determined (correlation "
                   f"{found.correlation[i, j]:.2f})" for j, other in enumerate(found.names[:i])
                   if abs(found.correlation[i, j]) > _ALIKE]  # fmt: skip
     if counting < _FEW and sampler == "laplace":
         words.append("the posterior is not Gaussian: use the sampler 'ensemble'")
     if found.reduction_error > 100 * _EXACT:
-        words.append(f"the reduced modes are off by {found.reduction_error:.1e}: narrow the ranges")
+        words.append(
+            f"the reduced modes have an error of {found.reduction_error:.1e}: narrow ranges"
+        )
     return (*words, SILENT)

@@ -19,16 +19,16 @@ from scipy import linalg, sparse
 from ..base.errors import InputError
 from ..engine.checking import matrices
 
-_DENSE = 900  # coordinates up to which LAPACK finds all modes
-_NO_STIFFNESS = 1e-12  # of the largest entry: rigid motions and mechanisms
-_EQUAL = 1e-8  # relative difference of ω² that is round-off
+_DENSE = 900  # largest number of coordinates for which LAPACK computes all modes
+_NO_STIFFNESS = 1e-12  # ω² below this fraction of the largest entry: rigid motions and mechanisms
+_EQUAL = 1e-8  # relative difference of ω² that counts as round-off
 _LINEAR = 1e-3  # relative deviation of K from eq. 1: settled contacts move by micrometres
-_FREE = 12  # modes that are looked at for motions without stiffness that a model may have
+_FREE = 12  # number of modes in the search of motions without stiffness
 
 
 @dataclass(frozen=True)
 class Family:
-    """A stiffness that depends linearly on unknowns, in coordinates of unit mass.
+    """A stiffness matrix that depends linearly on unknowns, in coordinates of unit mass.
 
     Attributes
     ----------
@@ -48,11 +48,11 @@ class Family:
     free: int = 0
 
     def stiffness(self, theta):
-        """K at unknowns of shape (unknowns,)."""
+        """Return K at unknowns of shape (unknowns,)."""
         return sum((t * part for t, part in zip(theta, self.parts, strict=True)), self.fixed)
 
     def modes(self, theta, count: int) -> tuple[np.ndarray, np.ndarray]:
-        """The lowest ω² (rad²/s²), ascending, and modes y as columns."""
+        """Return the lowest ω² (rad²/s²), ascending, and modes y as columns."""
         stiffness, wanted = self.stiffness(theta), self.free + count
         size = stiffness.shape[0]
         if size <= _DENSE:
@@ -68,9 +68,9 @@ class Family:
         return squares[self.free :], y[:, self.free :]
 
     def slopes(self, theta, count: int) -> tuple[np.ndarray, np.ndarray]:
-        """ω² and its derivatives, shape (count, unknowns); eq. 2, repeated ω² included.
+        """Return ω² and its derivatives, shape (count, unknowns), by eq. 2, also for repeated ω².
 
-        At a repeated ω² they are the one-sided derivatives for growing unknowns, in ascending
+        At a repeated ω², the derivatives are one-sided, for increasing unknowns, in ascending
         order.
         """
         squares, y = self.modes(theta, count)
@@ -84,7 +84,7 @@ class Family:
         return squares[:count], found
 
     def reduced(self, y: np.ndarray) -> Family:
-        """The dense family on the span of vectors, shape (n, any)."""
+        """Return the dense family projected on vectors, shape (n, any)."""
         u, sizes, _ = np.linalg.svd(y, full_matrices=False)
         basis = u[:, sizes > 1e-5 * sizes[0]]
         fixed, *parts = (basis.T @ (k @ basis) for k in (self.fixed, *self.parts))
@@ -92,7 +92,7 @@ class Family:
 
 
 def family_of(model, unknowns: Mapping, contacts="auto", changes=None) -> Family:
-    """The family of a model about values of unknowns.
+    """Return the family of a model about values of unknowns.
 
     K is linear in each unknown, so that K(2θᵢ) − K(θ) = θᵢ Kᵢ exactly.
 
@@ -144,7 +144,7 @@ def family_of(model, unknowns: Mapping, contacts="auto", changes=None) -> Family
 
 
 def _unit_mass(mass: sparse.csr_array) -> sparse.csr_array:
-    """W with Wᵀ M W = 1, without coordinates of blocks that were removed."""
+    """Return W with Wᵀ M W = 1, without coordinates of removed blocks."""
     blocks = mass.shape[0] // 6
     kept = [b for b in range(blocks) if mass[6 * b, 6 * b] > 0]
     parts = []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measured modes: frequencies with their errors, damping, shapes; read from a CSV file."""
+"""Measured modes, read from a CSV file: frequencies with errors, damping and shapes."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from ..base.arguments import DAMPING_RATIO, FINITE, POSITIVE, Range
 from ..base.errors import InputError
 from ..base.reading import read_bounded
 
-BAND = 1.6449  # standard deviations on either side of the median that contain 90 %
-_LARGEST = 2**22  # bytes of a table of modes
-_SHAPE_DEVIATION = 0.05  # of each component of a shape of unit length
+BAND = 1.6449  # number of standard deviations on either side of the median that contain 90 %
+_LARGEST = 2**22  # largest size of a table of modes, bytes
+_SHAPE_DEVIATION = 0.05  # standard deviation of each component of a shape of unit length
 _NUMBER = Range(1, 1000, whole=True)
 _COLUMNS = {
     "frequency": POSITIVE, "deviation": POSITIVE, "low": POSITIVE, "high": POSITIVE,
@@ -67,13 +67,13 @@ class MeasuredMode:
 
 
 def measured_modes(source) -> list[MeasuredMode]:
-    """Measured modes from a CSV file, or as they are given.
+    """Return measured modes from a CSV file or a sequence.
 
     Parameters
     ----------
     source : path or sequence of MeasuredMode
         The file has a row for each mode and a heading: ``frequency`` and ``deviation`` (Hz), or
-        ``low`` and ``high``, a range that holds 90 %; where known ``mode``, ``damping``,
+        ``low`` and ``high``, a range that contains 90 %; optionally ``mode``, ``damping``,
         ``damping_deviation``, ``shape_deviation`` and components of the shape, ``POINT.x``,
         ``POINT.y``.  Lines that begin with # are comments.
 
@@ -100,14 +100,14 @@ def measured_modes(source) -> list[MeasuredMode]:
             raise InputError(f"{source}, line {line}: {len(row)} values under {len(rows[0])} "
                              "headings")  # fmt: skip
         try:
-            found.append(_mode(dict(zip(rows[0], row, strict=True))))
+            found.append(_parse_mode(dict(zip(rows[0], row, strict=True))))
         except InputError as trouble:
             raise InputError(f"{source}, line {line}: {trouble}") from None
     return found
 
 
-def _mode(row: dict[str, str]) -> MeasuredMode:
-    """A mode from the texts of a row."""
+def _parse_mode(row: dict[str, str]) -> MeasuredMode:
+    """Parse a mode from the texts of a row."""
     given = {n: _COLUMNS.get(n, FINITE).check(n, text) for n, text in row.items() if text}
     values: dict = {n: given.pop(n) for n in _COLUMNS if n in given}
     low, high = values.pop("low", None), values.pop("high", None)
@@ -124,7 +124,7 @@ def _mode(row: dict[str, str]) -> MeasuredMode:
 
 @dataclass(frozen=True)
 class Observations:
-    """Measured modes as arrays beside the points of a model.
+    """Measured modes as arrays, related to the points of a model.
 
     Attributes
     ----------
@@ -144,14 +144,14 @@ class Observations:
 
     @classmethod
     def of(cls, modes: list[MeasuredMode], points: list[str]) -> Observations:
-        """Find the points of shapes in a model; InputError if it has no such point."""
+        """Find the points of shapes in a model; raise InputError if a point is missing."""
         rows, shapes, number = [], [], []
         for i, one in enumerate(modes):
             for name in one.shape:
                 if name[:-2] not in points:
                     raise InputError(f"the shape of mode {i + 1} has {name}, but the measured "
                                      f"points of the model are {points}")  # fmt: skip
-            named = one.shape if len(one.shape) > 1 else {}  # one component has any scale
+            named = one.shape if len(one.shape) > 1 else {}  # a single component fits any shape
             shape = np.array(list(named.values()))
             if named and not np.any(shape):
                 raise InputError(f"the shape of mode {i + 1} is zero")
@@ -164,6 +164,6 @@ class Observations:
 
     @property
     def count(self) -> int:
-        """Modes of the model among which those that are measured are sought."""
+        """Return the number of model modes among which the measured modes are sought."""
         spare = 3 if np.any(self.number < 0) else 0
         return max(int(self.number.max()) + 1, len(self.modes)) + spare

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Calibrated modes as a picture, with the measured shapes beside them."""
+"""Draw calibrated modes with the measured shapes."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from .measured import Observations
 
 
 def draw_calibration(model, found: Calibration, changes=None, contacts: str = "auto"):
-    """Draw the measured modes of the best model; a matplotlib figure.
+    """Draw the measured modes of the best model; return the figure.
 
     Arrows are the measured components of shapes; they end at the model's points where both agree.
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Probability of unknown stiffnesses given measured modes.
+"""The posterior probability of unknown stiffnesses given measured modes.
 
 The unknowns are x = ln θ, with Gaussian priors.  With the relative error σⱼ of a frequency and the
 discrepancy δ, a relative error of the model itself (Kennedy and O'Hagan 2001),
@@ -24,23 +24,23 @@ from .family import Family
 from .measured import Observations
 
 _STEP, _WIDTHS = 1e-2, 4  # first step of differences of gradients, prior deviations; iterations
-_STILL = 1e-10  # of the largest square that a shape can have at its points
-_PRIOR, _STARTS = 200, 5  # draws of the prior, and those from which peaks are sought
-_MOST, _LOWEST = 8, 7.0  # peaks that are kept: at most so many, at most so much lower in ln p
-_FARTHEST = 8.0  # deviations of the prior in which the best is sought
-_LARGEST = 200.0  # of x: stiffnesses of draws that are far out stay finite
-_DRAWS = 2000  # of a round of the integral of the evidence
-_NARROW, _WIDER = 3, 3.0  # proposals of a peak: so many, and one that is wider by this factor
-_FREEDOM = 6  # degrees of freedom of its proposals, which reach farther than a Gaussian
-_ROUNDS, _KERNELS = 4, 100  # rounds that adapt the proposals, and their number
-_ENOUGH = 0.5  # fraction of draws that count at which proposals are not adapted further
-_WALKERS, _STEPS, _LENGTHS = 32, 500, 50  # of the sampler; its autocorrelation times, at least
+_STILL = 1e-10  # fraction of the largest square of a shape at its points that counts as 0
+_PRIOR, _STARTS = 200, 5  # draws of the prior, and starts of the search of peaks
+_MOST, _LOWEST = 8, 7.0  # kept peaks: largest number, and largest difference to the highest in ln p
+_FARTHEST = 8.0  # search range in standard deviations of the prior
+_LARGEST = 200.0  # bound on x, so that the stiffnesses of extreme draws are finite
+_DRAWS = 2000  # draws per round of the integral of the evidence
+_NARROW, _WIDER = 3, 3.0  # proposals per peak: number of scales, and factor of width
+_FREEDOM = 6  # degrees of freedom of the proposals, whose tails are wider than Gaussian
+_ROUNDS, _KERNELS = 4, 100  # number of rounds that adapt the proposals, and number of proposals
+_ENOUGH = 0.5  # effective fraction of draws at which the adaptation ends
+_WALKERS, _STEPS, _LENGTHS = 32, 500, 50  # steps; least autocorrelation times
 _MOST_STEPS = 20000
 
 
 @dataclass(frozen=True)
 class Posterior:
-    """Eq. 1 on a reduced family.
+    """The posterior of eq. 1 on a reduced family.
 
     Attributes
     ----------
@@ -60,9 +60,9 @@ class Posterior:
     discrepancy: float | None
 
     def solved(self, x: np.ndarray, shapes: bool = True) -> tuple:
-        """All ω² and modes of the family at rows of x; modes of the model that were measured.
+        """Return all ω² and modes of the family at rows of x, and the measured modes.
 
-        The modes may be left out if no shape was measured.
+        The modes can be omitted if no shape was measured.
         """
         theta = np.exp(np.clip(x[:, : len(self.family.parts)], -_LARGEST, _LARGEST))
         stiffness = self.family.fixed + np.tensordot(theta, self.family.parts, 1)
@@ -73,15 +73,15 @@ class Posterior:
         squares = np.maximum(squares, 1e-30)
         chosen = np.tile(self.seen.number, (len(x), 1))
         if np.any(self.seen.number < 0):
-            for one, s, shapes, d in zip(chosen, squares, y, self._delta(x), strict=True):
+            for one, s, shapes, d in zip(chosen, squares, y, self._discrepancy_of(x), strict=True):
                 self._match(one, s, shapes, d)
         return squares, y, chosen
 
-    def _delta(self, x: np.ndarray) -> np.ndarray:
+    def _discrepancy_of(self, x: np.ndarray) -> np.ndarray:
         return np.exp(x[:, -1]) if self.discrepancy is None else np.full(len(x), self.discrepancy)
 
     def _match(self, chosen, squares, y, delta) -> None:
-        """Give each measured shape the mode that meets it and its frequency best."""
+        """Assign to each measured shape the mode that fits shape and frequency best."""
         free = np.flatnonzero(self.seen.number < 0)
         others = np.setdiff1d(np.arange(min(self.seen.count, len(squares))), self.seen.number)
         cost = np.empty((free.size, others.size))
@@ -95,41 +95,41 @@ class Posterior:
         chosen[free[rows]] = others[columns]
 
     def shape(self, y: np.ndarray, j: int, mode: int) -> np.ndarray:
-        """A mode at the points where the measured one has components."""
+        """Return a mode at the points where the measured shape has components."""
         return self.family.points[self.seen.rows[j]] @ y[:, mode]
 
-    def _still(self, j: int) -> float:
-        """Square of a shape at the points of a measured one that is round-off, 1/kg."""
+    def _round_off(self, j: int) -> float:
+        """Return the squared shape at measured points below which it is round-off, 1/kg."""
         return _STILL * float(np.sum(self.family.points[self.seen.rows[j]] ** 2))
 
     def mac(self, y: np.ndarray, j: int, mode: int) -> float:
-        """Modal assurance criterion: 1 if a mode is proportional to the measured shape."""
+        """Return the modal assurance criterion: 1 if a mode is proportional to the measured one."""
         shape = self.shape(y, j, mode)
-        return float((self.seen.shapes[j] @ shape) ** 2 / (shape @ shape + self._still(j)))
+        return float((self.seen.shapes[j] @ shape) ** 2 / (shape @ shape + self._round_off(j)))
 
     def log(self, x: np.ndarray, solved=None) -> np.ndarray:
-        """ln p of rows of x."""
+        """Return ln p of rows of x."""
         z = (x - self.mean) / self.deviation
         total = -0.5 * np.sum(z**2 + np.log(2 * np.pi * self.deviation**2), axis=1)
         squares, y, chosen = solved or self.solved(x, shapes=False)
-        delta, rows = self._delta(x), np.arange(len(x))
+        delta, rows = self._discrepancy_of(x), np.arange(len(x))
         for j, one in enumerate(self.seen.modes):
             off = np.log(2 * np.pi * one.frequency) - np.log(squares[rows, chosen[:, j]]) / 2
-            total += _gauss(off**2, (one.deviation / one.frequency) ** 2 + delta**2)
+            total += _log_gauss(off**2, (one.deviation / one.frequency) ** 2 + delta**2)
             if self.seen.shapes[j].size:
                 shapes = self.family.points[self.seen.rows[j]] @ y[rows, :, chosen[:, j]].T
                 along = self.seen.shapes[j] @ shapes
-                rest = 1 - along**2 / (np.sum(shapes**2, axis=0) + self._still(j))
-                total += _gauss(rest, one.shape_deviation**2 + delta**2, shapes.shape[0] - 1)
+                rest = 1 - along**2 / (np.sum(shapes**2, axis=0) + self._round_off(j))
+                total += _log_gauss(rest, one.shape_deviation**2 + delta**2, shapes.shape[0] - 1)
         return total
 
     def minus_log(self, x: np.ndarray) -> tuple[float, np.ndarray]:
-        """−ln p at one x, and its gradient."""
+        """Return −ln p at x, and its gradient."""
         family = self.family
         slope = -(x - self.mean) / self.deviation**2
         solved = self.solved(x[None])
         squares, y, chosen = (values[0] for values in solved)
-        delta = float(self._delta(x[None])[0])
+        delta = float(self._discrepancy_of(x[None])[0])
         theta = np.exp(x[: len(family.parts)])
         moved = [t * (y.T @ part @ y) for t, part in zip(theta, family.parts, strict=True)]
         for j, one in enumerate(self.seen.modes):
@@ -145,7 +145,7 @@ class Posterior:
                 gaps[mode] = np.inf
                 for i, change in enumerate(moved):
                     turned = family.points[self.seen.rows[j]] @ (y @ (change[:, mode] / gaps))
-                    along, length = seen @ shape, shape @ shape + self._still(j)
+                    along, length = seen @ shape, shape @ shape + self._round_off(j)
                     more = along * (seen @ turned) / length
                     slope[i] += (more - along**2 * (shape @ turned) / length**2) / variance
                 spread.append((1 - self.mac(y, j, mode), variance, seen.size - 1))
@@ -154,31 +154,31 @@ class Posterior:
         return -float(self.log(x[None], solved)[0]), -slope
 
     def peaks(self, seed: int) -> list[np.ndarray]:
-        """Local maxima of p, the largest first, sought from the most probable draws of the prior.
+        """Find local maxima of p from the most probable draws of the prior, the largest first.
 
-        Several sets of stiffnesses may meet the same frequencies.
+        Several sets of stiffnesses may have the same frequencies.
         """
         draws = np.random.default_rng(seed).standard_normal((_PRIOR, self.mean.size))
         order = np.argsort(-self.log(self.mean + self.deviation * draws))
-        starts = _apart([np.zeros(self.mean.size), *draws[order]], 1.0)[:_STARTS]
-        found = sorted((self._climbed(z) for z in starts), key=lambda one: one.fun)
+        starts = _select_apart([np.zeros(self.mean.size), *draws[order]], 1.0)[:_STARTS]
+        found = sorted((self._climb(z) for z in starts), key=lambda one: one.fun)
         near = [one.x for one in found if one.fun < found[0].fun + _LOWEST]
-        return [self.mean + self.deviation * z for z in _apart(near, 0.05)]
+        return [self.mean + self.deviation * z for z in _select_apart(near, 0.05)]
 
     def best(self, start: np.ndarray) -> np.ndarray:
-        """The local maximum of p that is reached from a start."""
-        return self.mean + self.deviation * self._climbed((start - self.mean) / self.deviation).x
+        """Return the local maximum of p that is reached from a start."""
+        return self.mean + self.deviation * self._climb((start - self.mean) / self.deviation).x
 
-    def _climbed(self, z: np.ndarray):
+    def _climb(self, z: np.ndarray):
         bounds = [(-_FARTHEST, _FARTHEST)] * z.size
-        return minimize(self._scaled, z, jac=True, bounds=bounds)
+        return minimize(self._scaled_objective, z, jac=True, bounds=bounds)
 
-    def _scaled(self, z: np.ndarray) -> tuple[float, np.ndarray]:
+    def _scaled_objective(self, z: np.ndarray) -> tuple[float, np.ndarray]:
         value, slope = self.minus_log(self.mean + self.deviation * z)
         return value, slope * self.deviation
 
     def covariance(self, x: np.ndarray) -> np.ndarray:
-        """The inverse of the Hessian of −ln p at its minimum (Laplace).
+        """Return the inverse of the Hessian of −ln p at its minimum (Laplace).
 
         Gradients are compared one standard deviation away along each principal axis, found by
         iteration: where modes cross, ln p has a kink, and its width there is no local curvature.
@@ -189,17 +189,17 @@ class Posterior:
             high, low = (np.array([self.minus_log(one)[1] for one in end]) for end in ends)
             scaled = np.linalg.solve(steps, (high - low) / 2 * self.deviation)
             values, axes = np.linalg.eigh((scaled + scaled.T) / 2)
-            # Data seldom widen a prior: a flatter direction is a kink, too.
+            # Data seldom widen a prior: a flatter direction is also a kink.
             steps = (axes / np.sqrt(np.maximum(values, 0.25))).T
         return steps.T @ steps * np.outer(self.deviation, self.deviation)
 
     def weighted(self, peaks: list[tuple], seed: int) -> tuple:
-        """Draws, their weights, ln of the integral of p, its error, and the fraction that counts.
+        """Return draws, weights, ln of the integral of p, its error, and effective fraction.
 
-        Importance sampling with draws of a mixture of multivariate t about the peaks, each given as
-        x and its covariance, and of wider ones, so that no probability beside a peak is missed.  If
-        few draws count, p is no Gaussian there: a mixture about some of them replaces it (West
-        1993).
+        Importance sampling draws from a mixture of multivariate t distributions about the peaks,
+        given by x and covariance, and of wider ones that cover the surroundings of a peak. If few
+        draws have weight, p is not Gaussian, and a mixture about some of the draws replaces it
+        (West 1993).
 
         Raises
         ------
@@ -220,7 +220,7 @@ class Posterior:
             draws, of = centres[picked], group[picked]
             for i, lower in enumerate(lowers):
                 draws[of == i] += gaussian[of == i] @ lower.T
-            logs = self.log(draws) - _mixture(draws, centres, group, lowers)
+            logs = self.log(draws) - _log_mixture(draws, centres, group, lowers)
             if not np.all(np.isfinite(logs)):
                 raise ConvergenceError("the probability of the measured modes is not finite: check "
                                        "their deviations, and narrow the ranges")  # fmt: skip
@@ -247,7 +247,7 @@ class Posterior:
         return *best[1:], best[0]
 
     def sampled(self, first: np.ndarray, count: int, seed: int) -> np.ndarray:
-        """Samples of x by the affine-invariant ensemble of `emcee`, shape (count, unknowns).
+        """Sample x by the affine-invariant ensemble of `emcee`, shape (count, unknowns).
 
         Raises
         ------
@@ -275,12 +275,12 @@ class Posterior:
                                "narrow the priors, or drop unknowns")  # fmt: skip
 
     def on(self, family: Family) -> Posterior:
-        """The same on another reduced family."""
+        """Return the posterior on another reduced family."""
         return replace(self, family=family)
 
 
-def _apart(points: list[np.ndarray], distance: float) -> list[np.ndarray]:
-    """Points, each farther than a distance from those before it."""
+def _select_apart(points: list[np.ndarray], distance: float) -> list[np.ndarray]:
+    """Select points that are farther than a distance from all selected before."""
     kept: list[np.ndarray] = []
     for point in points:
         if len(kept) < _MOST and all(np.linalg.norm(point - one) > distance for one in kept):
@@ -288,8 +288,8 @@ def _apart(points: list[np.ndarray], distance: float) -> list[np.ndarray]:
     return kept
 
 
-def _mixture(draws, centres, group, lowers) -> np.ndarray:
-    """ln of the density of a mixture of multivariate t about centres, of equal weights."""
+def _log_mixture(draws, centres, group, lowers) -> np.ndarray:
+    """Return ln of the density of a mixture of multivariate t about centres."""
     size, half = len(lowers[0]), (_FREEDOM + len(lowers[0])) / 2
     scale = gammaln(half) - gammaln(_FREEDOM / 2) - size / 2 * math.log(_FREEDOM * math.pi)
     terms = np.empty((len(draws), len(centres)))
@@ -301,6 +301,6 @@ def _mixture(draws, centres, group, lowers) -> np.ndarray:
     return logsumexp(terms, axis=1) - math.log(len(centres))
 
 
-def _gauss(square, variance, count: int = 1):
-    """ln of the density of `count` Gaussian errors with a sum of squares."""
+def _log_gauss(square, variance, count: int = 1):
+    """Return ln of the density of `count` Gaussian errors with a sum of squares."""
     return -0.5 * (square / variance + count * np.log(2 * np.pi * variance))

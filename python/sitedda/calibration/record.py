@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Modes and H/V of an ambient record: stochastic subspace identification by pyOMA2."""
+"""Identify modes and H/V of an ambient record by stochastic subspace identification."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from ..base.reading import read_bounded
 from ..engine.signals import smooth_konno_ohmachi
 from .measured import MeasuredMode
 
-_LARGEST = 2**30  # bytes of a record
+_LARGEST = 2**30  # largest size of a record, bytes
 _BEYOND = 3.0  # sampling frequency of the analysis over the highest frequency
-_PERIODS = 2.0  # of the lowest frequency in the correlations
-_WIDEST = 160  # rows of the block Hankel matrix: its error costs their square
-_FEWEST = 100  # periods of the lowest frequency in a record
-_LEAST = 0.01  # deviation of a component of a shape of unit length
+_PERIODS = 2.0  # periods of the lowest frequency in the correlations
+_WIDEST = 160  # largest number of rows of the block Hankel matrix, whose cost grows as their square
+_FEWEST = 100  # smallest number of periods of the lowest frequency in a record
+_LEAST = 0.01  # smallest deviation of a component of a shape of unit length
 _AXES = {"X": "x", "E": "x", "N": "x", "1": "x", "2": "x", "Y": "y", "Z": "y"}
 
 
@@ -53,7 +53,7 @@ class Ambient:
                              f"{self.values.shape}")  # fmt: skip
         if not np.all(np.isfinite(self.values)):
             at, channel = np.argwhere(~np.isfinite(self.values))[0]
-            raise InputError(f"sample {at + 1} of {self.names[channel]} is no number")
+            raise InputError(f"sample {at + 1} of {self.names[channel]} is not a number")
 
     @classmethod
     def of(cls, source, channels: Mapping[str, str] | None = None) -> Ambient:
@@ -66,7 +66,7 @@ class Ambient:
             reads, such as MiniSEED, whose channels are ``STATION.x`` (E, N, 1, 2) and ``STATION.y``
             (Z); or the history of a run.
         channels : mapping of str, optional
-            Name by heading or code of a channel (``'BHE'``, ``'ST01.BHE'``); others are left out.
+            Name by heading or code of a channel (``'BHE'``, ``'ST01.BHE'``); others are omitted.
         """
         if isinstance(source, Ambient):
             found = source
@@ -128,7 +128,7 @@ class Ambient:
 def identify(
     record, band: tuple[float, float], channels: Mapping[str, str] | None = None, order: int = 16,
 ) -> list[MeasuredMode]:  # fmt: skip
-    """Modes of an ambient record: frequency, damping and shape, with their deviations.
+    """Identify modes of an ambient record: frequency, damping and shape, with deviations.
 
     Covariance-driven stochastic subspace identification at all orders of the model up to a largest
     one; poles that agree between orders are a mode (hierarchical clustering).  Deviations are the
@@ -153,7 +153,7 @@ def identify(
     Raises
     ------
     InputError
-        If the band cannot be seen in the record, or nothing in it is stable.
+        If the record does not resolve the band, or no mode in the band is stable.
     MissingLibrary
         Without pyOMA2.
 
@@ -191,7 +191,7 @@ def identify(
 
 
 def _poles(values, rate: float, rows: int, order: int, band) -> list[tuple]:
-    """Frequency, damping and shape of stable poles, each with its deviation."""
+    """Return frequency, damping and shape of stable poles, each with its deviation."""
     with contextlib.redirect_stderr(io.StringIO()), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
@@ -208,7 +208,7 @@ def _poles(values, rate: float, rows: int, order: int, band) -> list[tuple]:
         try:
             method.add_clustering(Clustering(name="modes", quick="hier_avg", freqlim=band))
             method.run_clustering("modes")
-        except (IndexError, ValueError):  # no pole, or one alone
+        except (IndexError, ValueError):  # no pole, or a single pole
             raise InputError(f"no mode is stable between {band[0]:g} and {band[1]:g} Hz: give a "
                              "longer record, a wider band or another order") from None  # fmt: skip
     one = method.result.clustering_results["modes"]
@@ -221,7 +221,7 @@ def horizontal_over_vertical(
     record, frequency: ArrayLike, point: str, window: float = 30.0, bandwidth: float = 40.0,
     channels: Mapping[str, str] | None = None,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:  # fmt: skip
-    """H/V of a point: median and σ of its logarithm over windows.
+    """Compute H/V of a point: median and σ of its logarithm over windows.
 
     Parameters
     ----------
@@ -261,7 +261,7 @@ def horizontal_over_vertical(
 
 
 def modes_csv(modes: list[MeasuredMode]) -> str:
-    """A table that `measured_modes` reads."""
+    """Return modes as a table that `measured_modes` reads."""
     names = ["frequency", "deviation", "damping", "damping_deviation", "shape_deviation"]
     points = list(dict.fromkeys(name for one in modes for name in one.shape))
     rows = [[getattr(one, name) for name in names] + [one.shape.get(p, "") for p in points]
@@ -271,7 +271,7 @@ def modes_csv(modes: list[MeasuredMode]) -> str:
 
 
 def _step(time) -> float:
-    """Step of equal times, s."""
+    """Return the step of equidistant times, s."""
     step = (time[-1] - time[0]) / (len(time) - 1)
     if not step > 0 or np.any(np.abs(np.diff(time) - step) > 1e-3 * step):
         raise InputError("the samples of the record are not at equal steps of time")

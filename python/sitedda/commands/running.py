@@ -14,7 +14,7 @@ from ..base.arguments import COUNT, file_name
 from ..base.errors import SiteddaError
 from ..engine.checking import transfer
 from ..engine.simulation import Simulation
-from ..facade.run import Run, _run
+from ..facade.run import Run, _execute
 from ..output.response import amplifications
 from ..output.verdict_lines import NO_BARS
 from .check import check_input
@@ -78,7 +78,7 @@ def _run_to_end(options: argparse.Namespace, resume: bool) -> int:
 
         light = not (options.accuracy or options.ensemble or options.report)
         output = options.output or True
-        result = _run(options.file, output, show, changes, resume, program=True, light=light)
+        result = _execute(options.file, output, show, changes, resume, program=True, light=light)
     tell(said[0])
     if not result.complete:
         print(f"{result.verdict}\noutput: {result.output}")

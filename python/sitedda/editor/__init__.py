@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Help for writing inputs in an editor: completion, hover, diagnostics, schema, grammar."""
+"""Support for writing inputs in an editor: completion, hover, diagnostics, grammar."""

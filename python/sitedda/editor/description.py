@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The input as JSON schema and as TextMate grammar, both from the schema of the input."""
+"""Generate JSON schema and TextMate grammar from the schema of the input."""
 
 import re
 
@@ -11,16 +11,16 @@ _RANGE = re.compile(rf"({_NUMBER}) to ({_NUMBER})")
 
 
 def json_schema() -> dict:
-    """JSON schema (draft 2020-12) of an input as an object: groups, and their variables.
+    """Return the JSON schema (draft 2020-12) of an input: groups and their variables.
 
-    A group that may repeat is an array of objects, another one object.
+    A group that may repeat is an array of objects, any other group an object.
     """
     groups = {}
     for group in GROUPS.values():
         one = {
             "description": group.meaning,
             "type": "object",
-            "properties": {v.name: _property(v) for v in group.variables},
+            "properties": {v.name: _describe_variable(v) for v in group.variables},
             "required": [v.name for v in group.variables if v.default == "required" and not v.when],
             "additionalProperties": False,
         }
@@ -34,7 +34,7 @@ def json_schema() -> dict:
     }
 
 
-def _property(variable: Variable) -> dict:
+def _describe_variable(variable: Variable) -> dict:
     one: dict = {"type": _TYPES.get(variable.kind, "string")}
     if variable.kind == "points":
         one = {"type": "number"}
@@ -60,7 +60,7 @@ def _limits(values: str) -> dict:
 
 
 def text_mate_grammar() -> dict:
-    """TextMate grammar of inputs (scope ``source.sitedda``), which most editors read."""
+    """Return the TextMate grammar of inputs (scope ``source.sitedda``) for editors."""
     patterns = {
         "comment.line": r"!.*$",
         "string.quoted": r"'[^']*'|\"[^\"]*\"",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What an editor shows at a position of an input: names that fit, their meaning, errors."""
+"""Information for an editor at a position of an input: completions, meaning, errors."""
 
 import re
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ class Problem:
 
 @dataclass(frozen=True)
 class Offer:
-    """A word that fits: a 'group', 'variable' or 'value', and its meaning."""
+    """A completion: a 'group', 'variable' or 'value', and its meaning."""
 
     word: str
     kind: str
@@ -37,7 +37,7 @@ class Offer:
 
 @dataclass(frozen=True)
 class _Position:
-    """Group and variable that enclose a position; variables that the group has before it."""
+    """Group and variable at a position, and earlier variables of the group."""
 
     group: Group | None = None
     variable: Variable | None = None
@@ -47,7 +47,7 @@ class _Position:
 
 
 def offers(text: str, line: int, column: int) -> list[Offer]:
-    """Words that fit at a position.
+    """Return the completions at a position.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def offers(text: str, line: int, column: int) -> list[Offer]:
     line, column : int
         From 0.
     """
-    at = _position(text, _offset(text, line, column))
+    at = _position(text, _offset_of(text, line, column))
     if at.comment:
         return []
     if at.variable is not None:
@@ -64,12 +64,12 @@ def offers(text: str, line: int, column: int) -> list[Offer]:
                 for word in _words(at.variable)]  # fmt: skip
     if at.group is None:
         return [Offer(f"&{g.name}", "group", g.meaning) for g in GROUPS.values()]
-    return [Offer(v.name, "variable", _summary(v)) for v in at.group.variables
+    return [Offer(v.name, "variable", _summarise(v)) for v in at.group.variables
             if v.name not in at.given]  # fmt: skip
 
 
 def hover(text: str, line: int, column: int) -> str:
-    """Meaning, unit, default and values of the name at a position, as Markdown; '' if none.
+    """Return meaning, unit, default and values of the name at a position, as Markdown.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def hover(text: str, line: int, column: int) -> str:
     found = next((m for m in _NAME.finditer(row) if m.start() <= column <= m.end()), None)
     if found is None:
         return ""
-    start = _offset(text, line, found.start())
+    start = _offset_of(text, line, found.start())
     word, at = found[0].lower(), _position(text, start)
     if row[found.start() - 1 : found.start()] == "&" and word in GROUPS:
         group = GROUPS[word]
@@ -90,11 +90,11 @@ def hover(text: str, line: int, column: int) -> str:
     if at.group is None or at.comment or at.text:
         return ""
     variable = next((v for v in at.group.variables if v.name == word), None)
-    return "" if variable is None else f"**{variable.name}**: {_summary(variable)}"
+    return "" if variable is None else f"**{variable.name}**: {_summarise(variable)}"
 
 
 def problems(text: str, file) -> list[Problem]:
-    """Errors of an input, as the engine reports them; it stops at the first.
+    """Return the errors of an input as reported by the engine, which stops at the first.
 
     Parameters
     ----------
@@ -106,12 +106,12 @@ def problems(text: str, file) -> list[Problem]:
     try:
         Simulation(InputOfRun(Path(file), text)).close()
     except SiteddaError as error:
-        return [_problem(text, str(error), file)]
+        return [_place_problem(text, str(error), file)]
     return []
 
 
-def _problem(text: str, message: str, file) -> Problem:
-    """The message at the variable that it names, else at its group, else at the first line."""
+def _place_problem(text: str, message: str, file) -> Problem:
+    """Place a message at its variable, otherwise at its group or the first line."""
     rows = text.split("\n")
     place = re.search(_PLACE.format(file=re.escape(str(file))), message)
     if place is None:
@@ -126,13 +126,13 @@ def _problem(text: str, message: str, file) -> Problem:
     return Problem(first, 0, len(rows[first]), message)
 
 
-def _offset(text: str, line: int, column: int) -> int:
+def _offset_of(text: str, line: int, column: int) -> int:
     rows = text.split("\n")
     return sum(len(row) + 1 for row in rows[:line]) + column
 
 
 def _position(text: str, offset: int) -> _Position:
-    """Group and variable that enclose an offset, from the tokens before it."""
+    """Find group and variable at an offset from the tokens before it."""
     group, variable, given, last = None, None, set(), ""
     for token in _TOKEN.finditer(text):
         if token.start() >= offset:
@@ -156,13 +156,13 @@ def _position(text: str, offset: int) -> _Position:
 
 
 def _words(variable: Variable) -> list[str]:
-    """The values of a variable that can be listed, as an input has them."""
+    """Return the listable values of a variable, as in an input."""
     if variable.kind == "logical":
         return [".true.", ".false."]
     return re.findall(r"'[^']*'", variable.values) if variable.kind == "word" else []
 
 
-def _summary(variable: Variable) -> str:
+def _summarise(variable: Variable) -> str:
     kind = variable.kind + (f", at most {variable.size}" if variable.size else "")
     parts = [f"{variable.meaning} ({kind}{', ' + variable.unit if variable.unit else ''})"]
     parts += [f"values: {variable.values}"] if variable.values else []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The language server of inputs, by pygls: it speaks on standard input and output."""
+"""The language server of inputs, by pygls, on standard input and output."""
 
 from ..base.core import version
 from ..base.errors import MissingLibrary
@@ -20,13 +20,13 @@ _KINDS = {
 
 
 def language_server() -> LanguageServer:
-    """A server whose `start_io` serves an editor until it ends."""
+    """Return a server whose `start_io` serves an editor until the editor ends."""
     server = LanguageServer("sitedda", version())
 
     def publish(uri: str) -> None:
         text = server.workspace.get_text_document(uri).source
         server.text_document_publish_diagnostics(
-            types.PublishDiagnosticsParams(uri, [_diagnostic(one) for one in
+            types.PublishDiagnosticsParams(uri, [_make_diagnostic(one) for one in
                                                  problems(text, to_fs_path(uri) or "input.nml")])
         )  # fmt: skip
 
@@ -54,7 +54,7 @@ def language_server() -> LanguageServer:
     return server
 
 
-def _diagnostic(problem) -> types.Diagnostic:
+def _make_diagnostic(problem) -> types.Diagnostic:
     start = types.Position(problem.line, problem.start)
     end = types.Position(problem.line, problem.end)
     return types.Diagnostic(types.Range(start, end), problem.message,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The input as an object that can be checked, drawn and run."""
+"""A model that can be checked, drawn and run."""
 
 from ..build import model
 from ..build.model import Group
@@ -17,7 +17,7 @@ class Model(model.Model):  # noqa: D101
         return check(self, **changes)
 
     def draw(self, **options):
-        """Draw the model before a run, see `sitedda.draw`; matplotlib axes."""
+        """Draw the model before a run, see `sitedda.draw`; return matplotlib axes."""
         from ..drawing.pictures import draw
 
         return draw(self, **options)
@@ -27,7 +27,7 @@ class Model(model.Model):  # noqa: D101
         return run(self, output, progress, **changes)
 
     def _repr_html_(self) -> str:
-        """Groups and a picture, for a notebook; what is wrong where it cannot be drawn."""
+        """Return groups and a picture for a notebook, or the error if it cannot be drawn."""
         from .notebook import model_fragment
 
         return model_fragment(self)

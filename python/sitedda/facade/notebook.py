@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How a model and a simulation show themselves in a notebook."""
+"""Representations of models and simulations in a notebook."""
 
 from ..base.errors import SiteddaError
 from ..report.html import fragment
 from ..report.page import Facts, Part, Picture
 
-_MOST_DRAWN = 3000  # blocks: a notebook must not wait
+_MOST_DRAWN = 3000  # largest number of blocks of a picture, so that a notebook does not wait
 
 
 def simulation_fragment(simulation) -> str:
-    """Title, blocks, time and a picture of a simulation, as HTML."""
+    """Return title, blocks, time and a picture of a simulation as HTML."""
     if not simulation.is_open:
         return fragment(Facts([("simulation", f"of {simulation.file}, closed")]))
     blocks = len(simulation.block_names)
@@ -21,11 +21,11 @@ def simulation_fragment(simulation) -> str:
     ]
     if simulation.ending:
         facts.append(("end", simulation.ending))
-    return fragment(Facts(facts), *_picture(simulation, blocks))
+    return fragment(Facts(facts), *_draw_picture(simulation, blocks))
 
 
 def model_fragment(model) -> str:
-    """Title, groups and a picture of a model, as HTML."""
+    """Return title, groups and a picture of a model as HTML."""
     from ..engine.simulation import Simulation
 
     groups = ", ".join(f"{count} {name}" for name, count in model.counts.items()) or "none"
@@ -34,13 +34,13 @@ def model_fragment(model) -> str:
         with Simulation(model) as simulation:
             blocks = len(simulation.block_names)
             facts.append(("blocks", f"{blocks:,}"))
-            shown = _picture(simulation, blocks)
+            shown = _draw_picture(simulation, blocks)
     except SiteddaError as trouble:
         return fragment(Facts([*facts, ("cannot run yet", str(trouble))]))
     return fragment(Facts(facts), *shown)
 
 
-def _picture(simulation, blocks: int) -> list[Part]:
+def _draw_picture(simulation, blocks: int) -> list[Part]:
     from ..drawing.pictures import draw
 
     if blocks > _MOST_DRAWN:

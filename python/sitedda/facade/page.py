@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The report of a run, of a model before its run, and of a check."""
+"""Compose the report of a run, of a model before its run, and of a check."""
 
 from pathlib import Path
 
@@ -23,11 +23,11 @@ from .plot import CAPTIONS, run_picture, shown
 
 _TABLES = (("material", "Materials"), ("joint", "Joints"), ("boundary", "Boundaries"),
            ("motion", "Motions"))  # fmt: skip
-_PICTURES = 1_500_000  # bytes of the pictures of a page
+_PICTURES = 1_500_000  # largest size of the view of a page, bytes
 
 
 def report_page(source, report: Report | None = None, discrete=None) -> Page:
-    """The report of an output, or of an input before its run.
+    """Return the report of an output, or of an input before its run.
 
     Parameters
     ----------
@@ -38,14 +38,14 @@ def report_page(source, report: Report | None = None, discrete=None) -> Page:
         The model's own transfer function for the picture, see `plot.run_picture`.
     """
     scene = Scene.of(source)
-    report = report if report is not None else _checked(scene, source)
+    report = report if report is not None else _check_input(scene, source)
     return _model_page(scene, report) if scene.before else _run_page(scene, report, discrete)
 
 
 def _run_page(scene: Scene, report: Report | str, discrete) -> Page:
     data = scene.data
-    page = Page(scene.title or "Untitled run", _lead(scene))
-    page.add("Verdict", _check_section(report), *_verdict(scene))
+    page = Page(scene.title or "Untitled run", _lead_text(scene))
+    page.add("Verdict", _check_section(report), *_verdict_parts(scene))
     page.add("Blocks", view(scene, BUDGET - _PICTURES))
     what = shown(scene)
     page.add("Pictures", Picture(run_picture(what, discrete), CAPTIONS[what.kind], "run"))
@@ -72,20 +72,20 @@ def _model_page(scene: Scene, report: Report | str) -> Page:
     return page
 
 
-def _lead(scene: Scene) -> str:
+def _lead_text(scene: Scene) -> str:
     complete = scene.data.attrs.get("complete", "yes") == "yes"
     words = f"{scene.blocks:,} blocks, {scene.time[-1]:.4g} s, {scene.frames:,} frames of blocks"
     return words + ("." if complete else "; the run is not complete.")
 
 
 def _provenance_line(data) -> str:
-    """Program and commit that computed an output."""
+    """Return program and commit that computed an output."""
     maker, commit = (str(data.attrs.get(name, "")) for name in ("source", "commit"))
     return f"{maker}, commit {commit}" if commit else maker
 
 
-def _checked(scene: Scene, source) -> Report | str:
-    """The check of the input that was run, or why there is none."""
+def _check_input(scene: Scene, source) -> Report | str:
+    """Check the input that was run, or return why this is impossible."""
     file = Path(str(scene.data.attrs.get("input_file", "") or source))
     text = str(scene.data.attrs.get("input_text", ""))
     try:
@@ -95,15 +95,15 @@ def _checked(scene: Scene, source) -> Report | str:
 
 
 def _check_section(report: Report | str) -> Part:
-    """Findings of the check of the model, placed before those of the run."""
+    """Return the findings of the check of the model, which precede the run."""
     if isinstance(report, str):
         return Paragraph(f"There is no check of the input: {report}")
     verdict, _, topics = report.conclusion.removeprefix("verdict: ").partition(": ")
     return Table(["check of the model", "verdict"], [[topics.capitalize(), verdict]])
 
 
-def _verdict(scene: Scene) -> list[Part]:
-    """Verdict, figures with their bars, doubts and counts."""
+def _verdict_parts(scene: Scene) -> list[Part]:
+    """Return the verdict, the results with error bars, the warnings and the counts."""
     bars = kept_accuracy(scene.data.attrs)
     found = verdict(scene, bars)
     heads, *rows = found.rows()
@@ -119,14 +119,14 @@ def _verdict(scene: Scene) -> list[Part]:
 
 
 def bars_of(scene: Scene) -> list[Part]:
-    """Table of the figures with their bars, and bands over time, of an output that keeps them."""
+    """Return a table of results with error bars, and bands over time, if stored."""
     bars = kept_accuracy(scene.data.attrs)
     if bars is None:
         return []
     heads, *rows = bars.rows()
-    parts: list[Part] = [Table(heads, rows, "How sure are the figures?")]
+    parts: list[Part] = [Table(heads, rows, "How accurate are the results?")]
     if bars.bands:
-        words = "Figures so far of twins, of which one block is displaced by 1e-9 of its size."
+        words = "Results of twins so far; in each twin, a block is displaced by 1e-9 of its size."
         parts.append(Picture(bars.draw(), words, "bands"))
     return parts
 
@@ -168,33 +168,33 @@ def _add_model(page: Page, scene: Scene) -> None:
 
 
 def _range_words(values) -> str:
-    """The range of values in words."""
+    """Return the range of values in words."""
     low, high = number(values.min()), number(values.max())
     return low if low == high else f"{low} to {high}"
 
 
 def _group_table(scene: Scene, name: str, title: str) -> Table | None:
-    """The groups of a name with every variable that one of them has other than by default."""
+    """Tabulate the groups of a name with every variable that differs from its default."""
     groups = scene.groups.get(name, [])
     usual = {one.name: one.default.partition(":")[0].strip("'") for one in GROUPS[name].variables}
-    given = [k for group in groups for k, v in group.items() if _short(v) != usual.get(k)]
+    given = [k for group in groups for k, v in group.items() if _shorten(v) != usual.get(k)]
     heads = list(dict.fromkeys(given))
     if not heads:
         return None
     known = {one.name: one for one in GROUPS[name].variables}
     space = {key: " " if known[key].kind == "word" else "_" for key in heads}
-    rows = [[_short(group.get(key, "")).replace("_", space[key]) for key in heads]
+    rows = [[_shorten(group.get(key, "")).replace("_", space[key]) for key in heads]
             for group in groups]  # fmt: skip
     units = {key: f" ({known[key].unit})" if known[key].unit else "" for key in heads}
     return Table([key.replace("_", " ") + units[key] for key in heads], rows, title)
 
 
-def _short(value) -> str:
+def _shorten(value) -> str:
     if isinstance(value, bool):
         return f".{value}.".lower()
     if isinstance(value, float):
         return number(value, 6)
-    text = ", ".join(map(_short, value)) if isinstance(value, list) else str(value)
+    text = ", ".join(map(_shorten, value)) if isinstance(value, list) else str(value)
     return text if len(text) <= 80 else text[:77] + "…"
 
 

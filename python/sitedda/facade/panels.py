@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Panels of the picture of a run: histories, spectra, amplification, profile, energies."""
+"""Draw panels of the picture of a run: histories, spectra, amplification, energies."""
 
 from __future__ import annotations
 
@@ -32,18 +32,18 @@ if TYPE_CHECKING:
 _MOST_POINTS = 6
 _INCOMING = "incoming: "
 _PERIOD_TICKS = (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5)  # s
-_SAME = 1e-3  # of a motion: two with a smaller difference are drawn as one
-_RESIDUAL = 0.16  # of the height of a panel of energies, for the residual of the audit
-_LETTER = 0.02  # of the width of a panel, that a letter of a stage's name takes
-_SHORT = 0.04  # of the width: a stage that takes less has no name
-_TALL = 1.8  # inches of a text along the height of a panel
+_SAME = 1e-3  # relative difference of motions below which they are drawn as one
+_RESIDUAL = 0.16  # fraction of the height of an energy panel for the residual of the audit
+_LETTER = 0.02  # width of a letter of the name of a stage over the width of a panel
+_SHORT = 0.04  # smallest width of a named stage over the width of a panel
+_TALL = 1.8  # inches, length of a vertical text in a panel
 _SAMPLES = 1500  # of energies over time
 
 
 def draw_spectra(axes: Axes, history, series: dict, looks=None, resolved: float = 0.0) -> None:
-    """Response spectra of accelerations (m/s²) by name; below a frequency (Hz), if one is given.
+    """Draw response spectra of accelerations (m/s²) by name, low-passed if requested.
 
-    Contacts that hit are no motion of the ground: the low-pass is that of the run's figures.
+    The low-pass removes impacts of contacts; it is that of the results of the run.
     """
     looks = looks or [{"color": color} for color in (BLUE, GREY)]
     for i, ((name, values), look) in enumerate(zip(series.items(), looks, strict=False)):
@@ -59,7 +59,7 @@ def draw_spectra(axes: Axes, history, series: dict, looks=None, resolved: float 
 
 
 def spectrum_axes(axes: Axes) -> None:
-    """Periods from left to right, with ticks that can be read."""
+    """Set a logarithmic axis of periods with readable ticks."""
     axes.set_xscale("log")
     axes.set(xlim=(PERIODS[0], PERIODS[-1]), ylim=(0, None), xlabel="period (s)")
     axes.set_ylabel(f"Sa, {SPECTRUM_DAMPING:.0%} damping (m/s²)")
@@ -68,7 +68,7 @@ def spectrum_axes(axes: Axes) -> None:
 
 
 def draw_displacements(axes: Axes, scene: Scene, curves) -> None:
-    """Displacements over time, of `curves_of`; what comes in is absolute."""
+    """Draw the displacements of `curves_of` over time; incoming motions are absolute."""
     shown = [one for one in curves if not one[0].startswith(_INCOMING)]
     if not shown or scene.origin == "absolute":
         shown = curves
@@ -83,7 +83,7 @@ def draw_displacements(axes: Axes, scene: Scene, curves) -> None:
 
 
 def draw_profile(axes: Axes, found) -> None:
-    """Over depth: peak accelerations of the run and its column, and the velocity of shear waves.
+    """Draw peak accelerations of run and column and shear-wave velocity over depth.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ def draw_profile(axes: Axes, found) -> None:
 
 
 def draw_budget(axes: Axes, found: Budget) -> None:
-    """Energies as stacked areas; the residual of the audit separately."""
+    """Draw energies as stacked areas, and the residual of the audit separately."""
     at = np.unique(np.linspace(0, len(found.time) - 1, _SAMPLES).astype(int))
     time = found.time[at]
     size, unit = in_unit(float(found.given.max(initial=0.0)), "J/m")
@@ -134,19 +134,19 @@ def draw_budget(axes: Axes, found: Budget) -> None:
 
 
 def mean_step(history) -> float:
-    """The usual time between two samples, s."""
+    """Return the usual time between two samples, s."""
     time = history.time.values
     return float(time[-1] - time[0]) / (len(time) - 1)
 
 
 def draw_ratio(axes: Axes, history, result: Amplification, discrete) -> None:
-    """Amplification of the run and of the theory."""
+    """Draw the amplification of the run and of the theory."""
     axes.plot(result.frequency, result.ratio, color=BLUE, lw=1.5, label="this run")
-    _smoothed(axes, result)
+    _draw_smoothed(axes, result)
     if discrete is not None:
         label = "exact discrete theory of the model"
         axes.plot(result.frequency, abs(discrete), color=INK, lw=1.1, ls=":", label=label)
-    _theory(axes, history, result)
+    _draw_theory(axes, history, result)
     peak = result.peak
     axes.plot(peak.frequency, peak.amplitude, "o", color=BLUE, ms=5)
     right = peak.frequency > 0.6 * result.frequency[-1]
@@ -169,9 +169,9 @@ def draw_ratio(axes: Axes, history, result: Amplification, discrete) -> None:
 
 
 def curves_of(scene: Scene) -> list[tuple]:
-    """Label, displacement (m), acceleration (m/s²) and look of what histories show.
+    """Return label, displacement (m), acceleration (m/s²) and style of the histories.
 
-    Measured points, and what comes in through boundaries: one curve of several that are the same.
+    These are measured points and incoming motions; equal motions are drawn as one.
     """
     found: list[tuple] = []
     history = scene.data
@@ -198,14 +198,14 @@ def curves_of(scene: Scene) -> list[tuple]:
 
 
 def _most_moving_points(history) -> list[str]:
-    """The measured points that move most."""
+    """Return the measured points that move most."""
     moved = np.ptp(history.displacement.values, axis=0).max(axis=-1)
     order = np.argsort(-moved, kind="stable")[:_MOST_POINTS]
     return [str(history.point.values[i]) for i in sorted(order)]
 
 
 def mark_stages(axes: Axes, scene: Scene, named: bool = True) -> None:
-    """A line where each stage begins, every other stage shaded, names along the upper end."""
+    """Mark the start of each stage by a line, with shading and names."""
     starts = scene.stage_starts()
     if not starts:
         return
@@ -222,16 +222,16 @@ def mark_stages(axes: Axes, scene: Scene, named: bool = True) -> None:
                           textcoords="offset points", zorder=1, **look)  # fmt: skip
 
 
-def _smoothed(axes: Axes, result: Amplification) -> None:
-    """The curve smoothed, for the eye; the peak is read from the raw one."""
-    # Centres on the bins themselves, so that no window is empty, however coarse the spectrum.
+def _draw_smoothed(axes: Axes, result: Amplification) -> None:
+    """Draw the smoothed curve; the peak is that of the unsmoothed curve."""
+    # Centres lie on the bins, so that no window is empty, however coarse the spectrum is.
     centres = result.frequency[:: max(1, result.frequency.size // 150)]
     curve = smooth_konno_ohmachi(result.frequency, result.ratio, 40.0, centres)
     axes.plot(centres, curve, color=GREY, lw=1.0, label="smoothed, Konno–Ohmachi, b = 40")
 
 
-def _theory(axes: Axes, history: xr.Dataset, result: Amplification) -> None:
-    """The one-dimensional twin with the damping of the scheme and of the materials."""
+def _draw_theory(axes: Axes, history: xr.Dataset, result: Amplification) -> None:
+    """Draw the one-dimensional column with the damping of scheme and materials."""
     try:
         column = layered_twin(history, result.surface, result.base)
     except ValueError:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The final picture of a run, chosen by its purpose, and the panels of a record."""
+"""Draw the picture of a run, chosen by its purpose, and the panels of a record."""
 
 from __future__ import annotations
 
@@ -43,11 +43,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _RECORD_UNITS = {"acceleration": "m/s²", "velocity": "m/s", "displacement": "m"}
-_BLOCKS_WIDTH = 3.5  # inches of the blocks in a picture of two of them
-_PANEL, _AROUND = 3.4, 0.9  # inches of a row of panels; of titles and labels of one of blocks
-_WORTH = 1e-6  # of the model's size: less has a picture only where a motion drives it
-_SURFACE = 4  # number of measured points from which amplification along them is drawn
-_USUAL_FREQUENCIES = (1.0, 10.0)  # Hz, at which damping is reported if no peak is requested
+_BLOCKS_WIDTH = 3.5  # inches, width of the blocks in a picture with two columns
+_PANEL, _AROUND = 3.4, 0.9  # inches: row of panels; titles and labels of a row of blocks
+_WORTH = 1e-6  # fraction of the size: smaller displacements are drawn only under a motion
+_SURFACE = 4  # smallest number of points for a picture of the amplification along the surface
+_USUAL_FREQUENCIES = (1.0, 10.0)  # Hz, at which damping is reported without a peak
 
 
 CAPTIONS = {
@@ -59,9 +59,7 @@ CAPTIONS = {
 
 
 class Shown(NamedTuple):
-    """Purpose of a run: response of a 'site', along a 'surface', to a 'shake', or 'forces'; and the
-    amplification of the first two.
-    """
+    """Purpose of a run ('site', 'surface', 'shake' or 'forces'), with amplification if any."""
 
     kind: str
     scene: Scene
@@ -69,12 +67,12 @@ class Shown(NamedTuple):
 
 
 def shown(source: xr.Dataset | Scene) -> Shown:
-    """The purpose of a run, from its output."""
+    """Return the purpose of a run, from its output."""
     scene = source if isinstance(source, Scene) else Scene.of(source)
     if scene.groups.get("amplification"):
         try:
             return Shown("site", scene, amplifications(scene.data)[0])
-        except (AttributeError, KeyError, ValueError):  # no motion of its points
+        except (AttributeError, KeyError, ValueError):  # the points do not move
             return Shown("site", scene)
     if along := _along_surface(scene):
         return Shown("surface", scene, along)
@@ -87,7 +85,7 @@ def shown(source: xr.Dataset | Scene) -> Shown:
 
 
 def _along_surface(scene: Scene) -> Surface | None:
-    """Amplification along a surface of enough points, where waves come in and no joint slips."""
+    """Return the amplification along a surface with enough points, waves and no slip."""
     if movement_limits(scene, "slip", [scene.frames - 1]).high > _WORTH * scene.size:
         return None
     time = scene.data.time.values
@@ -102,7 +100,7 @@ def _along_surface(scene: Scene) -> Surface | None:
 
 
 def run_picture(source: xr.Dataset | Scene | Shown, discrete=None) -> Figure:
-    """The picture of a run, by its purpose.
+    """Draw the picture of a run, by its purpose.
 
     Parameters
     ----------
@@ -117,11 +115,11 @@ def run_picture(source: xr.Dataset | Scene | Shown, discrete=None) -> Figure:
         return _site_picture(what.scene, history, what.of, discrete)
     if what.of is not None:
         return what.of.plot()
-    return _picture(what.scene, history, what.kind == "shake")
+    return _draw_general_picture(what.scene, history, what.kind == "shake")
 
 
 def _site_picture(scene: Scene, history, result: Amplification, discrete) -> Figure:
-    """A profile over depth or the blocks, accelerations, response spectra and amplification."""
+    """Draw profile or blocks, accelerations, response spectra and amplification."""
     figure = empty_figure((11, 7.6))
     axes = figure.subplot_mosaic(
         [["profile", "surface"], ["profile", "base"], ["spectra", "ratio"]],
@@ -130,7 +128,7 @@ def _site_picture(scene: Scene, history, result: Amplification, discrete) -> Fig
     )
     try:
         draw_profile(axes["profile"], beside(history, result.surface, result.base))
-    except ValueError:  # no level ground
+    except ValueError:  # the ground is not level
         look = {"color": "material", "legend": False, "title": "The model"}
         BlockPicture(scene, axes=axes["profile"], **look).show(scene.frames - 1)
     axis = ("x", "y").index(result.direction)
@@ -138,17 +136,17 @@ def _site_picture(scene: Scene, history, result: Amplification, discrete) -> Fig
         name: history.acceleration.sel(point=name).isel(axis=axis).values
         for name in dict.fromkeys((result.surface, result.base))
     }
-    _accelerations((axes["surface"], axes["base"]), history, series)
+    _draw_accelerations((axes["surface"], axes["base"]), history, series)
     for name in ("surface", "base"):
         mark_stages(axes[name], scene, named=name == "surface")
     draw_spectra(axes["spectra"], history, series)
     draw_ratio(axes["ratio"], history, result, discrete)
-    _title(figure, history, result.peak.frequency)
+    _draw_title(figure, history, result.peak.frequency)
     return figure
 
 
-def _picture(scene: Scene, history, shaken: bool) -> Figure:
-    """The model and its forces or movement above; below movement, histories, spectra, energies."""
+def _draw_general_picture(scene: Scene, history, shaken: bool) -> Figure:
+    """Draw model and forces or displacements, and below histories, spectra and energies."""
     last, floor = [scene.frames - 1], rounding(scene)
     least = max(floor["m"], _WORTH * scene.size * (not shaken))
     moved = limits_of(scene, "displacement", last).most > least
@@ -156,29 +154,29 @@ def _picture(scene: Scene, history, shaken: bool) -> Figure:
     points = samples and "point_place" in history and len(scene.points()) > 0
     curves = [c for c in curves_of(scene) if abs(c[1]).max() > least] if points else []
     below = ["moved"] * bool(moved and not shaken) + ["curves"] * bool(curves)
-    below += ["spectra"] * bool(shaken and _shaken(scene, curves))
+    below += ["spectra"] * bool(shaken and _drop_fallen(scene, curves))
     below += ["energies"] * bool(samples and moved)
     below = below[:2] if len(below) > 1 else []
     figure = empty_figure((11, 8))
-    _title(figure, history)
+    _draw_title(figure, history)
     rows = 1 + bool(below)
-    # Blocks have one scale in all panels of one grid; curves need other widths.
+    # Blocks have the same scale in all panels of a grid; curves need other widths.
     grid = figure.add_gridspec(rows, 2 if "moved" in below else 1)
     parts = [grid] if "moved" in below else [grid[row].subgridspec(1, 2) for row in range(rows)]
     panels = [figure.add_subplot(spot) for part in parts for spot in part]
     end = scene.frames - 1
-    shown = [_blocks(panels[0], scene, "The model", 0, color="material")]
+    shown = [_draw_blocks(panels[0], scene, "The model", 0, color="material")]
     if shaken:
-        shown.append(_moved(panels[1], scene, least))
+        shown.append(_draw_moved(panels[1], scene, least))
     else:
         look = {"color": "compression", "contacts": "force"}
-        shown.append(_blocks(panels[1], scene, "Forces at the end", end, **look))
-    tall = [_height(scene, shown)] + [_PANEL] * bool(below)
+        shown.append(_draw_blocks(panels[1], scene, "Forces at the end", end, **look))
+    tall = [_row_height(scene, shown)] + [_PANEL] * bool(below)
     for axes, name in zip(panels[2:], below, strict=False):
         if name == "moved":
-            tall[1] = _height(scene, [_moved(axes, scene, least)])
+            tall[1] = _row_height(scene, [_draw_moved(axes, scene, least)])
         else:
-            _panel(axes, name, scene, history, curves)
+            _draw_panel(axes, name, scene, history, curves)
     grid.set_height_ratios(tall)
     figure.set_size_inches(11, 0.7 + sum(tall))
     for axes in panels[2 + len(below) :]:
@@ -186,21 +184,21 @@ def _picture(scene: Scene, history, shaken: bool) -> Figure:
     return figure
 
 
-def _panel(axes, name: str, scene: Scene, history, curves) -> None:
-    """One of the lower panels, but that of the blocks."""
+def _draw_panel(axes, name: str, scene: Scene, history, curves) -> None:
+    """Draw one of the lower panels that shows no blocks."""
     if name == "curves":
         draw_displacements(axes, scene, curves)
         mark_stages(axes, scene)
     elif name == "spectra":
-        shaken = _shaken(scene, curves)
+        shaken = _drop_fallen(scene, curves)
         motions, looks = {c[0]: c[2] for c in shaken}, [c[3] for c in shaken]
         draw_spectra(axes, history, motions, looks, resolved_frequency(history))
     else:
         draw_budget(axes, budget(history))
 
 
-def _shaken(scene: Scene, curves) -> list[tuple]:
-    """Curves without those of points whose block has fallen: its landing is no motion of theirs."""
+def _drop_fallen(scene: Scene, curves) -> list[tuple]:
+    """Return the curves of points whose block has not fallen."""
     gone = fallen(scene, scene.frames - 1)
     if not gone.any():
         return curves
@@ -215,32 +213,32 @@ def _shaken(scene: Scene, curves) -> list[tuple]:
     return [one for one in curves if one[0].rpartition(",")[0] not in landed]
 
 
-def _blocks(axes, scene: Scene, title: str, frame: int, **look) -> BlockPicture:
-    """Blocks with what they are shown for in place of the title of the run."""
+def _draw_blocks(axes, scene: Scene, title: str, frame: int, **look) -> BlockPicture:
+    """Draw blocks with a title that names the content of the panel."""
     picture = BlockPicture(scene, axes=axes, title=title, **look)
     picture.show(frame)
     return picture
 
 
-def _moved(axes, scene: Scene, least: float) -> BlockPicture:
-    """Displacements, and slip or opening of joints, whichever is larger, from `least` (m) on."""
+def _draw_moved(axes, scene: Scene, least: float) -> BlockPicture:
+    """Draw displacements, and slip or opening, whichever is larger, if above `least` (m)."""
     last = scene.frames - 1
     slip, gap = (movement_limits(scene, name, [last]).high for name in ("slip", "opening"))
     contacts = "slip" if slip >= gap else "opening"
     if max(slip, gap) <= least:
         contacts = None
     look = {"color": "displacement", "contacts": contacts}
-    return _blocks(axes, scene, "Displacements at the end", last, **look)
+    return _draw_blocks(axes, scene, "Displacements at the end", last, **look)
 
 
-def _title(figure, history, *frequencies: float) -> None:
-    """The title of the run, and under it which damping is in the model at frequencies (Hz)."""
+def _draw_title(figure, history, *frequencies: float) -> None:
+    """Draw the title of the run, and below it the damping of the model at frequencies (Hz)."""
     title = plain(str(history.attrs.get("title", ""))) or "Untitled"
     headline(figure, title, damping_words(history, *(frequencies or _USUAL_FREQUENCIES)))
 
 
-def _accelerations(panels, history, series: dict) -> None:
-    """One panel for each point, one scale for all: none hides another."""
+def _draw_accelerations(panels, history, series: dict) -> None:
+    """Draw accelerations in one panel per point, with a common scale."""
     most = max(float(abs(values).max()) for values in series.values()) or 1.0
     for axes, (name, values), color in zip(panels, series.items(), (BLUE, GREY), strict=False):
         axes.plot(history.time, values, color=color, lw=0.6)
@@ -253,8 +251,8 @@ def _accelerations(panels, history, series: dict) -> None:
     panels[-1].set_xlabel("time (s)")
 
 
-def _height(scene: Scene, pictures: list[BlockPicture]) -> float:
-    """Inches of a row of pictures of the blocks with their keys."""
+def _row_height(scene: Scene, pictures: list[BlockPicture]) -> float:
+    """Return the height of a row of pictures of the blocks with their keys, inches."""
     width, height = np.subtract(*view_box(scene)[::-1])
     tall = float(np.clip(_BLOCKS_WIDTH * height / width, 1.2, 4.0))
     return max(tall, *(one.keys.down for one in pictures)) + _AROUND + 0.18 * max(
@@ -262,7 +260,7 @@ def _height(scene: Scene, pictures: list[BlockPicture]) -> float:
 
 
 def record_panels(motion: xr.Dataset, file) -> Path:
-    """Draw a record: its motion, its response spectrum, and how its Arias intensity grows.
+    """Draw a record: motion, response spectrum and growth of the Arias intensity.
 
     Parameters
     ----------
@@ -276,7 +274,7 @@ def record_panels(motion: xr.Dataset, file) -> Path:
     rows[-1][1] = "arias"
     panels = figure.subplot_mosaic(rows, width_ratios=[1.7, 1])
     for name, unit in _RECORD_UNITS.items():
-        _record_series(panels[name], motion, name, unit)
+        _draw_series(panels[name], motion, name, unit)
     panels["displacement"].set_xlabel("time (s)")
     acceleration, step = motion.acceleration.values, mean_step(motion)
     panels["spectrum"].plot(PERIODS, acceleration_spectrum(acceleration, step), color=BLUE)
@@ -290,8 +288,8 @@ def record_panels(motion: xr.Dataset, file) -> Path:
     return save_picture(figure, file, [motion.attrs["file"]], dpi=130)
 
 
-def _record_series(axes: Axes, motion: xr.Dataset, name: str, unit: str) -> None:
-    """One quantity over time, its largest value marked."""
+def _draw_series(axes: Axes, motion: xr.Dataset, name: str, unit: str) -> None:
+    """Draw a quantity over time and mark its largest value."""
     series = motion[name].values
     peak = int(abs(series).argmax())
     axes.axhline(0.0, color=RULE, lw=0.6)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Run an input to its end; the run and its results."""
+"""Run an input to its end and return the run with its results."""
 
 import signal
 import tempfile
@@ -25,7 +25,7 @@ class Simulation(simulation.Simulation):  # noqa: D101
     __doc__ = simulation.Simulation.__doc__
 
     def _repr_html_(self) -> str:
-        """Blocks, time and a picture, for a notebook."""
+        """Return blocks, time and a picture for a notebook."""
         from .notebook import simulation_fragment
 
         return simulation_fragment(self)
@@ -36,7 +36,7 @@ class Run(EndedRun):  # noqa: D101
 
     @cached_property
     def verdict(self):
-        """The results in words, a `Verdict`, with the error bars of its output."""
+        """Return the results in words, a `Verdict`, with the error bars of the output."""
         from ..output.verdict import verdict
         from ..study.error_bars import kept_accuracy
 
@@ -53,7 +53,7 @@ class Run(EndedRun):  # noqa: D101
         return found or accuracy(model, **options)
 
     def view(self, file=None, **options):
-        """Write the interactive view to a page, with the bars that are kept; its file."""
+        """Write the interactive view to a page, with stored error bars; return its path."""
         from ..drawing.view import write_view
         from ..output.scene import Scene
         from .page import bars_of
@@ -62,7 +62,7 @@ class Run(EndedRun):  # noqa: D101
         return write_view(scene, file or Path("view.html"), below=bars_of(scene), **options)
 
     def widget(self, **options):
-        """The interactive view for a notebook, a `ViewWidget`: ``.picked`` is the picked block."""
+        """Return the interactive view for a notebook; its ``.picked`` is the picked block."""
         from ..drawing.view.widget import ViewWidget
 
         return ViewWidget(self, **options)
@@ -77,18 +77,19 @@ class Run(EndedRun):  # noqa: D101
 
 
 class _OfDataset(Run):
-    """Methods of ``data.sitedda`` for the dataset of an output, as for the run that wrote it."""
+    """Methods of ``data.sitedda`` for the dataset of an output, as those of a run."""
 
     def __init__(self, data):
         super().__init__(data, data.attrs.get("complete", "yes") == "yes", None, "read again")
 
 
 def open_output(file):
-    """An output file as a dataset of xarray; its frames are read when they are asked for.
+    """Open an output file as a dataset of xarray; its frames are read on access.
 
     It has coordinates to select by:
     ``data.block_stress.sel(block="brick_7", component="yy").sel(frame=1.5, method="nearest")``,
-    and what a run has: ``data.sitedda.verdict``, ``data.sitedda.draw()``, ``view``, ``report``.
+    and the methods of a run: ``data.sitedda.verdict``, ``data.sitedda.draw()``, ``view``,
+    ``report``.
 
     Parameters
     ----------
@@ -107,7 +108,7 @@ def open_output(file):
 
 
 def _register_accessor() -> None:
-    """Give datasets of xarray the attribute ``sitedda``, once xarray is imported."""
+    """Add the attribute ``sitedda`` to datasets of xarray as soon as xarray is imported."""
     import xarray as xr
 
     if not hasattr(xr.Dataset, "sitedda"):
@@ -131,7 +132,7 @@ def run(
         Output file; True: that of the input; False: kept in memory only; None: in memory, unless
         the input or changes name an ``output.file``.
     progress : callable, optional
-        Called now and then with the `Simulation`.
+        Called at intervals with the `Simulation`.
     changes, **more
         Variables to change in the input, see `Simulation`.
 
@@ -144,11 +145,11 @@ def run(
     changes = dict(changes or {}) | more
     if output is None and ("output.file" in dict(flat_changes(changes)) or _names_output(file)):
         output = True
-    return _run(file, output or None, progress, changes)
+    return _execute(file, output or None, progress, changes)
 
 
 def _names_output(source) -> bool:
-    """Whether an input names its output file."""
+    """Return whether an input names its output file."""
     if hasattr(source, "output"):
         return source.output.file is not None
     with opened_input(source) as (file, text):
@@ -169,8 +170,8 @@ def resume(
 ) -> Run:
     """Continue a run that ended early, from the last checkpoint of its output.
 
-    The result has identical bits as that of a run that was never interrupted.  Without a
-    checkpoint it begins at the start; an output that is complete is only read.
+    The result is bit-identical to that of an uninterrupted run. Without a checkpoint, the run
+    starts from the beginning; a complete output is only read.
 
     Parameters
     ----------
@@ -179,7 +180,7 @@ def resume(
     output : path or True
         Output file, as before; True: that of the input.
     progress : callable, optional
-        Called now and then with the `Simulation`.
+        Called at intervals with the `Simulation`.
     changes, **more
         Variables to change in the input, as they were.
 
@@ -188,10 +189,10 @@ def resume(
     CheckpointError
         If no checkpoint is good: damaged, or of another input, version or build.
     """
-    return _run(file, output, progress, dict(changes or {}) | more, resume=True)
+    return _execute(file, output, progress, dict(changes or {}) | more, resume=True)
 
 
-def _run(file, output, progress, changes, resume=False, program=False, light=False) -> Run:
+def _execute(file, output, progress, changes, resume=False, program=False, light=False) -> Run:
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "history.nc" if output is None else output
         with (

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reports: one tree of parts, written as a single HTML file that works offline, or as Markdown."""
+"""Reports: a tree of parts, written as a single offline HTML file or as Markdown."""
 
 from .html import to_html, write_html
 from .markdown import write_markdown

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A page as one HTML file that works offline.
+"""Write a page as a single HTML file that works offline.
 
-All texts are escaped for the place where they stand.  The content-security policy of the page
-allows its own style and its own script by their hashes, pictures inside the page, and nothing else:
-no network, no form, no frame, and no script that came in with a text.
+All texts are escaped for their context. The content-security policy of the page permits only its
+own style and script, by their hashes, and pictures within the page. Network access, forms, frames
+and scripts within texts are blocked.
 """
 
 import base64
@@ -21,37 +21,37 @@ from .page import Bullets, Facts, Listing, Page, Paragraph, Part, Picture, Secti
 _NUMBER = re.compile(
     r"[+−×<≤~-]?\s?\d([\d .]|,(?! ))*(·10\^?[+−-]?\d+|e[+-]?\d+)?\s?[^\s\d]{0,6}", re.I
 )
-# Modules of the view, each after those that it uses.
+# Modules of the view, in order of their dependencies.
 VIEW_MODULES = ("words", "streams", "model", "painters", "marks", "legend", "chart", "save",
                 "controls", "view", "page")  # fmt: skip
-GOOD = ("ok", "reached")  # words of a column of verdicts that are coloured
+GOOD = ("ok", "reached")  # coloured words in a column of verdicts
 BAD = ("fail", "FAILS", "not reached")
 MIDDLE = ("warn",)
 
 
 def write_html(page: Page, file) -> Path:
-    """Write a page as one file."""
+    """Write a page as an HTML file."""
     return write(check_target(file, "a page"), to_html(page), "a page")
 
 
 def to_html(page: Page) -> str:
-    """A page as HTML."""
+    """Return a page as HTML."""
     body = _Body()
     sections = "\n".join(body.section(section) for section in page.sections)
-    style = page_style() + (_text("view.css", "drawing/view") if body.views else "")
+    style = page_style() + (_read_text("view.css", "drawing/view") if body.views else "")
     script = _view_script() if body.views else ""
     return "\n".join(
         [
             "<!doctype html>",
             "<html lang='en'>",
-            f"<head>{_head(page.title, style, script)}</head>",
+            f"<head>{_head_of(page.title, style, script)}</head>",
             "<body>",
             f"<header><h1>{escape(page.title)}</h1>",
             f"<p class='lead'>{escape(page.lead)}</p></header>" if page.lead else "</header>",
             "<div class='frame'>",
-            _contents(page.sections),
+            _list_contents(page.sections),
             f"<main>{sections}",
-            _provenance(page.provenance),
+            _write_provenance(page.provenance),
             "</main></div>",
             f"<script>{script}</script>" if script else "",
             "</body></html>\n",
@@ -60,15 +60,15 @@ def to_html(page: Page) -> str:
 
 
 def fragment(*parts: Part) -> str:
-    """Parts as HTML for a notebook: without the style and the script of a page."""
+    """Return parts as HTML for a notebook, without the style and the script of a page."""
     body = _Body()
     return "\n".join(map(body.part, parts))
 
 
-def _head(title: str, style: str, script: str) -> str:
-    scripts = f"'sha256-{_digest(script)}'" if script else "'none'"
+def _head_of(title: str, style: str, script: str) -> str:
+    scripts = f"'sha256-{_hash_source(script)}'" if script else "'none'"
     policy = (
-        f"default-src 'none'; style-src 'sha256-{_digest(style)}'; script-src {scripts}; "
+        f"default-src 'none'; style-src 'sha256-{_hash_source(style)}'; script-src {scripts}; "
         "img-src data:; base-uri 'none'; form-action 'none'"
     )
     return (
@@ -80,53 +80,53 @@ def _head(title: str, style: str, script: str) -> str:
     )
 
 
-def _digest(text: str) -> str:
+def _hash_source(text: str) -> str:
     return base64.b64encode(hashlib.sha256(text.encode("utf-8")).digest()).decode("ascii")
 
 
-def _text(name: str, folder: str = "report") -> str:
+def _read_text(name: str, folder: str = "report") -> str:
     return files("sitedda").joinpath(folder, name).read_text(encoding="utf-8")
 
 
 def page_style() -> str:
-    """The style sheet of pages: their colours, then their parts."""
+    """Return the style sheet of pages: colours, then parts."""
     from .style import css_variables
 
-    return css_variables() + _text("page.css")
+    return css_variables() + _read_text("page.css")
 
 
 def _view_script() -> str:
-    """The modules of the view as one script."""
-    modules = "\n".join(_text(f"{name}.js", "drawing/view") for name in VIEW_MODULES)
+    """Return the modules of the view as a single script."""
+    modules = "\n".join(_read_text(f"{name}.js", "drawing/view") for name in VIEW_MODULES)
     plain = re.sub(r"^(import [^;]*;\n|export )", "", modules, flags=re.MULTILINE)
     return f'"use strict";\n(() => {{\n{plain}}})();\n'
 
 
 def json_for_script(value) -> str:
-    """JSON that can stand inside a script element: no text in it can end the element."""
+    """Return JSON for a script element, so that no text in it can end the element."""
     text = json.dumps(value, ensure_ascii=True, allow_nan=False)
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
 def inline(text: str, markup: bool) -> str:
-    """A text inside HTML; with markup, `code`, **bold**, *italic* and 10^-3 are set as such."""
+    """Escape a text for HTML; with markup, format `code`, **bold**, *italic* and 10^-3."""
     safe = escape(str(text))
     if not markup:
         return safe
     pieces = re.split(r"(`[^`]+`)", safe)
     return "".join(
-        f"<code>{piece[1:-1]}</code>" if piece.startswith("`") else _styled(piece)
+        f"<code>{piece[1:-1]}</code>" if piece.startswith("`") else _format_emphasis(piece)
         for piece in pieces
     )
 
 
-def _styled(text: str) -> str:
+def _format_emphasis(text: str) -> str:
     text = re.sub(r"\*\*([^*]+)\*\*", r"<strong>\1</strong>", text)
     text = re.sub(r"(?<![\w*])\*([^*\s][^*]*)\*(?![\w*])", r"<em>\1</em>", text)
     return re.sub(r"\^([-−+]?\d+(?:\.\d+)?)", r"<sup>\1</sup>", text)
 
 
-def _contents(sections: list[Section]) -> str:
+def _list_contents(sections: list[Section]) -> str:
     if len(sections) < 2:
         return ""
     items = "".join(
@@ -139,18 +139,18 @@ def _contents(sections: list[Section]) -> str:
     )
 
 
-def _provenance(lines: Iterable[tuple[str, str]]) -> str:
-    facts = _facts(lines)
+def _write_provenance(lines: Iterable[tuple[str, str]]) -> str:
+    facts = _write_facts(lines)
     return f"<footer id='provenance'><h2>Provenance</h2>{facts}</footer>" if facts else ""
 
 
-def _facts(lines: Iterable[tuple[str, str]]) -> str:
+def _write_facts(lines: Iterable[tuple[str, str]]) -> str:
     items = "".join(f"<dt>{escape(name)}</dt><dd>{escape(value)}</dd>" for name, value in lines)
     return f"<dl class='facts'>{items}</dl>" if items else ""
 
 
 class _Body:
-    """Writes parts and counts the views."""
+    """Writer of the parts of a page, which counts the views."""
 
     def __init__(self):
         self.views = 0
@@ -166,35 +166,35 @@ class _Body:
             case Paragraph():
                 return f"<p>{inline(part.text, part.markup)}</p>"
             case Facts():
-                return _facts(part.lines)
+                return _write_facts(part.lines)
             case Table():
-                return _table(part)
+                return _write_table(part)
             case Bullets():
                 items = "".join(f"<li>{inline(line, part.markup)}</li>" for line in part.lines)
-                return f"{_subtitle(part.title)}<ul>{items}</ul>"
+                return f"{_write_subtitle(part.title)}<ul>{items}</ul>"
             case Listing():
-                return _listing(part)
+                return _write_listing(part)
             case Picture():
-                return _picture(part)
+                return _write_picture(part)
             case View():
                 self.views += 1
-                return _view(part, f"view{self.views}")
+                return _write_view(part, f"view{self.views}")
         raise TypeError(f"not a part of a page: {type(part).__name__}")
 
 
-def _subtitle(title: str) -> str:
+def _write_subtitle(title: str) -> str:
     return f"<h3>{escape(title)}</h3>" if title else ""
 
 
-def _listing(part: Listing) -> str:
+def _write_listing(part: Listing) -> str:
     text = f"<pre>{escape(part.text)}</pre>"
     if part.folded:
         return f"<details><summary>{escape(part.title)}</summary>{text}</details>"
-    return _subtitle(part.title) + text
+    return _write_subtitle(part.title) + text
 
 
-def _picture(part: Picture) -> str:
-    dark, light = map(_data, (part.encoded("dark"), part.encoded("light")))
+def _write_picture(part: Picture) -> str:
+    dark, light = map(_data_url, (part.encoded("dark"), part.encoded("light")))
     caption = escape(part.caption)
     return (
         "<figure class='picture'><picture>"
@@ -204,13 +204,13 @@ def _picture(part: Picture) -> str:
     )
 
 
-def _data(encoded: tuple[str, bytes]) -> str:
-    """The address of a picture that stands in the page."""
+def _data_url(encoded: tuple[str, bytes]) -> str:
+    """Return a picture as a data URL."""
     kind, data = encoded
     return f"data:{kind};base64,{base64.b64encode(data).decode('ascii')}"
 
 
-def _table(table: Table) -> str:
+def _write_table(table: Table) -> str:
     right = [_is_numeric([row[k] for row in table.rows]) for k in range(len(table.heads))]
     head = "".join(
         f"<th scope='col'{_class(['n'] if right[k] else [])}>{inline(text, table.markup)}</th>"
@@ -221,17 +221,17 @@ def _table(table: Table) -> str:
     judged = [head in ("", "verdict") for head in table.heads]
     markup = [table.markup] * len(judged)
     body = "".join(
-        f"<tr>{''.join(map(_cell, row, table.heads, right, judged, markup))}</tr>"
+        f"<tr>{''.join(map(_write_cell, row, table.heads, right, judged, markup))}</tr>"
         for row in table.rows
     )
-    stacked = " class='stacked'" if len(table.heads) > 2 else ""  # where there is no room
+    stacked = " class='stacked'" if len(table.heads) > 2 else ""  # if the page is too narrow
     return (
-        f"{_subtitle(table.title)}<div class='wide' tabindex='0'><table{stacked}>"
+        f"{_write_subtitle(table.title)}<div class='wide' tabindex='0'><table{stacked}>"
         f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>"
     )
 
 
-def _cell(text: str, head: str, right: bool, judged: bool, markup: bool) -> str:
+def _write_cell(text: str, head: str, right: bool, judged: bool, markup: bool) -> str:
     names = ["n"] if right else []
     text = re.sub(r"(?<![\w.])-(?=\d)|(?<=e)-(?=\d)", "\u2212", text) if right else text
     for name, words in (("good", GOOD), ("bad", BAD), ("middle", MIDDLE)):
@@ -246,13 +246,13 @@ def _class(names: list[str]) -> str:
 
 
 def _is_numeric(cells: list[str]) -> bool:
-    """Every cell that holds something is a number with at most a short unit."""
+    """Return whether every non-empty cell is a number with at most a short unit."""
     cells = [str(cell).strip() for cell in cells]
     cells = [cell for cell in cells if cell not in ("", "–", "-")]
     return bool(cells) and all(_NUMBER.fullmatch(cell) for cell in cells)
 
 
-def _view(view: View, name: str) -> str:
+def _write_view(view: View, name: str) -> str:
     streams = "".join(
         f"<script type='text/plain' id='{name}-{escape(key)}'>{data}</script>"
         for key, data in view.streams.items()

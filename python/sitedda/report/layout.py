@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Texts of figures: folded to the room that they have, keys stacked in a column beside their axes.
+"""Lay out texts of figures: wrap them, and stack keys in a column beside the axes.
 
-Texts are measured before they are placed, so none lies over another or leaves the figure.
+Texts are measured before they are placed, so that they neither overlap nor leave the figure.
 """
 
 from functools import lru_cache
@@ -17,35 +17,35 @@ from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar
 
 from .style import FAINT, INK
 
-_MARGIN = 0.9  # inches of a panel left of its axes
-_SMALL = 8.5  # points of the letters of keys
-_LINE = 1.25 / 72  # inches of a line, for each point of its letters
+_MARGIN = 0.9  # inches left of the axes of a panel
+_SMALL = 8.5  # font size of keys, points
+_LINE = 1.25 / 72  # line height in inches per point of font size
 _BESIDE, _GAP = 0.12, 0.16  # inches beside the axes, and between two keys
 _BAR = (0.15, 1.0)  # inches of a colour bar
-_ROOM = 1.55  # inches of the words of a key
-_HANDLE = 0.4  # inches of the sign beside the words of a legend
+_ROOM = 1.55  # inches, width of the text of a key
+_HANDLE = 0.4  # inches, width of the sign beside the text of a legend
 
 
 def plain(text: str) -> str:
-    """A user's text as it is: matplotlib takes pairs of $ as formulas, a leading _ as hidden."""
+    """Escape a user's text for matplotlib, which interprets $ as formulas and hides a leading _."""
     text = text.replace("$", r"\$")
     return f"\u200b{text}" if text.startswith("_") else text
 
 
 @lru_cache(maxsize=4096)
 def _width(text: str, size: float, bold: bool) -> float:
-    """Inches of a line."""
+    """Return the width of a line in inches."""
     font = FontProperties(size=size, weight="bold" if bold else "normal")
     return RendererAgg(1, 1, 72.0).get_text_width_height_descent(text, font, False)[0] / 72.0
 
 
 def folded(text: str, room: float, size: float, bold: bool = False, most: int = 3) -> str:
-    """A text in lines that fit, the last one with … if there are more.
+    """Wrap a text to lines that fit; the last line ends with … if the text is cut.
 
     Parameters
     ----------
     text : str
-        As a user wrote it; its own lines are kept.
+        The text of a user; its line breaks are kept.
     room : float
         Inches of a line.
     size : float
@@ -69,7 +69,7 @@ def folded(text: str, room: float, size: float, bold: bool = False, most: int = 
 
 
 def room_of(axes: Axes) -> float:
-    """Inches of the panel that axes are in, from their left side on."""
+    """Return the width of the panel of axes from their left side on, inches."""
     wide = axes.figure.bbox.width / axes.figure.dpi
     place = axes.get_subplotspec()
     if place is None:
@@ -82,7 +82,7 @@ def room_of(axes: Axes) -> float:
 
 
 def headline(figure: Figure, title: str, words: str = "") -> None:
-    """A title over all panels, at the left, with a fainter text under it.
+    """Draw a title above all panels, at the left, with a fainter text below.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def headline(figure: Figure, title: str, words: str = "") -> None:
     title = folded(title, room, 13, True, 2)
     words = folded(words, room, 9.5)
     down = (title.count("\n") + 1) * 13 * _LINE + 0.08
-    # Blank lines of the title keep the place of the words from the layout.
+    # Blank lines of the title reserve space for the text in the layout.
     blank = "\n" * (words.count("\n") + 1) if words else ""
     figure.suptitle(title + blank, x=0.01, ha="left", fontsize=13, fontweight="bold", color=INK)
     under = figure.transFigure + ScaledTranslation(0, -down, figure.dpi_scale_trans)
@@ -102,14 +102,14 @@ def headline(figure: Figure, title: str, words: str = "") -> None:
 
 
 class Head:
-    """A title over axes with fainter lines under it, flush with their left side.
+    """A title above axes with fainter lines below, flush with the left side.
 
     Parameters
     ----------
     axes : matplotlib.axes.Axes
     title : str
     words : sequence of str
-        Texts of which one is shown at a time; all have room.
+        Texts, of which one is shown at a time; space is reserved for the longest.
     """
 
     def __init__(self, axes: Axes, title: str, words=("",)):
@@ -127,13 +127,13 @@ class Head:
         return folded(words, self.room, 9.5, most=most)
 
     def show(self, words: str) -> None:
-        """Show a text; lines that have no room end with …."""
+        """Show a text; lines that do not fit end with …."""
         words = self._folded(words, self.lines) if self.lines else ""
         self.note.set_text(plain(words) + "\n" * (self.lines - 1 - words.count("\n")))
 
 
 def legend_above(axes: Axes, columns: int = 3) -> None:
-    """The legend above the panel, where no data can be, in as many columns as have room."""
+    """Draw the legend above the panel, outside the data, in as many columns as fit."""
     room = room_of(axes)
     handles, labels = axes.get_legend_handles_labels()
     labels = [folded(label, room - _HANDLE, _SMALL, most=2) for label in labels]
@@ -146,7 +146,7 @@ def legend_above(axes: Axes, columns: int = 3) -> None:
 
 
 class Keys:
-    """Colour bars, lengths and signs with what they mean, in a column beside axes.
+    """Keys in a column beside axes: colour bars, lengths and signs with their meaning.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ class Keys:
     Attributes
     ----------
     down : float
-        Inches that the column takes.
+        Height of the column, inches.
     """
 
     def __init__(self, axes: Axes):
@@ -164,7 +164,7 @@ class Keys:
         self.place = axes.figure.dpi_scale_trans + ScaledTranslation(1.0, 1.0, axes.transAxes)
 
     def bar(self, drawn, label: str, locator, shown) -> None:
-        """A colour bar of a mappable; ticks of a locator, written by a function of a value."""
+        """Add a colour bar of a mappable; ticks by a locator, formatted by a function."""
         words = folded(label, _ROOM + 0.3, _SMALL)
         wide, tall = _BAR
         self.down += (words.count("\n") + 1) * _SMALL * _LINE + 7 / 72 + tall
@@ -179,7 +179,7 @@ class Keys:
         self.down += _GAP
 
     def length(self, size: float, label: str) -> None:
-        """A length of the picture (m) and the value that it represents."""
+        """Add a length of the picture (m) and the value that it represents."""
         look = {"frameon": False, "borderpad": 0.0, "sep": 4, "color": INK, "label_top": False}
         look["fontproperties"] = FontProperties(size=_SMALL)
         words = folded(label, _ROOM + 0.3, _SMALL)
@@ -197,7 +197,7 @@ class Keys:
         self.down += 6 / 72 + (words.count("\n") + 1) * _SMALL * _LINE + _GAP
 
     def legend(self, handles: list) -> None:
-        """Signs, each with its label."""
+        """Add signs, each with its label."""
         labels = [plain(folded(one.get_label(), _ROOM, _SMALL)) for one in handles]
         legend = self.axes.legend(handles, labels, loc="upper left", frameon=False,
                                   fontsize=_SMALL, bbox_to_anchor=(_BESIDE, -self.down),

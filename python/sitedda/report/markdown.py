@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A page as Markdown with its pictures beside it."""
+"""Write a page as Markdown with picture files."""
 
 import io
 from collections.abc import Iterable
@@ -28,27 +28,27 @@ def write_markdown(page: Page, file, folder: str = "", dpi: float = 110) -> Path
     make_folder(pictures)
     texts = [f"# {page.title}", page.lead]
     for section in page.sections:
-        texts += _section(section, pictures, folder, dpi)
+        texts += _write_section(section, pictures, folder, dpi)
     return write(file, "\n\n".join(text for text in texts if text) + "\n", "Markdown")
 
 
-def _section(section: Section, pictures: Path, folder: str, dpi: float) -> list[str]:
+def _write_section(section: Section, pictures: Path, folder: str, dpi: float) -> list[str]:
     texts = [f'<a id="{section.anchor}"></a>', f"## {section.title}"]
-    return texts + [_part(part, pictures, folder, dpi) for part in section.parts]
+    return texts + [_write_part(part, pictures, folder, dpi) for part in section.parts]
 
 
-def _part(part: Part, pictures: Path, folder: str, dpi: float) -> str:
+def _write_part(part: Part, pictures: Path, folder: str, dpi: float) -> str:
     match part:
         case Paragraph():
             return part.text if part.markup else part.text.replace("<", "&lt;")
         case Facts():
             return "\n".join(f"- {name}: {value}" for name, value in part.lines)
         case Table():
-            return _titled(part.title, markdown_table(part.heads, part.rows))
+            return _add_title(part.title, markdown_table(part.heads, part.rows))
         case Bullets():
-            return _titled(part.title, "\n".join(f"- {line}" for line in part.lines))
+            return _add_title(part.title, "\n".join(f"- {line}" for line in part.lines))
         case Listing():
-            return _titled(part.title, f"```\n{part.text}\n```")
+            return _add_title(part.title, f"```\n{part.text}\n```")
         case Picture():
             _write_picture(part, pictures / f"{part.name}.png", dpi)
             place = (Path(folder) / f"{part.name}.png").as_posix()
@@ -59,7 +59,7 @@ def _part(part: Part, pictures: Path, folder: str, dpi: float) -> str:
 
 
 def _write_picture(part: Picture, file: Path, dpi: float) -> None:
-    """As a small PNG: a drawing needs no more than so many hues."""
+    """Write a picture as a small PNG with a palette of few colours."""
     from PIL import Image
 
     with Image.open(io.BytesIO(part.png(dpi))) as picture:
@@ -68,12 +68,12 @@ def _write_picture(part: Picture, file: Path, dpi: float) -> None:
     write(file, small.getvalue(), "a picture")
 
 
-def _titled(title: str, text: str) -> str:
+def _add_title(title: str, text: str) -> str:
     return f"**{title}**\n\n{text}" if title else text
 
 
 def markdown_table(heads: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    """A Markdown table of texts."""
+    """Return a Markdown table of texts."""
     heads = list(heads)
     escaped = (
         [str(cell).replace("|", "\\|").replace("\n", " ") for cell in line]

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_MOST_SVG = 600_000  # characters; a picture of more is sent as points
+_MOST_SVG = 600_000  # characters of an SVG above which a picture becomes a PNG
 _DPI = 140
 
 
 @dataclass(frozen=True)
 class Paragraph:
-    """Text as it is; with `markup`, `code`, **bold**, *italic* and 10^-3 are interpreted."""
+    """A plain text; with `markup`, `code`, **bold**, *italic* and 10^-3 are interpreted."""
 
     text: str
     markup: bool = False
@@ -26,14 +26,14 @@ class Paragraph:
 
 @dataclass(frozen=True)
 class Facts:
-    """Short values with their names, as a list; values are shown as they are."""
+    """A list of short values with their names; values are not interpreted."""
 
     lines: Sequence[tuple[str, str]]
 
 
 @dataclass(frozen=True)
 class Table:
-    """A table of texts; verdicts are coloured in columns headed "verdict" or by nothing.
+    """A table of texts; verdicts are coloured in columns headed "verdict" or unheaded.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class Bullets:
 
 @dataclass(frozen=True)
 class Listing:
-    """Text of fixed width, such as an input; folded away behind its title if `folded`."""
+    """A text of fixed width, such as an input; only its title is visible if `folded`."""
 
     text: str
     title: str = ""
@@ -85,7 +85,7 @@ class Picture:
     name: str = "picture"
 
     def encoded(self, scheme: str = "light") -> tuple[str, bytes]:
-        """Media type and bytes: SVG where that is small, else PNG; the figure ends up light."""
+        """Return media type and bytes: SVG if small, otherwise PNG; restore the light scheme."""
         import matplotlib
 
         from .style import dressed
@@ -99,7 +99,7 @@ class Picture:
         return "image/png", self.png(scheme=scheme)
 
     def png(self, dpi: float = _DPI, scheme: str = "light") -> bytes:
-        """The picture as PNG."""
+        """Return the picture as PNG."""
         from .style import dressed
 
         stream = io.BytesIO()

@@ -12,11 +12,11 @@ from ..base.core import commit, version
 
 
 def provenance(**more: str) -> list[tuple[str, str]]:
-    """Name and value of each; `more` goes first, such as ``input="slope.nml"``."""
+    """Return names and values of the provenance after `more`, e.g. ``input="slope.nml"``."""
     lines = [(name.replace("_", " "), value) for name, value in more.items() if value]
     program, made_of = f"sitedda {version()}", commit()
     whole = f"{program}, commit {made_of}" if made_of else program
-    said = more.get("computed_by")  # is not repeated
+    said = more.get("computed_by")  # does not repeat the name
     if said not in (whole, program):
         lines.append(("program", program))
     if made_of and said != whole:
@@ -30,19 +30,19 @@ def provenance(**more: str) -> list[tuple[str, str]]:
 
 
 def command() -> str:
-    """The command line of this process, its program without the folder."""
+    """Return the command line of this process without the folder of the program."""
     words = [Path(sys.argv[0]).name or "python", *sys.argv[1:]] if sys.argv else ["python"]
     return shlex.join(words)
 
 
 def machine() -> str:
-    """System, processor and cores."""
+    """Return system, processor and number of cores."""
     python = f"Python {platform.python_version()}"
     system = f"{platform.system()} {platform.machine()}"
-    return f"{system}, {_processor()}{os.cpu_count()} cores, {python}"
+    return f"{system}, {_processor_name()}{os.cpu_count()} cores, {python}"
 
 
-def _processor() -> str:
+def _processor_name() -> str:
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError:

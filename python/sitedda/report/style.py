@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The style of every page and figure: colours of three schemes, figures, how they are saved.
+"""The style of all pages and figures: colours of three schemes, layout and saving.
 
 Figures are made and saved on a canvas of their own; the backend of matplotlib is left alone.  They
 are drawn in the colours of the light scheme; `dress` gives them those of another one.  Hues of
@@ -40,22 +40,22 @@ COLORS = tuple(SCHEMES["light"][f"line{i}"] for i in range(1, 9))
 BLUE, ORANGE, GREEN, PINK, GOLD, PURPLE = COLORS[:6]
 RED, GREY = FORCE, FAINT
 STONES = ("#dccfb4", "#b4c4d4", "#d3b09a", "#bccbaa", "#c9bad6", "#e6d88f", "#a9adb3", "#9fcac2")
-COMPRESSION, TENSION = "#111111", "#ff2d2d"  # of principal stresses: seen on all blocks
+COMPRESSION, TENSION = "#111111", "#ff2d2d"  # colour of principal stresses, visible on all blocks
 STONE, GROUND, FIELD = STONES[0], STONES[6], GOLD
-EDGE = "#22262b"  # of blocks, in all schemes: their faces are the same in all
-RESTING = "#c3c8ce"  # blocks whose value is round-off
+EDGE = "#22262b"  # edges of blocks in all schemes, because the faces are the same in all
+RESTING = "#c3c8ce"  # colour of blocks whose value is round-off
 BOLT, WATER = PURPLE, "#2f7fb8"
 JOINTS = ("#4a4f57", BLUE, ORANGE, GREEN, PINK, GOLD)
-_LAYOUTS, _STAYS = 20, 5e-4  # most passes, and the share of a figure by which axes may still move
+_LAYOUTS, _STAYS = 20, 5e-4  # most passes, tolerance of axes over the figure
 MAGNITUDE, SIGNED = "viridis", "PuOr"
-# From light to strong, and neither as dark as outlines of blocks nor a hue of `MAGNITUDE`.
+# From light to strong; lighter than outlines of blocks, and with another hue than `MAGNITUDE`.
 JOINT_MAP = LinearSegmentedColormap.from_list(
     "joints", ["#ffd9a8", "#ff8c42", "#e5352b", "#a3003f"]
 )
 
 
 def css_variables() -> str:
-    """The colours of all schemes as variables of a style sheet: dark screens, print in black."""
+    """Return the colours of all schemes as CSS variables for light, dark and print."""
     sheets = {
         name: "".join(f"--{key}: {color}; " for key, color in scheme.items())
         for name, scheme in SCHEMES.items()
@@ -68,7 +68,7 @@ def css_variables() -> str:
 
 
 def new_figure(rows: int = 1, columns: int = 1, size=(9.0, 6.0), **options):
-    """A figure and its axes, as of `matplotlib.pyplot.subplots`, but of no window.
+    """Create a figure and its axes, like `matplotlib.pyplot.subplots` but without a window.
 
     Parameters
     ----------
@@ -84,14 +84,14 @@ def new_figure(rows: int = 1, columns: int = 1, size=(9.0, 6.0), **options):
 
 
 def empty_figure(size) -> Figure:
-    """A figure without axes, of a size in inches."""
+    """Create a figure without axes, of a size in inches."""
     figure = Figure(figsize=size, layout=_Settled())
     FigureCanvasAgg(figure)
     return figure
 
 
 class _Settled(ConstrainedLayoutEngine):
-    """Constrained layout, repeated until axes stay: keys move with axes to scale."""
+    """Constrained layout, repeated until the axes do not move: keys follow axes to scale."""
 
     def execute(self, fig) -> None:
         """Lay a figure out."""
@@ -106,7 +106,7 @@ class _Settled(ConstrainedLayoutEngine):
 
 @contextmanager
 def small_axes(figure: Figure, rows: int = 1, columns: int = 1, size=(6.6, 3.7), **options):
-    """The axes of an empty figure in the look of small pictures.
+    """Create the axes of an empty figure in the style of small pictures.
 
     Parameters
     ----------
@@ -124,14 +124,14 @@ def small_axes(figure: Figure, rows: int = 1, columns: int = 1, size=(6.6, 3.7),
 
 
 def canvas(columns: int = 2, rows: int = 1, size=(10.0, 4.2), **more):
-    """A figure and its axes, shape (rows × columns,)."""
+    """Create a figure and its axes, shape (rows × columns,)."""
     figure, axes = new_figure(rows, columns, size, squeeze=False, **more)
     return figure, axes.ravel()
 
 
 @contextmanager
 def dressed(figure: Figure, scheme: str):
-    """A figure in the colours of a scheme, and in the light ones again at the end."""
+    """Yield a figure in the colours of a scheme, and restore the light scheme."""
     dress(figure, scheme)
     try:
         yield
@@ -140,7 +140,7 @@ def dressed(figure: Figure, scheme: str):
 
 
 def dress(figure: Figure, scheme: str = "light", was: str = "light") -> Figure:
-    """Give all axes of a figure the one look, in the colours of a scheme; the figure.
+    """Apply the common style and a scheme to all axes of a figure; return the figure.
 
     Parameters
     ----------
@@ -163,7 +163,7 @@ def dress(figure: Figure, scheme: str = "light", was: str = "light") -> Figure:
 
 
 def _dress_axes(axes, faint: str) -> None:
-    """No frame but the axes themselves, titles at the left, legends without a frame."""
+    """Style axes: left and lower spine only, titles at the left, legends without a frame."""
     bar = hasattr(axes, "_colorbar")
     if not bar:
         right = axes.yaxis.get_ticks_position() == "right"
@@ -180,17 +180,17 @@ def _dress_axes(axes, faint: str) -> None:
 
 
 @lru_cache(maxsize=256)
-def _hex(color) -> str:
-    """A colour as #rrggbb; '' if it cannot be seen."""
+def _to_hex(color) -> str:
+    """Return a colour as #rrggbb; '' if it is invisible."""
     return to_hex(color) if to_rgba(color)[3] else ""
 
 
 def _recolor(artist, new: dict[str, str]) -> None:
-    """Colours of the light scheme that an artist has are those of another one."""
+    """Replace colours of the light scheme in an artist by those of another scheme."""
 
     def other(color):
         try:
-            return new.get(_hex(color if isinstance(color, str) else tuple(color)), color)
+            return new.get(_to_hex(color if isinstance(color, str) else tuple(color)), color)
         except (TypeError, ValueError):
             return color
 
@@ -228,20 +228,20 @@ def save_picture(figure, file, reads: Iterable = (), scheme: str = "light", **op
     """
     file = Path(file)
     file = file if file.suffix else file.with_name(f"{file.name}.png")
-    with written(file, "a picture", reads) as beside, _laid_out(dress(figure, scheme), **options):
+    with written(file, "a picture", reads) as beside, _fix_layout(dress(figure, scheme), **options):
         figure.savefig(beside, **options)
     return file
 
 
 @contextmanager
-def _laid_out(figure: Figure, dpi: float | None = None, **_others):
-    """The layout of a figure is found once for its picture: `savefig` finds it twice."""
+def _fix_layout(figure: Figure, dpi: float | None = None, **_others):
+    """Compute the layout of a figure once for its picture; `savefig` would compute it twice."""
     engine, usual = figure.get_layout_engine(), figure.dpi
     if engine is not None:
         figure.dpi = dpi or usual
         engine.execute(figure)
         with matplotlib.rc_context({"figure.constrained_layout.use": False}):
-            figure.set_layout_engine(None)  # 'none' would have `savefig` draw twice
+            figure.set_layout_engine(None)  # with 'none', `savefig` would draw twice
     try:
         yield
     finally:
@@ -283,14 +283,14 @@ def draw_blocks(axes, polygons, color=STONE, edge=EDGE, alpha=1.0, lw=0.6, **mor
 
 
 def bare(axes) -> None:
-    """Take ticks and frame away, for drawings to scale."""
+    """Remove ticks and frame, for drawings to scale."""
     axes.set_xticks([])
     axes.set_yticks([])
     axes.spines[:].set_visible(False)
 
 
 def add_legends(figure: Figure) -> None:
-    """Give axes with labelled artists a legend, where they have none yet."""
+    """Add a legend to axes with labelled artists that have none yet."""
     for axes in figure.axes:
         if axes.get_legend() is None and axes.get_legend_handles_labels()[0]:
             axes.legend(frameon=False)
