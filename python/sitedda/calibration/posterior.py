@@ -197,7 +197,7 @@ class Posterior:
         """Return draws, weights, ln of the integral of p, its error, and effective fraction.
 
         Importance sampling draws from a mixture of multivariate t distributions about the peaks,
-        given by x and covariance, and of wider ones that cover the surroundings of a peak. If few
+        given by x and covariance, and of wider ones that cover the surroundings of a peak.  If few
         draws have weight, p is not Gaussian, and a mixture about some of the draws replaces it
         (West 1993).
 

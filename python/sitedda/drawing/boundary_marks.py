@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Signs along the edges that have a boundary, outside the blocks."""
+"""Draw signs outside the blocks along edges with a boundary."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,9 +11,9 @@ from ..output.scene import Scene
 from ..report.style import BLUE, GOLD, GREEN, INK
 
 HELD, MOVED, ABSORBS, GOES_ON = INK, BLUE, GREEN, GOLD
-_SPACING, _DEPTH = 0.03, 0.018  # of the size of the model: of signs along an edge, and outwards
+_SPACING, _DEPTH = 0.03, 0.018  # spacing and depth of signs over the size of the model
 _TURN = np.linspace(0.0, 2.0 * np.pi, 13)
-# By kind: words, colour, and the lines of a sign: places along the edge and outwards, in depths.
+# Label, colour and lines of a sign by kind; coordinates along the edge and outwards, in depths.
 SIGNS = {
     "fixed": ("fixed", HELD, [[[0.5, 0.0], [-0.2, 1.0]], [[-0.2, 0.0], [-0.9, 1.0]]]),
     "roller": ("roller", HELD, [np.column_stack([np.cos(_TURN), 1 + np.sin(_TURN)]) / 2]),
@@ -42,7 +42,7 @@ SIGNS = {
 
 
 def draw_boundaries(axes: Axes, scene: Scene, frame: int) -> list:
-    """Draw the boundaries of a frame; handles for the legend.
+    """Draw the boundaries of a frame; return handles for the legend.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def draw_boundaries(axes: Axes, scene: Scene, frame: int) -> list:
 
 
 def _signs(sign, edges, size: float) -> list[np.ndarray]:
-    """The lines of all signs along edges (k, 2, 2), each of shape (points, 2), m."""
+    """Return the lines of all signs along edges (k, 2, 2), each of shape (points, 2), m."""
     middle = edges.mean(axis=1)
     edges = edges[np.argsort(middle[:, np.argmax(np.ptp(middle, axis=0))], kind="stable")]
     begin, along = edges[:, 0], edges[:, 1] - edges[:, 0]

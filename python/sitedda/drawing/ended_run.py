@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A run that has ended: its history, what happened, its pictures."""
+"""An ended run with its history, verdict and pictures."""
 
 from __future__ import annotations
 
@@ -36,39 +36,39 @@ class EndedRun:
 
     @cached_property
     def verdict(self):
-        """The results in words, a `Verdict`: ``print(run.verdict)``, ``run.verdict.values``."""
+        """Return the results in words, a `Verdict`: ``print(run.verdict)``."""
         from ..output.verdict import verdict
 
         return verdict(self.history)
 
     @cached_property
     def maxima(self) -> dict[str, Maximum]:
-        """The largest values of all steps, by name, each a `sitedda.maxima.Maximum`.
+        """Return the largest values of all steps by name, each a `sitedda.maxima.Maximum`.
 
         ``run.maxima["tilt"].value``, ``.time``, ``.blocks``, ``.residual``; see docs/output.md.
         """
         return maxima_of(self.history)
 
     def draw(self, **options):
-        """Draw the blocks, see `sitedda.draw`; matplotlib axes."""
+        """Draw the blocks, see `sitedda.draw`; return matplotlib axes."""
         from ..drawing.pictures import draw
 
         return draw(self, **options)
 
     def animate(self, **options):
-        """The frames as an animation for notebooks, see `sitedda.movie.animate`."""
+        """Return the frames as an animation for notebooks, see `sitedda.movie.animate`."""
         from ..drawing.movie import animate
 
         return animate(self, **options)
 
     def view(self, file=None, **options):
-        """Write the interactive view to a page, see `sitedda.view.write_view`; its file."""
+        """Write the interactive view to a page, see `sitedda.view.write_view`; return its path."""
         from ..drawing.view import write_view
 
         return write_view(self, file or Path("view.html"), **options)
 
     def _repr_html_(self) -> str:
-        """The verdict, for a notebook."""
+        """Return the verdict for a notebook."""
         from ..report import Facts
         from ..report.html import fragment
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Water in joints: lines as thick as its pressure, dotted where it is not full, arrows of flux."""
+"""Draw water in joints: line width by pressure, dotted if not full, and arrows of flux."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,11 +10,11 @@ from ..base.numbers import shown
 from ..output.scene import Scene
 from ..report.style import PAPER, WATER
 
-_LEAST = 0.05  # of the largest flux: smaller ones have no arrow
+_LEAST = 0.05  # fraction of the largest flux below which no arrow is drawn
 
 
 def draw_flow(axes: Axes, scene: Scene, frame: int) -> list:
-    """The artists of a frame; none in a model without &flow."""
+    """Draw the water of a frame and return the artists; none without &flow."""
     blocks, places = scene.water_lines
     if len(blocks) == 0:
         return []
@@ -38,7 +38,7 @@ def draw_flow(axes: Axes, scene: Scene, frame: int) -> list:
 
 
 def key_of_flow(scene: Scene, frame: int) -> list:
-    """The handle of the legend."""
+    """Return the handle of the legend."""
     if len(scene.water_lines[0]) == 0:
         return []
     most = float(scene.water(frame)[0].max())

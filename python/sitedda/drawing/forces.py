@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Forces and movements as arrows, forces as chains, each with a scale."""
+"""Draw forces and movements as arrows, or forces as chains, with a scale."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,20 +11,20 @@ from ..output.scene import Scene
 from ..report.style import BLUE, FORCE, INK, PAPER
 from .quantities import limits, quantity
 
-_LEAST = 0.005  # of the largest: below, a force is not drawn
-_LONGEST = 0.09  # of the model's size: the longest arrow
-_WIDEST = 7.0  # points of the widest link of a chain
+_LEAST = 0.005  # fraction of the largest force below which a force is not drawn
+_LONGEST = 0.09  # longest arrow over the size of the model
+_WIDEST = 7.0  # width of the widest link of a chain, points
 _CHAIN_KEYS = (1.0, 0.5, 0.2)  # fractions of the scale that the legend shows
 
 
 def force_lines(scene: Scene, frame: int, vertices) -> tuple[np.ndarray, np.ndarray]:
-    """Resultants between neighbours: their places and vectors, (k, 2) each, m and N/m."""
+    """Return resultants between neighbours: positions (m) and vectors (N/m), each (k, 2)."""
     places, force, _, _ = resultants(scene, frame, vertices)
     return places, force
 
 
 def resultants(scene: Scene, frame: int, vertices) -> tuple[np.ndarray, ...]:
-    """Positions of contacts, forces on the first block, the pairs, and whether they press.
+    """Return positions of contacts, forces on the first block, pairs, and compression.
 
     Places (k, 2), m; vectors (k, 2), N/m; blocks (k, 2); bool (k,).
     """
@@ -48,19 +48,19 @@ def resultants(scene: Scene, frame: int, vertices) -> tuple[np.ndarray, ...]:
 
 
 def force_scale(scene: Scene, frames) -> float:
-    """The force of the longest arrow and the widest link of some frames, N/m."""
+    """Return the force of the longest arrow and widest link in some frames, N/m."""
     sizes = [np.linalg.norm(force_lines(scene, f, scene.vertices(f))[1], axis=1) for f in frames]
     sizes = np.concatenate([np.zeros(1), *sizes])
     return limits(sizes, np.ones(len(sizes))).usual
 
 
 def arrow_length(scene: Scene) -> float:
-    """Length of the longest arrow, m: about a block, at most a fraction of the model."""
+    """Return the length of the longest arrow, m: about a block, at most part of the model."""
     return min(0.8 * float(np.sqrt(np.median(scene.areas()))), _LONGEST * scene.size)
 
 
 def draw_forces(axes: Axes, scene: Scene, frame: int, vertices, most: float) -> list:
-    """Two arrows that meet where neighbours press on each other; the artists."""
+    """Draw two opposed arrows at each contact of neighbours; return the artists."""
     places, force = force_lines(scene, frame, vertices)
     size = np.linalg.norm(force, axis=1)
     seen = size > _LEAST * most
@@ -68,11 +68,11 @@ def draw_forces(axes: Axes, scene: Scene, frame: int, vertices, most: float) -> 
         return []
     shown = np.minimum(1.0, most / size[seen])[:, None] * force[seen] / most
     arrows = arrow_length(scene) * shown
-    return [_quiver(axes, places[seen], sign * arrows, "tip", FORCE) for sign in (1.0, -1.0)]
+    return [_draw_quiver(axes, places[seen], sign * arrows, "tip", FORCE) for sign in (1.0, -1.0)]
 
 
-def _quiver(axes: Axes, places, arrows, pivot: str, color: str):
-    """Arrows of one width, longer with their values."""
+def _draw_quiver(axes: Axes, places, arrows, pivot: str, color: str):
+    """Draw arrows of equal width with a length proportional to the value."""
     look = {"edgecolor": PAPER, "linewidth": 0.4, "width": 2.2 / 72, "units": "inches"}
     look |= {"headwidth": 3.4, "headlength": 3.6, "headaxislength": 3.4, "minlength": 0.6}
     return axes.quiver(*places.T, *arrows.T, angles="xy", scale_units="xy", scale=1.0,
@@ -80,7 +80,7 @@ def _quiver(axes: Axes, places, arrows, pivot: str, color: str):
 
 
 def scale_arrow(length: float, most: float, unit: str, words: str) -> tuple[float, str]:
-    """A length (m) of a picture and the round value that it means; `length` means `most`."""
+    """Return a length (m) and the round value that it represents; `length` represents `most`."""
     size, name = in_unit(most, unit)
     power = 10.0 ** np.floor(np.log10(most / size))
     value = max(step * power for step in (1, 2, 5) if step * power <= most / size * (1 + 1e-9))
@@ -88,7 +88,7 @@ def scale_arrow(length: float, most: float, unit: str, words: str) -> tuple[floa
 
 
 def draw_chains(axes: Axes, scene: Scene, frame: int, factor: float, vertices, most: float) -> list:
-    """From centroid to centroid through where blocks touch, wider with the force; the artists."""
+    """Draw lines between centroids through contacts, with a width by force; return artists."""
     places, force, blocks, presses = resultants(scene, frame, vertices)
     size = np.linalg.norm(force, axis=1)
     seen = size > _LEAST * most
@@ -107,7 +107,7 @@ def draw_chains(axes: Axes, scene: Scene, frame: int, factor: float, vertices, m
 
 
 def chain_key(most: float) -> list:
-    """Handles of the legend: widths that stand for forces."""
+    """Return legend handles of widths that represent forces."""
     words = [shown(share * most, "N/m") for share in _CHAIN_KEYS]
     words[0] = f"contact force, compression {words[0]}"
     return [
@@ -118,14 +118,14 @@ def chain_key(most: float) -> list:
 
 
 def movement_scale(scene: Scene, name: str, frames, since: int = 0) -> float:
-    """Displacement (m) or velocity (m/s) of the longest arrow of some frames."""
+    """Return displacement (m) or velocity (m/s) of the longest arrow of some frames."""
     values = np.stack([quantity(scene, name, frame, since) for frame in frames])
     return limits(values, scene.areas()).usual
 
 
 def draw_movement(axes: Axes, scene: Scene, name: str, frame: int, since: int, factor: float,
                   most: float) -> list:  # fmt: skip
-    """Displacements or velocities of the centroids as arrows; the artists."""
+    """Draw displacements or velocities of the centroids as arrows; return the artists."""
     moved = scene.displacement(frame)
     arrows = scene.rates(frame)[:, :2] if name == "velocity" else moved - scene.displacement(since)
     size = np.linalg.norm(arrows, axis=1)
@@ -135,4 +135,4 @@ def draw_movement(axes: Axes, scene: Scene, name: str, frame: int, since: int, f
     places = scene.coordinates(frame)[:, :2] + (factor - 1) * moved
     shown = np.minimum(1.0, most / size[seen])[:, None] * arrows[seen] / most
     length = _LONGEST * scene.size
-    return [_quiver(axes, places[seen], length * shown, "tail", BLUE)]
+    return [_draw_quiver(axes, places[seen], length * shown, "tail", BLUE)]

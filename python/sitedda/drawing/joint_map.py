@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Slip and opening of joints by width and colour, with the sense of the largest shears."""
+"""Draw slip and opening of joints by width and colour, with the sense of large slips."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,15 +10,15 @@ from ..output.scene import Scene
 from ..report.style import INK, JOINT_MAP, PAPER
 from .quantities import MOVEMENTS, Limits
 
-_LEAST = 0.03  # of the scale: below, a slip or opening is not drawn
-_THIN, _WIDE = 0.5, 4.6  # points of the least and the largest
-_HALO = 1.2  # points around the widest line
-_SENSES, _LEAST_SENSE = 24, 0.2  # most pairs of half-arrows, from this fraction of the scale on
-_LEAST_LENGTH = 0.02  # of the model's size, of a joint that has them
+_LEAST = 0.03  # fraction of the scale below which slip or opening is not drawn
+_THIN, _WIDE = 0.5, 4.6  # width of the smallest and largest, points
+_HALO = 1.2  # margin around the widest line, points
+_SENSES, _LEAST_SENSE = 24, 0.2  # most half-arrow pairs, least fraction of the scale
+_LEAST_LENGTH = 0.02  # smallest length of a joint with half-arrows over the size of the model
 
 
 def joint_lines(scene: Scene, frame: int, factor: float) -> np.ndarray:
-    """Interfaces where they are now, shape (k, 2, 2): they stay with their first blocks."""
+    """Return the present interfaces, shape (k, 2, 2), which move with their first blocks."""
     faces, ends = scene.interfaces, []
     for places in (faces.start, faces.end):
         now = scene.carried(faces.first, places, frame)
@@ -28,7 +28,7 @@ def joint_lines(scene: Scene, frame: int, factor: float) -> np.ndarray:
 
 def draw_movements(axes: Axes, scene: Scene, name: str, frame: int, factor: float,
                    scale: Limits) -> list:  # fmt: skip
-    """Joints that have slipped or opened, the largest widest, darkest and above; the artists."""
+    """Draw joints that have slipped or opened, the largest on top; return the artists."""
     movement = scene.joint_movement(frame)[list(MOVEMENTS).index(name)]
     placed = scale.share(movement)
     seen = np.flatnonzero(placed > _LEAST)
@@ -42,12 +42,12 @@ def draw_movements(axes: Axes, scene: Scene, name: str, frame: int, factor: floa
     halo = LineCollection(lines, colors=PAPER, linewidths=width + _HALO * share, **look)
     drawn = LineCollection(lines, linewidths=width, cmap=JOINT_MAP, norm=Normalize(0.0, 1.0),
                            array=share, **look)  # fmt: skip
-    senses = _senses(axes, scene, frame, lines, seen, placed) if name == "slip" else []
+    senses = _draw_senses(axes, scene, frame, lines, seen, placed) if name == "slip" else []
     return [axes.add_collection(halo), axes.add_collection(drawn), *senses]
 
 
-def _senses(axes: Axes, scene: Scene, frame: int, lines, seen, share) -> list:
-    """Half-arrows on both sides of the joints that slip most, as their sides move."""
+def _draw_senses(axes: Axes, scene: Scene, frame: int, lines, seen, share) -> list:
+    """Draw half-arrows on both sides of the joints with the largest slip."""
     along = lines[:, 1] - lines[:, 0]
     length = np.linalg.norm(along, axis=1)
     chosen = (share[seen] > _LEAST_SENSE) & (length > _LEAST_LENGTH * scene.size)
@@ -57,7 +57,7 @@ def _senses(axes: Axes, scene: Scene, frame: int, lines, seen, share) -> list:
     unit = along[chosen] / length[chosen, None]
     across = np.column_stack([unit[:, 1], -unit[:, 0]])  # from the first block into the second
     reach = np.minimum(0.3 * length[chosen], 0.03 * scene.size)[:, None]
-    # Of the second block against the first, along the start and end of the first's edge.
+    # Slip of the second block against the first, in the direction of the edge of the first.
     sense = scene.joint_sense(frame)[seen[chosen], None]
     middle, barbs = lines[chosen].mean(axis=1), []
     for side in (1.0, -1.0):

@@ -15,14 +15,14 @@ from ..report.layout import Head, headline, plain
 from ..report.style import dress, empty_figure
 from .pictures import BlockPicture, view_box
 
-_FRAMES = 24  # of a period
-REACH = 0.06  # of the model's size: the largest displacement of a mode
+_FRAMES = 24  # frames of a period
+REACH = 0.06  # largest displacement of a mode over the size of the model
 _COUNT = Range(1, 50, whole=True)
-_WIDTH = 3.6  # inches of a picture of one
+_WIDTH = 3.6  # size of the picture of a mode, inches
 
 
 def mode_scene(source, count: int = 3, contacts: str = "auto") -> tuple[Scene, Modes]:
-    """One period of each of the lowest modes after the other, each a stage with its frequency.
+    """Return a scene with a period of each of the lowest modes, one stage per mode.
 
     Parameters
     ----------
@@ -35,8 +35,7 @@ def mode_scene(source, count: int = 3, contacts: str = "auto") -> tuple[Scene, M
     Returns
     -------
     Scene
-        Frame 0 is the model; displacements are shares of the largest of each mode, times 6 % of the
-        model's size.
+        Frame 0 is the model; the largest displacement of each mode is 6 % of the size of the model.
     Modes
     """
     count = int(_COUNT.check("count", count))
@@ -51,11 +50,11 @@ def mode_scene(source, count: int = 3, contacts: str = "auto") -> tuple[Scene, M
         largest = np.linalg.norm(shape[:, :2], axis=1).max() or 1.0
         moved.append(REACH * model.size / largest * waves[:, None, None] * shape)
     q = model.coordinates(0) + np.concatenate(moved)
-    return _scene(model, q, found), found
+    return _make_scene(model, q, found), found
 
 
-def _scene(model: Scene, q: np.ndarray, found: Modes) -> Scene:
-    """The model in frames of block coordinates, shape (frames, blocks, 6)."""
+def _make_scene(model: Scene, q: np.ndarray, found: Modes) -> Scene:
+    """Return a scene of the model with block coordinates, shape (frames, blocks, 6)."""
     keep = [n for n in ("block", "block_material", "edge_joint", "block_body", "edge_welded",
                         "vertex_block") if n in model.data]  # fmt: skip
     frames = len(q)
@@ -85,7 +84,7 @@ def _scene(model: Scene, q: np.ndarray, found: Modes) -> Scene:
 
 
 def mode_words(found: Modes) -> list[str]:
-    """Number, frequency, damping and the larger effective mass of each mode."""
+    """Describe each mode: number, frequency, damping and larger effective mass."""
     words = []
     for i, (frequency, damping) in enumerate(zip(found.frequency, found.damping, strict=True)):
         axis = int(np.argmax(found.effective_mass[i]))
@@ -98,14 +97,14 @@ def mode_words(found: Modes) -> list[str]:
 def draw_modes(
     source, count: int = 3, contacts: str = "auto", only: Sequence[int] | None = None, words=None
 ) -> Figure:
-    """The lowest modes beside each other, displacements exaggerated; a matplotlib figure.
+    """Draw the lowest modes with exaggerated displacements; return the figure.
 
     Parameters
     ----------
     source, count, contacts
         See `mode_scene`.
     only : sequence of int, optional
-        Modes that are drawn, from 0 (all).
+        Indices of the drawn modes, from 0 (all).
     words : sequence of str, optional
         A title for each, up to its first comma, and what follows it (`mode_words`).
     """

@@ -23,7 +23,7 @@ from ..report.style import dress
 from .pictures import BlockPicture
 
 _WIDTH = 1280  # pixels, about
-_HUES = 256  # of a GIF
+_HUES = 256  # largest number of pictures per second of a GIF
 
 
 def write_movie(
@@ -80,7 +80,7 @@ def write_movie(
     program = ffmpeg() if kind == ".mp4" else ""
     frames = chosen_frames(scene, round(fps * seconds))
     pictures = tqdm(
-        _pictures(scene, frames, scheme, look),
+        _draw_frames(scene, frames, scheme, look),
         total=len(frames),
         disable=not progress,
         unit="picture",
@@ -94,21 +94,21 @@ def write_movie(
 
 
 def chosen_frames(scene: Scene, most: int) -> list[int]:
-    """Frames nearest to so many evenly spread times; a short output is not stretched."""
+    """Return the frames nearest to evenly spaced times, up to a maximum number."""
     times = np.linspace(scene.time[0], scene.time[-1], max(2, min(most, 4 * scene.frames)))
     middle = 0.5 * (scene.time[1:] + scene.time[:-1])
     return np.searchsorted(middle, times).tolist()
 
 
-def _pictures(scene: Scene, frames, scheme: str, look: dict) -> Iterator[np.ndarray]:
-    """Pictures, shape (height, width, 3), 8 bits; equal frames are drawn once."""
+def _draw_frames(scene: Scene, frames, scheme: str, look: dict) -> Iterator[np.ndarray]:
+    """Yield pictures, shape (height, width, 3), 8 bits; equal frames are drawn once."""
     look = look | {"color": look.get("color") or "displacement", "frames": frames}
     shown = BlockPicture(scene, **look)
-    shown.show(frames[0])  # its keys make room for themselves
+    shown.show(frames[0])  # the layout reserves space for the keys
     figure = shown.axes.figure
     canvas = FigureCanvasAgg(figure)
     width, height = figure.get_size_inches()
-    # Even numbers of pixels, as the codec needs them.
+    # The codec needs even numbers of pixels.
     dpi = _WIDTH / width
     figure.set_size_inches(_WIDTH / dpi, 2 * round(0.5 * height * dpi) / dpi)
     figure.set_dpi(dpi)
@@ -118,13 +118,13 @@ def _pictures(scene: Scene, frames, scheme: str, look: dict) -> Iterator[np.ndar
             shown.show(frame)
             dress(figure, scheme)
             canvas.draw()
-            figure.set_layout_engine("none")  # the first layout stays
+            figure.set_layout_engine("none")  # keep the first layout
             picture, last = np.array(canvas.buffer_rgba())[..., :3].copy(), frame
         yield picture
 
 
 def _write_gif(file: Path, pictures, fps: float) -> None:
-    """One palette for each picture; equal ones after each other are shown longer."""
+    """Write a GIF with a palette per picture; equal successive pictures are merged."""
     images, durations, last = [], [], None
     for picture in pictures:
         if picture is last:
@@ -172,7 +172,7 @@ def _start_ffmpeg(
 
 
 def ffmpeg() -> str:
-    """The program: the system's, or that of the package imageio-ffmpeg.
+    """Return the path of ffmpeg, of the system or of the package imageio-ffmpeg.
 
     Raises
     ------
@@ -186,13 +186,13 @@ def ffmpeg() -> str:
         return importlib.import_module("imageio_ffmpeg").get_ffmpeg_exe()
     except (ImportError, RuntimeError) as trouble:
         raise MissingLibrary(
-            "an MP4 needs ffmpeg: install the system's, or pip install 'sitedda[movie]'; "
+            "an MP4 needs ffmpeg: install it, or pip install 'sitedda[movie]'; "
             "a .gif needs nothing more"
         ) from trouble
 
 
 def animate(source, fps: float = 25.0, seconds: float = 10.0, absolute: bool = False, **look):
-    """The frames of an output as a `matplotlib.animation.FuncAnimation`, for notebooks.
+    """Return the frames of an output as a `matplotlib.animation.FuncAnimation`.
 
     Parameters
     ----------

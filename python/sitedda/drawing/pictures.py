@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures of blocks: a model before its run, or a frame of an output, to scale.
+"""Draw blocks to scale: a model before its run, or a frame of an output.
 
-Only `matplotlib.figure.Figure` is used: the backend of the session stays as it is.
+Only `matplotlib.figure.Figure` is used, so that the backend of the session does not change.
 """
 
 import numpy as np
@@ -72,10 +72,10 @@ __all__ = ["BlockPicture", "deformed", "draw", "force_lines", "view_box"]
 
 BROKEN = 4  # state of a bolt
 _MOST_DRAWN_OUTLINES = 30000
-_MOST_LABELS = 24  # of measured points
-_NAME = 2.0  # inches of a name beside a point or above a picture
-_APART = 0.13  # of a colour bar, between two of its ticks
-_AROUND = 1.1  # inches above and below the axes, of titles and labels
+_MOST_LABELS = 24  # size of the marks of measured points
+_NAME = 2.0  # inches, size of a name beside a point or above a picture
+_APART = 0.13  # smallest distance between ticks over the length of a colour bar
+_AROUND = 1.1  # inches above and below the axes for titles and labels
 
 
 def draw(
@@ -114,7 +114,7 @@ def draw(
     legend : bool
         Draw a legend outside the axes.
     stage : str, optional
-        The frame is one of this stage: of several static ones all are at one time.
+        Use a frame of this stage; all static stages may have the same time.
     arrows : {'displacement', 'velocity'}, optional
         Of the centroids.
     since : str, optional
@@ -141,7 +141,7 @@ def draw(
 
 
 class BlockPicture:
-    """Blocks on axes, a frame at a time; see `draw`.
+    """Picture of blocks on axes that shows one frame at a time; see `draw`.
 
     Parameters
     ----------
@@ -177,24 +177,24 @@ class BlockPicture:
         self.since = scene.frame_at(None, since) if since else 0
         self.rounding = rounding(scene)
         self.alone = axes is None
-        self.axes = _figure(scene).subplots() if self.alone else axes
+        self.axes = _make_figure(scene).subplots() if self.alone else axes
         self.frames = list(frames)
         self.blocks = self.head = None
         self.keys = Keys(self.axes)
         self.limits = self.movement = Limits(0.0, 0.0, 0.0)
-        self.rests: list[str] = []  # values below it are round-off and not drawn
+        self.rests: list[str] = []  # smaller values are round-off and are not drawn
         self.force = self.arrow = 0.0  # N/m; m or m/s
         self.bars: list[tuple] = []
-        self.lengths: list[tuple] = []  # of arrows, and the value that they represent
+        self.lengths: list[tuple] = []  # length of arrows, and the value that it represents
         self.lines: list = []
-        self.stress = 0.0  # the largest of the cells of bodies, Pa, where crosses are drawn
+        self.stress = 0.0  # largest stress of cells of bodies, Pa, for crosses
 
     def show(self, frame: int) -> None:
         """Replace the drawn frame by another."""
         scene = self.scene
         vertices = deformed(scene, frame, self.deformation)
         if self.blocks is None:
-            self._begin(frame, vertices)
+            self._draw_first(frame, vertices)
         else:
             self.blocks.set_verts(_present_polygons(scene, frame, vertices))
             if self.blocks.get_array() is not None:
@@ -202,32 +202,32 @@ class BlockPicture:
                 self.blocks.set_array(values / self.size)
             for line in self.lines:
                 line.remove()
-        self.lines = _body_outlines(self.axes, scene, frame, vertices)
-        self.lines += self._marks(frame, vertices) + _bolts(self.axes, scene, frame)
+        self.lines = _draw_body_outlines(self.axes, scene, frame, vertices)
+        self.lines += self._draw_marks(frame, vertices) + _draw_bolts(self.axes, scene, frame)
         self.lines += draw_flow(self.axes, scene, frame)
         if self.stress > 0:
             self.lines += draw_crosses(self.axes, scene, frame, self.deformation, self.stress)
         self.head.show(self._words(frame))
 
-    def _begin(self, frame: int, vertices) -> None:
+    def _draw_first(self, frame: int, vertices) -> None:
         scene, axes = self.scene, self.axes
         frames = some_of(self.frames) or [frame]
         if scene.frames > 1 and (frame > 0 or self.frames):
-            _outlines(axes, scene)
+            _draw_first_outlines(axes, scene)
         handles = self._begin_blocks(frame, vertices, frames)
         if self.color == "material" and not self.contacts:
-            handles += _joints(axes, scene, frame, self.deformation)
+            handles += _draw_joints(axes, scene, frame, self.deformation)
         if self.color in ("compression", "tension") and (scene.body > 0).any():
             self.stress = largest_stress(scene, frames)
             handles += key_of_crosses(shown(self.stress, "Pa"))
         handles += self._begin_marks(frames)
         if scene.before or self.color == "material":
-            handles += draw_boundaries(axes, scene, frame) + _boundary(axes, scene)
-        handles += _bolt_key(scene, frame) + key_of_flow(scene, frame) + _water(axes, scene)
+            handles += draw_boundaries(axes, scene, frame) + _draw_supports(axes, scene)
+        handles += _bolt_key(scene, frame) + key_of_flow(scene, frame) + _draw_water(axes, scene)
         seen = [deformed(scene, f, self.deformation) for f in some_of(self.frames)]
         if scene.before or self.color == "material":
             seen += [tail for tail, _, _ in load_arrows(scene)]
-        _view(axes, scene, np.vstack([vertices, *seen]))
+        _set_view(axes, scene, np.vstack([vertices, *seen]))
         self.head = Head(axes, self.title, [self._words(one) for one in frames])
         if self.legend:
             self._lay_keys(handles)
@@ -237,19 +237,19 @@ class BlockPicture:
         dress(axes.figure)
 
     def _lay_keys(self, handles: list) -> None:
-        """Bars, lengths and signs below each other."""
+        """Place colour bars, lengths and signs below each other."""
         for drawn, label, unit, span in self.bars:
-            self.keys.bar(drawn, f"{label} ({unit})", _ticks_of(span), _tick)
+            self.keys.bar(drawn, f"{label} ({unit})", _ticks_of(span), _format_tick)
         for length, words in self.lengths:
             self.keys.length(length, words)
         if handles:
             self.keys.legend(handles)
 
     def _begin_blocks(self, frame: int, vertices, frames: list[int]) -> list:
-        """Blocks in their colours, and handles for the legend."""
+        """Draw the blocks in their colours; return handles for the legend."""
         scene, edge = self.scene, _line_width(self.scene)
         look = {"edgecolors": EDGE, "linewidths": edge}
-        if scene.welded.any():  # the outlines of bodies are drawn above, faces within them faint
+        if scene.welded.any():  # faces within bodies are faint; outlines of bodies are drawn above
             look = {"edgecolors": EDGE, "linewidths": 0.3 * edge}
         outlines = _present_polygons(scene, frame, vertices)
         drawn = self.blocks = PolyCollection(outlines, joinstyle="round", zorder=2, **look)
@@ -264,7 +264,7 @@ class BlockPicture:
         kind = QUANTITIES[self.color]
         self.limits = found = limits_of(scene, self.color, frames, self.since)
         if found.most <= self.rounding[kind.unit]:
-            self.rests.append(_at_rest(kind, self.rounding))
+            self.rests.append(_below_rounding(kind, self.rounding))
             self.limits = Limits(0.0, 0.0, 0.0)
             drawn.set_facecolor(RESTING)
             return []
@@ -272,12 +272,12 @@ class BlockPicture:
         span = found.over(self.size)
         drawn.set_array(quantity(scene, self.color, frame, self.since) / self.size)
         drawn.set_cmap(SIGNED if kind.signed else MAGNITUDE)
-        drawn.set_norm(_norm(span))
+        drawn.set_norm(_norm_of(span))
         self.bars.append((drawn, kind.label, unit, span))
         return []
 
     def _begin_marks(self, frames: list[int]) -> list:
-        """Scales of contacts and arrows over frames, their keys, handles for the legend."""
+        """Set scales of contacts and arrows over frames; return handles for the legend."""
         scene, kind = self.scene, self.contacts
         handles = []
         if kind in ("force", "chain"):
@@ -303,7 +303,7 @@ class BlockPicture:
         return handles
 
     def _begin_movements(self, frames: list[int]) -> None:
-        """The scale of slip or opening and its bar, where any is more than rounding."""
+        """Set the scale of slip or opening and its colour bar, unless all values are rounding."""
         kind = MOVEMENTS[self.contacts]
         self.movement = movement_limits(self.scene, self.contacts, frames)
         if self.movement.most <= self.rounding["m"]:
@@ -312,10 +312,10 @@ class BlockPicture:
             return
         size, unit = in_unit(self.movement.high, "m")
         span = self.movement.over(size)
-        self.bars.append((ScalarMappable(_norm(span), JOINT_MAP), kind.label, unit, span))
+        self.bars.append((ScalarMappable(_norm_of(span), JOINT_MAP), kind.label, unit, span))
 
-    def _marks(self, frame: int, vertices) -> list:
-        """Forces, joints and arrows of a frame."""
+    def _draw_marks(self, frame: int, vertices) -> list:
+        """Draw forces, joints and arrows of a frame."""
         axes, scene, found = self.axes, self.scene, []
         if self.contacts == "force":
             found = draw_forces(axes, scene, frame, vertices, self.force)
@@ -330,7 +330,7 @@ class BlockPicture:
         return found
 
     def _words(self, frame: int) -> str:
-        """Text on the picture, and below it on the block that is far from all others."""
+        """Write the text on the picture, and below it the note on blocks out of view."""
         lines = [_words(self.scene, frame, self.deformation), *self.rests]
         if self.scene.origin and (self.arrows == "displacement" or "displacement" in self.color):
             lines.append(f"displacements {self.scene.origin}")
@@ -340,24 +340,24 @@ class BlockPicture:
             values[scene.removed(frame)] = 0.0
             block = int(np.argmax(abs(values)))
             if abs(values[block]) > self.limits.usual:
-                name, area = _cut(scene.names[block]), number(scene.areas()[block], 3)
+                name, area = _cut_name(scene.names[block]), number(scene.areas()[block], 3)
                 lines.append(f"largest: {name} ({area} m²) {shown(values[block], kind.unit)}")
         return "\n".join(lines)
 
 
-def _at_rest(kind, floors: dict[str, float]) -> str:
-    """Text for a quantity that does not exceed rounding."""
+def _below_rounding(kind, floors: dict[str, float]) -> str:
+    """Return the text for a quantity that does not exceed rounding."""
     floor = shown(floors[kind.unit], kind.unit, 2)
     return f"at rest: {kind.label.partition(',')[0]} below {floor}"
 
 
-def _cut(name: str) -> str:
-    """A name, shortened to leave space for others."""
+def _cut_name(name: str) -> str:
+    """Shorten a name to leave space for others."""
     return folded(name, _NAME, 9.5, most=1)
 
 
-def _norm(span: Limits) -> Normalize:
-    """A scale as matplotlib takes it."""
+def _norm_of(span: Limits) -> Normalize:
+    """Return a scale as a norm of matplotlib."""
     if span.usual == span.most:
         return Normalize(span.low, span.high)
     values, places = span.nodes
@@ -366,7 +366,7 @@ def _norm(span: Limits) -> Normalize:
 
 
 def _ticks_of(span: Limits):
-    """Round values on a linear scale; else its ends and those of the usual part."""
+    """Return ticks: round values on a linear scale, otherwise ends of the scale and its parts."""
     if span.usual == span.most:
         return MaxNLocator(5, min_n_ticks=3)
     values, places = span.nodes
@@ -377,15 +377,15 @@ def _ticks_of(span: Limits):
 
 
 def deformed(scene: Scene, frame: int, factor: float) -> np.ndarray:
-    """Places of the vertices with displacements times a factor, shape (vertices, 2), m."""
+    """Return positions of the vertices with scaled displacements, shape (vertices, 2), m."""
     now = scene.vertices(frame)
     if factor == 1.0 or frame == 0:
         return now
     return now + (factor - 1.0) * (now - scene.vertices(0) - scene.base[frame])
 
 
-def _figure(scene: Scene) -> Figure:
-    """A figure in the shape of the model."""
+def _make_figure(scene: Scene) -> Figure:
+    """Create a figure with the aspect ratio of the model."""
     low, high = scene.box
     width, height = np.maximum(high - low, 0.05 * scene.size)
     scale = min(7.0 / width, 5.6 / height)
@@ -394,12 +394,12 @@ def _figure(scene: Scene) -> Figure:
 
 
 def _line_width(scene: Scene) -> float:
-    """Of the sides of blocks, points."""
+    """Return the line width of the sides of blocks, points."""
     return 0.7 if scene.blocks < 600 else 0.35 if scene.blocks < 6000 else 0.15
 
 
-def _body_outlines(axes: Axes, scene: Scene, frame: int, vertices) -> list:
-    """Sides of blocks in no body, where there are bodies; cracks of these and of joints."""
+def _draw_body_outlines(axes: Axes, scene: Scene, frame: int, vertices) -> list:
+    """Draw outlines of bodies and of other blocks, and cracks of bodies and joints."""
     width, found = _line_width(scene), []
     if scene.welded.any():
         shown = ~scene.welded & ~scene.removed(frame)[scene.owner]
@@ -418,25 +418,25 @@ def _body_outlines(axes: Axes, scene: Scene, frame: int, vertices) -> list:
 
 
 def _present_polygons(scene: Scene, frame: int, vertices) -> list[np.ndarray]:
-    """The polygons of the blocks; those that stages have removed are not drawn."""
+    """Return the polygons of the blocks without those that stages have removed."""
     gone = scene.removed(frame)[scene.owner]
     return scene.split(np.where(gone[:, None], np.nan, vertices) if gone.any() else vertices)
 
 
-def _tick(value: float) -> str:
-    """The number at a tick."""
+def _format_tick(value: float) -> str:
+    """Format the number at a tick."""
     return number(value, 3).replace("-", "−")
 
 
-def _outlines(axes: Axes, scene: Scene) -> None:
-    """The first frame, behind, as a fine line."""
+def _draw_first_outlines(axes: Axes, scene: Scene) -> None:
+    """Draw the block outlines of the first frame as fine lines in the background."""
     if scene.blocks <= _MOST_DRAWN_OUTLINES:
         look = {"facecolors": "none", "edgecolors": RULE, "linewidths": 0.5, "zorder": 1}
         axes.add_collection(PolyCollection(scene.polygons(0), **look))
 
 
-def _joints(axes: Axes, scene: Scene, frame: int, factor: float) -> list:
-    """Joints between blocks, by the joint with the lower friction angle, as contacts take it."""
+def _draw_joints(axes: Axes, scene: Scene, frame: int, factor: float) -> list:
+    """Draw the joints between blocks, coloured by the joint that the contacts use."""
     faces = scene.interfaces
     if len(faces) == 0 or len(scene.joint_names) < 2:
         return []
@@ -451,8 +451,8 @@ def _joints(axes: Axes, scene: Scene, frame: int, factor: float) -> list:
     ]
 
 
-def _bolts(axes: Axes, scene: Scene, frame: int) -> list:
-    """Bolts as lines, thicker with their force; broken ones are dashed.  The artists."""
+def _draw_bolts(axes: Axes, scene: Scene, frame: int) -> list:
+    """Draw bolts with a line width by force, broken ones dashed; return the artists."""
     bolts = scene.bolts(frame)
     most = max((abs(one["force"]) for one in bolts if np.isfinite(one["force"])), default=0.0)
     drawn = []
@@ -478,8 +478,8 @@ def _bolt_key(scene: Scene, frame: int) -> list:
     return [Line2D([], [], color=BOLT, lw=2.2, marker="o", ms=3.0, label=label)]
 
 
-def _boundary(axes: Axes, scene: Scene) -> list:
-    """Supports, loads, measured points and slivers, with handles for the legend."""
+def _draw_supports(axes: Axes, scene: Scene) -> list:
+    """Draw supports, loads, measured points and slivers; return handles for the legend."""
     handles = []
     for moved, color, label in ((False, INK, "fixed point"), (True, BLUE, "moved point")):
         places = [(s["x"], s["y"]) for s in scene.supports() if s["moved"] == moved]
@@ -489,21 +489,21 @@ def _boundary(axes: Axes, scene: Scene) -> list:
             )
             line.set_label(label)
             handles.append(line)
-    handles += _loads(axes, scene)
+    handles += _draw_loads(axes, scene)
     points = scene.points()
     if points:
         x, y = [p["x"] for p in points], [p["y"] for p in points]
         (line,) = axes.plot(x, y, "o", color=POINT, mec=PAPER, mew=0.9, ms=7, zorder=7)
         line.set_label("measured point")
         handles.append(line)
-        names = [plain(_cut(point["name"])) for point in points[:_MOST_LABELS]]
+        names = [plain(_cut_name(point["name"])) for point in points[:_MOST_LABELS]]
         places = np.column_stack([x, y])
         PointNames(axes, names, places[:_MOST_LABELS], places)
-    return handles + _slivers(axes, scene)
+    return handles + _draw_slivers(axes, scene)
 
 
-def _water(axes: Axes, scene: Scene) -> list:
-    """Water tables, and lines along which water presses, with their handles; joints lie above."""
+def _draw_water(axes: Axes, scene: Scene) -> list:
+    """Draw water tables and lines of water pressure; return handles for the legend."""
     handles = {}
     for group in scene.groups.get("water", []):
         for name, style, label in (("surface", "--", "water table"), ("along", "-", "water")):
@@ -516,7 +516,7 @@ def _water(axes: Axes, scene: Scene) -> list:
 
 
 def load_arrows(scene: Scene) -> list[tuple]:
-    """Tail and tip of the arrow of each load, m, and its size, N/m; the longest is 12 % of all."""
+    """Return tail and tip of the arrow of each load, m, and the size of the load, N/m."""
     loads = scene.loads()
     sizes = [float(np.hypot(load["fx"], load["fy"])) for load in loads]
     reach = 0.12 * scene.size / (max(sizes, default=0.0) or 1.0)
@@ -525,7 +525,7 @@ def load_arrows(scene: Scene) -> list[tuple]:
     return [(t - p, t, size) for t, p, size in zip(tips, pushes, sizes, strict=True)]
 
 
-def _loads(axes: Axes, scene: Scene) -> list:
+def _draw_loads(axes: Axes, scene: Scene) -> list:
     arrows = load_arrows(scene)
     if not arrows:
         return []
@@ -536,17 +536,17 @@ def _loads(axes: Axes, scene: Scene) -> list:
     return [Line2D([], [], color=FORCE, lw=1.8, marker=">", label=label)]
 
 
-def _slivers(axes: Axes, scene: Scene) -> list:
+def _draw_slivers(axes: Axes, scene: Scene) -> list:
     thin = scene.slivers()
     if len(thin) == 0:
         return []
     x, y = scene.coordinates(0)[thin, :2].T
-    label = "sliver: " + _shortened([scene.names[b] for b in thin], 3)
+    label = "sliver: " + _shorten_list([scene.names[b] for b in thin], 3)
     return axes.plot(x, y, "o", mfc="none", mec=POINT, mew=1.6, ms=13, zorder=8, label=label)
 
 
 def view_box(scene: Scene, vertices=None) -> tuple[np.ndarray, np.ndarray]:
-    """Range of a picture, m: the first frame and blocks within half its size around it."""
+    """Return the range of a picture, m: the first frame, and blocks up to half its size away."""
     low, high = scene.box
     margin = 0.04 * scene.size
     if vertices is not None:
@@ -558,7 +558,7 @@ def view_box(scene: Scene, vertices=None) -> tuple[np.ndarray, np.ndarray]:
     return low - margin, high + margin
 
 
-def _view(axes: Axes, scene: Scene, vertices) -> None:
+def _set_view(axes: Axes, scene: Scene, vertices) -> None:
     low, high = view_box(scene, vertices)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", anchor="NW")
     axes.set_xlabel("x (m)", color=INK)
@@ -567,7 +567,7 @@ def _view(axes: Axes, scene: Scene, vertices) -> None:
 
 
 def _words(scene: Scene, frame: int, deformation: float) -> str:
-    """Text on the picture: time, blocks, factor, and blocks that are out of view."""
+    """Return the text on the picture: time, blocks, factor, and blocks out of view."""
     parts = [counted(scene.bodies, "block", "blocks")]
     if scene.bodies < scene.blocks:
         parts = [f"{parts[0]} of {scene.blocks:,} cells"]
@@ -580,10 +580,10 @@ def _words(scene: Scene, frame: int, deformation: float) -> str:
         parts.append(f"{gone} removed")
     lost = scene.lost(frame)
     if len(lost):
-        parts.append(f"{len(lost)} out of view: {_shortened([scene.names[b] for b in lost], 3)}")
+        parts.append(f"{len(lost)} out of view: {_shorten_list([scene.names[b] for b in lost], 3)}")
     return ", ".join(parts)
 
 
-def _shortened(names: list[str], most: int) -> str:
+def _shorten_list(names: list[str], most: int) -> str:
     more = len(names) - most
     return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Names beside points of a picture, none over another or over a point."""
+"""Place names beside points of a picture without overlap."""
 
 from itertools import product
 
@@ -12,19 +12,19 @@ from matplotlib.transforms import Bbox
 
 from ..report.style import PAPER, POINT
 
-# Where a name may stand beside its point, in radii of its mark: offset, alignment.  Nearer ones are
-# tried first.
+# Permitted positions of a name beside its point, in radii of its mark: offset, alignment.  Closer
+# positions are tried first.
 _SIDES = [(1.5 * x, 1.2 * y, "left" if x > 0 else "right", "bottom" if y > 0 else "top")
           for y, x in product((1, -1), (1, -1))] + [
     (0, 2.2, "center", "bottom"), (0, -2.2, "center", "top"),
     (2.2, 0, "left", "center"), (-2.2, 0, "right", "center"),
 ]  # fmt: skip
-_RINGS = (1.0, 3.0, 5.0, 8.0, 12.0)  # times these offsets; from the second one on with a line
-_RADIUS = 4.0  # points of a mark
+_RINGS = (1.0, 3.0, 5.0, 8.0, 12.0)  # factors on these offsets; from the second on with a line
+_RADIUS = 4.0  # radius of a mark, points
 
 
 class PointNames(Artist):
-    """Names that find their places when the picture is drawn, since only then its scale is known.
+    """Names that are placed when the picture is drawn, because its scale is known only then.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class PointNames(Artist):
         axes.add_artist(self)
 
     def draw(self, renderer) -> None:
-        """Give each name the first of its places that is free and inside; one without is hidden."""
+        """Place each name at its first free position inside; hide it if there is none."""
         reach = _RADIUS * renderer.points_to_pixels(1.0)
         marks = self.axes.transData.transform(self.marked)
         taken = [Bbox([at - reach, at + reach]) for at in marks]
@@ -72,5 +72,5 @@ class PointNames(Artist):
 
 
 def _is_within(one: Bbox, other: Bbox) -> bool:
-    """A box is inside another one."""
+    """Return whether a box is inside another box."""
     return other.contains(one.x0, one.y0) and other.contains(one.x1, one.y1)

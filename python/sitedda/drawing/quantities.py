@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Quantities that colour blocks, joints and forces: names, units, limits, round-off."""
+"""Quantities that colour blocks, joints and forces: names, units, limits, rounding."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,10 +8,10 @@ import numpy as np
 
 from ..output.scene import OWN_QUANTITIES, Scene, principal_stresses
 
-_SHARE = 0.01  # of the area: fraction that may lie beyond the usual range of a scale
-_FAR = 1.5  # times the usual range: a nearer largest value extends the range
-_USUAL = 0.7  # of the colours of one sign: fraction of the usual range
-_ROUNDING, _STILL = 100 * np.finfo(float).eps, 1e-9  # shares, as in `dda_rest_bound`
+_SHARE = 0.01  # fraction of the area that may lie beyond the usual range of a scale
+_FAR = 1.5  # largest values up to this factor times the usual range extend the range
+_USUAL = 0.7  # fraction of the colours of one sign for the usual range
+_ROUNDING, _STILL = 100 * np.finfo(float).eps, 1e-9  # fractions, as in `dda_rest_bound`
 _GRAVITY = 9.81  # m/s²
 
 
@@ -59,7 +59,7 @@ ARROWS = ("displacement", "velocity")
 
 
 def quantity(scene: Scene, name: str, frame: int, since: int = 0) -> np.ndarray:
-    """A quantity of the blocks in its unit, shape (blocks,); of movements since another frame."""
+    """Return a quantity of the blocks, shape (blocks,); movements since another frame."""
     if name.startswith("displacement"):
         moved = scene.displacement(frame) - scene.displacement(since)
         axis = {"x": 0, "y": 1}.get(name[-1] if "_" in name else "")
@@ -77,13 +77,13 @@ def quantity(scene: Scene, name: str, frame: int, since: int = 0) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Limits:
-    """Range of a scale: all values; beyond the usual ones the scale is coarser.
+    """Range of a scale that includes all values and is coarser beyond the usual values.
 
     Attributes
     ----------
     low, high : float
     usual : float
-        Where the usual part ends, for both signs; the larger end where it has them all.
+        End of the usual part, for both signs; the larger end if the scale is linear.
     """
 
     low: float
@@ -92,16 +92,16 @@ class Limits:
 
     @property
     def most(self) -> float:
-        """The larger end by size."""
+        """Return the larger end by absolute value."""
         return max(abs(self.low), abs(self.high))
 
     def over(self, size: float) -> "Limits":
-        """In a unit of that size."""
+        """Return the limits in a unit of that size."""
         return Limits(self.low / size, self.high / size, self.usual / size)
 
     @property
     def nodes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Values between which the scale is linear, and their places on it, 0 … 1."""
+        """Return values between which the scale is linear, and their positions, 0 … 1."""
         inner = (one for one in (-self.usual, 0.0, self.usual) if self.low < one < self.high)
         values = np.array([self.low, *inner, self.high])
         sizes = abs(values)
@@ -113,14 +113,14 @@ class Limits:
         return values, (places - places[0]) / (np.ptp(places) or 1.0)
 
     def share(self, values) -> np.ndarray:
-        """Places of values on the scale, 0 … 1."""
+        """Return the positions of values on the scale, 0 … 1."""
         return np.interp(values, *self.nodes)
 
 
 def limits(values, weights, signed: bool = False) -> Limits:
-    """Limits of all values; the usual part leaves at most 1 % of the area, far beyond it.
+    """Return limits of all values; the usual part omits at most 1 % of the area.
 
-    It leaves so little of all frames and of the last one, which the others lead to.
+    This holds for all frames together and for the last frame.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ def limits(values, weights, signed: bool = False) -> Limits:
     weights : ndarray, shape (things,)
         Areas of the blocks (m²), lengths of the joints (m).
     signed : bool
-        The same limit for both signs.
+        Whether both signs have the same limit.
     """
     values = np.atleast_2d(values)
     sizes = np.broadcast_to(weights, values.shape)
@@ -147,7 +147,7 @@ def limits(values, weights, signed: bool = False) -> Limits:
 
 
 def _usual_limit(values, weights) -> float:
-    """The upper limit of values with weights, 0 or more."""
+    """Return the usual upper limit of weighted values, 0 or more."""
     order = np.argsort(-values)
     beyond = np.cumsum(weights[order])
     at = int(np.searchsorted(beyond, _SHARE * beyond[-1], side="right"))
@@ -155,7 +155,7 @@ def _usual_limit(values, weights) -> float:
 
 
 def limits_of(scene: Scene, name: str, frames: Sequence[int], since: int = 0) -> Limits:
-    """Limits of a quantity of the blocks over frames."""
+    """Return the limits of a quantity of the blocks over frames."""
     values = np.stack([quantity(scene, name, frame, since) for frame in frames])
     gone = np.stack([scene.removed(frame) for frame in frames])
     values = np.where(gone, np.nan, values)
@@ -163,7 +163,7 @@ def limits_of(scene: Scene, name: str, frames: Sequence[int], since: int = 0) ->
 
 
 def movement_limits(scene: Scene, name: str, frames: Sequence[int]) -> Limits:
-    """Limits of slip or opening of the joints over frames."""
+    """Return the limits of slip or opening of the joints over frames."""
     which = list(MOVEMENTS).index(name)
     values = np.stack([np.maximum(scene.joint_movement(f)[which], 0.0) for f in frames])
     faces = scene.interfaces
@@ -171,10 +171,10 @@ def movement_limits(scene: Scene, name: str, frames: Sequence[int]) -> Limits:
 
 
 def rounding(scene: Scene) -> dict[str, float]:
-    """Largest values that count as round-off, by unit.
+    """Return the largest values that count as round-off, by unit.
 
-    Without a motion, places are sure to 1e-9 of the model's size; with one, to that share of what
-    has moved, or to the rounding of places.
+    Without a motion, positions are accurate to 1e-9 of the size of the model; with a motion, to
+    this fraction of the displacement, or to the rounding of positions.
     """
     said = str(scene.data.attrs.get("verdict", ""))
     share = _STILL
@@ -196,7 +196,7 @@ def rounding(scene: Scene) -> dict[str, float]:
 
 
 def some_of(frames: Sequence[int], most: int = 40) -> list[int]:
-    """A sample of frames, with the first and the last."""
+    """Return a sample of frames, with the first and the last."""
     frames = sorted(set(frames))
     if len(frames) <= most:
         return frames

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Principal stresses in the cells of bodies as crosses."""
+"""Draw principal stresses in the cells of bodies as crosses."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -9,12 +9,12 @@ from matplotlib.lines import Line2D
 from ..output.scene import Scene, principal_stresses
 from ..report.style import COMPRESSION, TENSION
 
-_REACH = 0.85  # of the root of a cell's area: the largest stress of the picture
-_LEAST = 0.02  # of the largest: shorter arms are points
+_REACH = 0.85  # length of the largest stress over the root of the area of a cell
+_LEAST = 0.02  # fraction of the largest stress below which an arm is a point
 
 
 def largest_stress(scene: Scene, frames) -> float:
-    """The largest principal stress by size in the cells of some frames, Pa."""
+    """Return the largest absolute principal stress in the cells of some frames, Pa."""
     cells = scene.body > 0
     most = 0.0
     for frame in frames:
@@ -24,7 +24,7 @@ def largest_stress(scene: Scene, frames) -> float:
 
 
 def draw_crosses(axes: Axes, scene: Scene, frame: int, factor: float, scale: float) -> list:
-    """Arms along the principal directions, while the stresses of cells are large.
+    """Draw arms along the principal directions of cells with large stresses.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def draw_crosses(axes: Axes, scene: Scene, frame: int, factor: float, scale: flo
 
 
 def key_of_crosses(largest: str) -> list:
-    """Legend of the arms; `largest` is the largest stress with its unit."""
+    """Return the legend of the arms; `largest` is the largest stress with its unit."""
     text = f"compression of cells,\nlargest stress {largest}"
     return [
         Line2D([], [], color=COMPRESSION, lw=1.2, label=text),

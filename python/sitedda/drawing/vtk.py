@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Outputs for ParaView: blocks, contacts and bolts of every frame as .vtp, their times in a .pvd.
+"""Write outputs for ParaView: blocks, contacts and bolts of frames as .vtp, times as .pvd.
 
 VTK's XML PolyData with appended raw data, deflated, written with numpy alone.
 """
@@ -16,11 +16,11 @@ from ..base.files import make_folder, write, written
 from ..output.scene import Scene, principal_stresses
 
 _TYPES = {"f8": "Float64", "i8": "Int64", "i4": "Int32"}
-_BLOCK = 1 << 20  # bytes that are deflated together
+_BLOCK = 1 << 20  # number of bytes that are deflated together
 
 
 class PolyData:
-    """A .vtp file in the making.
+    """The contents of a .vtp file.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ class PolyData:
         m; z is 0.
     kind : {'Polys', 'Lines', 'Verts'}
     connectivity, offsets : ndarray of int
-        Points of the cells, one after the other, and where each cell ends.
+        Points of the cells in sequence, and the end index of each cell.
     """
 
     def __init__(self, points, kind: str, connectivity, offsets):
@@ -37,7 +37,7 @@ class PolyData:
         self.connectivity = np.asarray(connectivity, dtype="<i8")
         self.offsets = np.asarray(offsets, dtype="<i8")
         self.cells: dict[str, np.ndarray] = {}
-        self.places: dict[str, np.ndarray] = {}  # of the points
+        self.places: dict[str, np.ndarray] = {}  # data of the points
         self.field: dict[str, list[str]] = {}
 
     def write(self, file: Path) -> None:
@@ -59,13 +59,13 @@ class PolyData:
         counts = {kind: 0 for kind in ("Verts", "Lines", "Strips", "Polys")}
         counts[self.kind] = len(self.offsets)
         numbers = " ".join(f'NumberOf{kind}="{count}"' for kind, count in counts.items())
-        cells = "".join(_array(name, v, appended) for name, v in self.cells.items())
-        topology = _array("connectivity", self.connectivity, appended) + _array(
+        cells = "".join(_array_element(name, v, appended) for name, v in self.cells.items())
+        topology = _array_element("connectivity", self.connectivity, appended) + _array_element(
             "offsets", self.offsets, appended
         )
-        at_points = "".join(_array(name, v, appended) for name, v in self.places.items())
-        points = _array("Points", self.points, appended)
-        fields = "".join(_texts(name, texts) for name, texts in self.field.items())
+        at_points = "".join(_array_element(name, v, appended) for name, v in self.places.items())
+        points = _array_element("Points", self.points, appended)
+        fields = "".join(_text_element(name, texts) for name, texts in self.field.items())
         return (
             f"<FieldData>\n{fields}</FieldData>\n"
             f'<Piece NumberOfPoints="{len(self.points)}" {numbers}>\n'
@@ -75,29 +75,29 @@ class PolyData:
         )
 
 
-def _array(name: str, values, appended: list[bytes]) -> str:
-    """The element of an array whose numbers are appended."""
+def _array_element(name: str, values, appended: list[bytes]) -> str:
+    """Return the element of an array and append its numbers."""
     values = np.ascontiguousarray(values)
     kind = values.dtype.newbyteorder("<").str[1:]
     parts = 1 if values.ndim == 1 else values.shape[1]
     offset = sum(map(len, appended))
-    appended.append(_compressed(values.astype(f"<{kind}").tobytes()))
+    appended.append(_compress(values.astype(f"<{kind}").tobytes()))
     return (
-        f'<DataArray type="{_TYPES[kind]}" Name={quoteattr(_legal(name))} '
+        f'<DataArray type="{_TYPES[kind]}" Name={quoteattr(_remove_illegal(name))} '
         f'NumberOfComponents="{parts}" format="appended" offset="{offset}"/>\n'
     )
 
 
-def _compressed(data: bytes) -> bytes:
-    """Deflated blocks after their count, size, size of the last, and sizes when deflated."""
+def _compress(data: bytes) -> bytes:
+    """Return deflated blocks after their count, size, last size and deflated sizes."""
     blocks = [zlib.compress(data[i : i + _BLOCK], 6) for i in range(0, len(data), _BLOCK)]
     last = len(data) % _BLOCK
     head = np.array([len(blocks), _BLOCK, last, *map(len, blocks)], dtype="<u8")
     return head.tobytes() + b"".join(blocks)
 
 
-def _texts(name: str, texts: list[str]) -> str:
-    """Texts as an ASCII array: each character's code, each text ended by 0."""
+def _text_element(name: str, texts: list[str]) -> str:
+    """Return texts as an ASCII array of character codes, each text ended by 0."""
     codes = b"".join(text.encode("utf-8", "replace") + b"\0" for text in texts)
     return (
         f'<Array type="String" Name={quoteattr(name)} NumberOfTuples="{len(texts)}" '
@@ -105,31 +105,31 @@ def _texts(name: str, texts: list[str]) -> str:
     )
 
 
-def _legal(text: str) -> str:
-    """A text without the characters that XML 1.0 forbids."""
+def _remove_illegal(text: str) -> str:
+    """Return a text without the characters that XML 1.0 forbids."""
     return "".join(c for c in text if c in "\t\n\r" or ord(c) >= 32)
 
 
 def blocks_of(scene: Scene, frame: int) -> PolyData:
-    """Blocks as polygons with their data."""
+    """Return blocks as polygons with their data."""
     count = len(scene.owner)
     data = PolyData(scene.vertices(frame), "Polys", np.arange(count), scene.first[1:])
     stress, now = scene.stress(frame), scene.coordinates(frame)
     moved = scene.displacement(frame)
     largest, smallest = principal_stresses(stress)
     moved_vertices = scene.vertices(frame) - scene.vertices(0)
-    data.places = {"displacement (m)": _flat(moved_vertices)}
+    data.places = {"displacement (m)": _to_3d(moved_vertices)}
     data.cells = {
         "block": np.arange(scene.blocks, dtype="<i4"),
         "material": scene.material.astype("<i4"),
         "removed": scene.removed(frame).astype("<i4"),
-        "displacement of the centroid (m)": _flat(moved),
+        "displacement of the centroid (m)": _to_3d(moved),
         "rotation (degree)": np.degrees(now[:, 2] - scene.coordinates(0)[:, 2]),
-        "velocity (m/s)": _flat(scene.rates(frame)[:, :2]),
+        "velocity (m/s)": _to_3d(scene.rates(frame)[:, :2]),
         "largest principal stress (Pa)": largest,
         "smallest principal stress (Pa)": smallest,
     }
-    for k, axes in enumerate(("xx", "yy", "xy")):  # scalars: of a vector a magnitude is offered
+    for k, axes in enumerate(("xx", "yy", "xy")):  # scalars: ParaView shows vectors by magnitude
         data.cells[f"stress {axes} (Pa)"] = stress[:, k]
         data.cells[f"strain {'gamma ' * (k == 2)}{axes}"] = now[:, 3 + k]
     words = {
@@ -144,7 +144,7 @@ def blocks_of(scene: Scene, frame: int) -> PolyData:
 
 
 def contacts_of(scene: Scene, frame: int) -> PolyData:
-    """All contacts as lines along their force; of open ones, which have none, a point."""
+    """Return contacts as lines along their force; open ones, without force, as points."""
     contacts = scene.contacts(frame)
     places, normal = scene.contact_points(frame, contacts)
     along = np.column_stack([-normal[:, 1], normal[:, 0]])
@@ -157,7 +157,7 @@ def contacts_of(scene: Scene, frame: int) -> PolyData:
     points[0::2], points[1::2] = places - half, places + half
     data = PolyData(points, "Lines", np.arange(2 * k), 2 * np.arange(1, k + 1))
     data.cells = {
-        "force (N/m)": _flat(force),
+        "force (N/m)": _to_3d(force),
         "normal force (N/m)": contacts["normal_force"].astype("<f8"),
         "shear force (N/m)": contacts["shear_force"].astype("<f8"),
         "first block": scene.owner[contacts["vertex"]].astype("<i4"),
@@ -172,7 +172,7 @@ def contacts_of(scene: Scene, frame: int) -> PolyData:
 
 
 def joints_of(scene: Scene, frame: int) -> PolyData:
-    """Segments shared by two blocks, moved with the first block, with their movement."""
+    """Return segments shared by two blocks, which move with the first, with their movement."""
     faces = scene.interfaces
     slip, opening = scene.joint_movement(frame)
     ends = [scene.carried(faces.first, places, frame) for places in (faces.start, faces.end)]
@@ -191,13 +191,13 @@ def joints_of(scene: Scene, frame: int) -> PolyData:
     return data
 
 
-def _flat(vectors: np.ndarray) -> np.ndarray:
-    """Vectors of the plane with a third component of 0."""
+def _to_3d(vectors: np.ndarray) -> np.ndarray:
+    """Add a third component of 0 to vectors of the plane."""
     return np.column_stack([vectors, np.zeros(len(vectors))])
 
 
 def bolts_of(scene: Scene, frame: int) -> PolyData:
-    """Bolts that are there as lines through all their points."""
+    """Return the present bolts as lines through all their points."""
     bolts = scene.bolts(frame)
     points = np.vstack([np.empty((0, 2)), *(one["places"] for one in bolts)])
     ends = np.cumsum([len(one["places"]) for one in bolts], dtype=int)
@@ -217,7 +217,7 @@ def write_vtk(source, folder) -> Path:
     ----------
     source : path, Run, Simulation, xarray.Dataset or Scene
     folder : path
-        Made if it is missing; gets ``blocks.pvd``, ``contacts.pvd``, ``joints.pvd``, of models
+        Created if missing; receives ``blocks.pvd``, ``contacts.pvd``, ``joints.pvd``, of models
         with bolts ``bolts.pvd``, and their frames; of measured points ``points.csv``.
 
     Returns
@@ -236,15 +236,15 @@ def write_vtk(source, folder) -> Path:
         for frame in range(scene.frames):
             file = f"{name}_{frame:0{digits}d}.vtp"
             made(scene, frame).write(folder / file)
-            entries.append(_entry(float(scene.time[frame]), file))
+            entries.append(_dataset_entry(float(scene.time[frame]), file))
         _write_collection(folder / f"{name}.pvd", scene.title, entries)
     if "point" in scene.data.coords:
-        write(folder / "points.csv", _histories(scene), "a file of ParaView")
+        write(folder / "points.csv", _history_table(scene), "a file of ParaView")
     return folder / "blocks.pvd"
 
 
-def _histories(scene: Scene) -> str:
-    """Histories of the measured points as a table, a line for each sample."""
+def _history_table(scene: Scene) -> str:
+    """Return histories of the measured points as a table, one line per sample."""
     columns = {"time (s)": scene.data["time"].values}
     for name, unit in (("displacement", "m"), ("velocity", "m/s"), ("acceleration", "m/s²")):
         for i, point in enumerate(map(str, scene.data["point"].values)):
@@ -258,12 +258,12 @@ def _histories(scene: Scene) -> str:
     return text.getvalue()
 
 
-def _entry(time: float, file: str) -> str:
+def _dataset_entry(time: float, file: str) -> str:
     return f'<DataSet timestep="{time!r}" part="0" file={quoteattr(file)}/>\n'
 
 
 def _write_collection(file: Path, title: str, entries: list[str]) -> None:
-    words = escape(_legal(title)).replace("--", "- -")
+    words = escape(_remove_illegal(title)).replace("--", "- -")
     text = (
         f'<?xml version="1.0"?>\n<!-- {words} -->\n<VTKFile type="Collection" version="0.1" '
         f'byte_order="LittleEndian">\n<Collection>\n{"".join(entries)}</Collection>\n</VTKFile>\n'

@@ -170,7 +170,7 @@ def resume(
 ) -> Run:
     """Continue a run that ended early, from the last checkpoint of its output.
 
-    The result is bit-identical to that of an uninterrupted run. Without a checkpoint, the run
+    The result is bit-identical to that of an uninterrupted run.  Without a checkpoint, the run
     starts from the beginning; a complete output is only read.
 
     Parameters

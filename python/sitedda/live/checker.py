@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The check of a model in a process of its own, which ends when the model is edited.
+"""Check a model in a separate process, which is ended when the model is edited.
 
 Run as a program it reads an input from its standard input and prints findings as JSON.
 """
@@ -18,7 +18,7 @@ _DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
 
 
 class Checker:
-    """Checks inputs one after the other; a new one ends that before it.
+    """Checker of inputs; a new check ends the previous one.
 
     Parameters
     ----------
@@ -32,15 +32,15 @@ class Checker:
         self._one = threading.Lock()
 
     def start(self, text: str, file: Path, version: int) -> None:
-        """Check an input; the answer has its version."""
+        """Check an input; the answer contains its version."""
         with self._one:
-            self._end()
+            self._end_process()
             self._process = subprocess.Popen(
                 [sys.executable, "-m", __name__, os.fspath(file)],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,
-                start_new_session=True,  # Ctrl-C is for the server
+                start_new_session=True,  # only the server handles Ctrl-C
             )
             process = self._process
         self._tell({"kind": "check", "version": version, "state": "running"})
@@ -58,18 +58,18 @@ class Checker:
         self._tell({"kind": "check", "version": version, "state": "done"} | found)
 
     def stop(self) -> None:
-        """End the check that is running."""
+        """End the running check."""
         with self._one:
-            self._end()
+            self._end_process()
 
-    def _end(self) -> None:
+    def _end_process(self) -> None:
         process, self._process = self._process, None
         if process is not None and process.poll() is None:
             process.kill()
 
 
 def main() -> None:
-    """Check the input that stands on the standard input."""
+    """Check the input read from standard input."""
     ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal.SIGKILL)
     from ..base.errors import SiteddaError
     from ..engine.checking import check

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The input as text and as groups: both the same model, comments kept, every edit undone."""
+"""An edited input as text and as groups, with its comments and with undo of every edit."""
 
 import re
 from pathlib import Path
@@ -11,13 +11,13 @@ from ..input.groups import single_groups
 from ..input.input_text import UNSET, Found, find_groups, with_changes
 from ..input.schema import GROUPS
 
-MOST_TEXT = 8_000_000  # characters of an edited input
-_VERSIONS = 400  # that can be undone
-_SHOWN = 60  # groups of a kind that have a form
-_VALUES = 200  # of a variable that has a field; longer lists are edited in the text
+MOST_TEXT = 8_000_000  # largest number of characters of an edited input
+_VERSIONS = 400  # largest number of edits that can be undone
+_SHOWN = 60  # largest number of groups of a kind with a form
+_VALUES = 200  # longest list with a field; longer lists are edited in the text
 _REFERS = re.compile(r"the name of a &(\w+)$")
-_TURN = 60  # degrees between sets of joints that are added
-# Lines used if the example of the schema names parts of another model.
+_TURN = 60  # angle between added joint sets, degrees
+# Lines used if the example in the schema refers to parts of another model.
 EXAMPLES = {
     "motion": "&motion name = 'shaking', quantity = 'acceleration', time_step = 0.1, "
     "values = 0, 1, 0, -1, 0, 1, 0, -1, 0 /",
@@ -28,7 +28,7 @@ _PLACE = re.compile(r"group &(\w+) \(line (\d+)\)")
 
 
 class Document:
-    """A namelist text that is edited.
+    """An edited namelist text.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class Document:
         self.version = 0
         self._past: list[str] = []
         self._future: list[str] = []
-        self._last: str | None = None  # last edited variable: a slider makes one version
+        self._last: str | None = None  # last edited variable: the edits of a slider count as one
 
     # --- edits --------------------------------------------------------------------------------
 
@@ -70,25 +70,25 @@ class Document:
         path = f"{group}.{variable}" if group in single_groups() else f"{group}[{number}]"
         path = path if group in single_groups() else f"{path}.{variable}"
         text, _ = with_changes(self.text, [(path, value)], self.file)
-        find_groups(text, self.file, ("block",))  # a value of another kind is refused here
+        find_groups(text, self.file, ("block",))  # rejects a value of another kind
         self._replace_text(text, path)
 
     def add(self, group: str) -> None:
-        """Add a group with the values of its example, under a name of its own."""
+        """Add a group with the values of its example and a unique name."""
         kind = GROUPS.get(group)
         if kind is None:
             raise InputError(f"there is no group &{group}")
         found = self.found()
         same = [one for one in found if one.name == group]
         if same and not kind.repeats:
-            raise InputError(f"&{group} is there already")
+            raise InputError(f"&{group} exists already")
         line = _known_names(EXAMPLES.get(group) or kind.example or f"&{group} /", kind, found)
         at = same[-1].end if same else self._insertion_point(kind, found)
-        line = _turned(_named(line, same), same)
+        line = _turn_joint_set(_make_name_unique(line, same), same)
         self._replace_text(f"{self.text[:at]}\n{line}{self.text[at:]}", "")
 
     def _insertion_point(self, kind, found: list[Found]) -> int:
-        """After the last group that stands before this kind in the schema; else at the end."""
+        """Return the position after the last group that precedes this kind in the schema."""
         order = list(GROUPS)
         before = [one for one in found if one.name in order[: order.index(kind.name)]]
         return max((one.end for one in before), default=len(self.text.rstrip()))
@@ -107,13 +107,13 @@ class Document:
 
     def undo(self) -> None:
         """Undo the last edit."""
-        self._step(self._past, self._future)
+        self._move_in_history(self._past, self._future)
 
     def redo(self) -> None:
         """Repeat the last edit that was undone."""
-        self._step(self._future, self._past)
+        self._move_in_history(self._future, self._past)
 
-    def _step(self, source: list[str], target: list[str]) -> None:
+    def _move_in_history(self, source: list[str], target: list[str]) -> None:
         if source:
             target.append(self.text)
             self.text = source.pop()
@@ -135,17 +135,17 @@ class Document:
         self.version += 1
 
     def settle(self) -> None:
-        """End a series of edits of one value: the next one is undone by itself."""
+        """End a series of edits of a value; the next edit can be undone separately."""
         self._last = None
 
     # --- groups -------------------------------------------------------------------------------
 
     def found(self) -> list[Found]:
-        """The groups of the text."""
+        """Return the groups of the text."""
         return find_groups(self.text, self.file)
 
     def described(self) -> dict:
-        """Text and groups as plain values, for the page; only the text if it has no groups."""
+        """Return text and groups as plain values for the page; only text if it is invalid."""
         plain = {
             "version": self.version,
             "file": self.file.name,
@@ -165,7 +165,7 @@ def _plain_groups(found: list[Found]) -> list[dict]:
     for one in found:
         number = counts[one.name] = counts.get(one.name, 0) + 1
         if number <= _SHOWN:
-            values = {name: _typed(value) for name, value in one.values.items()}
+            values = {name: _format_value(value) for name, value in one.values.items()}
             plain.append({"name": one.name, "number": number, "line": one.line, "values": values})
     for name, count in counts.items():
         if count > _SHOWN:
@@ -173,32 +173,32 @@ def _plain_groups(found: list[Found]) -> list[dict]:
     return plain
 
 
-def _typed(value) -> str | None:
-    """A value as typed; None if the list is too long for a field."""
+def _format_value(value) -> str | None:
+    """Format a value as typed; None if the list is too long for a field."""
     if isinstance(value, bool):
         return ".true." if value else ".false."
     if isinstance(value, str):
         return value
     if isinstance(value, float):
-        return _number(value)
+        return _format_number(value)
     if isinstance(value, list | np.ndarray):
         if len(value) > _VALUES:
             return None
-        return ", ".join("" if v == UNSET else _typed(v) for v in _list(value))
+        return ", ".join("" if v == UNSET else _format_value(v) for v in _format_list(value))
     return str(value)
 
 
-def _list(value) -> list:
+def _format_list(value) -> list:
     return value.tolist() if isinstance(value, np.ndarray) else value
 
 
-def _number(value: float) -> str:
+def _format_number(value: float) -> str:
     text = f"{value:.15g}"
     return text if float(text) == value else repr(value)
 
 
 def _known_names(example: str, kind, found: list[Found]) -> str:
-    """The line of an example with names that exist: the first of their kind, or none."""
+    """Return the line of an example, in which references name existing groups."""
     for one in kind.variables:
         match = _REFERS.match(one.values)
         if match is None:
@@ -212,8 +212,8 @@ def _known_names(example: str, kind, found: list[Found]) -> str:
     return example
 
 
-def _named(example: str, same: list[Found]) -> str:
-    """The line of an example, whose name is no other group's."""
+def _make_name_unique(example: str, same: list[Found]) -> str:
+    """Return the line of an example with a unique name."""
     names = {one.values.get("name") for one in same}
     match = re.search(r"name = '([^']*)'", example)
     if match is None or match[1] not in names:
@@ -222,8 +222,8 @@ def _named(example: str, same: list[Found]) -> str:
     return example.replace(match[0], f"name = '{match[1]}_{number}'", 1)
 
 
-def _turned(example: str, same: list[Found]) -> str:
-    """The line of an example, whose angle is no other set's."""
+def _turn_joint_set(example: str, same: list[Found]) -> str:
+    """Return the line of an example with an angle that no other set has."""
     match = re.search(r"\bangle = ([-\d.]+)", example)
     if match is None:
         return example
@@ -234,7 +234,7 @@ def _turned(example: str, same: list[Found]) -> str:
 
 
 def place_of_trouble(message: str, text: str, file) -> dict:
-    """The group, its number and the variable that a message of the engine is about, if any."""
+    """Return group, number and variable to which a message of the engine refers, if any."""
     match = _PLACE.search(message)
     if match is None:
         return {}

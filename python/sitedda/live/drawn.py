@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The model as drawn: data for the page before any stage has started."""
+"""Data of the model for the page before any stage has started."""
 
 import base64
 import json
@@ -21,12 +21,12 @@ from ..input.source import InputOfRun, blocks_text
 from ..output.scene import Scene
 
 _MANY = 1_000  # blocks
-_ALIGNED = 8  # bytes: typed arrays of the browser begin at multiples of their size
+_ALIGNED = 8  # bytes: typed arrays of the browser are aligned to their size
 
 
 @dataclass(frozen=True)
 class Drawing:
-    """A picture of a model.
+    """The drawing of a model.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class Drawing:
 
 
 def draw_model(text: str, file: Path, **more) -> Drawing:
-    """Cut an input into blocks, read it by the engine and draw it.
+    """Build the blocks of an input, read it by the engine and draw it.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def draw_model(text: str, file: Path, **more) -> Drawing:
     file : path
         File of the input.
     **more
-        Stands in the head of the message.
+        Additional values in the head of the message.
 
     Raises
     ------
@@ -60,13 +60,13 @@ def draw_model(text: str, file: Path, **more) -> Drawing:
         If the input cannot be run; the message names group, line and value.
     """
     with TemporaryDirectory(prefix="sitedda") as folder:
-        put = partial(_put, Path(folder) / "blocks.nc")
+        put = partial(_blocks_text, Path(folder) / "blocks.nc")
         with Simulation(InputOfRun(file, text, put), drawn=True) as simulation:
             return draw_simulation(simulation, **more)
 
 
-def _put(file: Path, blocks: Sequence[dict]) -> str:
-    """Blocks as text for the engine, which reads many from a file in a third of the time."""
+def _blocks_text(file: Path, blocks: Sequence[dict]) -> str:
+    """Return blocks as text; many are written to a file, which the engine reads faster."""
     if len(blocks) >= _MANY:
         with suppress(OutputError):  # a full disk
             return group_text("blocks", {"file": str(write_block_file(file, blocks))})
@@ -91,9 +91,9 @@ def draw_simulation(simulation: Simulation, **more) -> Drawing:
 
 
 def packed(head: dict, streams: dict[str, bytes]) -> bytes:
-    """A message: the length of its head (4 bytes), the head as JSON, the streams.
+    """Pack a message: length of its head (4 bytes), head as JSON, streams.
 
-    The head has the offset of each stream, from the end of the head, and its length.
+    The head contains the offset of each stream, from the end of the head, and its length.
     """
     places, at = {}, 0
     for name, data in streams.items():
@@ -108,7 +108,7 @@ def packed(head: dict, streams: dict[str, bytes]) -> bytes:
 
 
 def marks(scene: Scene) -> dict:
-    """Supports, boundaries, loads, measured points, water and slivers, places from the origin."""
+    """Return supports, boundaries, loads, points, water and slivers relative to the origin."""
     low, high = scene.box
     x0, y0 = 0.5 * (low + high)
 
@@ -127,7 +127,7 @@ def marks(scene: Scene) -> dict:
             }
             for one in scene.boundaries(0)
         ],  # fmt: skip
-        "loads": [placed(_plain(one)) for one in scene.loads()],
+        "loads": [placed(_plain_values(one)) for one in scene.loads()],
         "points": [placed(one) for one in scene.points()],
         "water": [(line - (x0, y0)).ravel().tolist() for line in lines],
         "slivers": scene.slivers().tolist(),
@@ -135,19 +135,19 @@ def marks(scene: Scene) -> dict:
     }
 
 
-def _plain(one: dict) -> dict:
+def _plain_values(one: dict) -> dict:
     return {name: float(value) for name, value in one.items()}
 
 
 def card(text: str, file: Path, most: int = 4000) -> dict:
-    """The outlines of an input's blocks in whole numbers, for a small picture.
+    """Return the outlines of the blocks of an input in whole numbers, for a small picture.
 
     Parameters
     ----------
     text, file
         The input, and where it is from.
     most : int
-        Blocks; of more, every second or third one is drawn.
+        Largest number of blocks; of more blocks, every second or third one is drawn.
     """
     with Simulation(InputOfRun(file, text), drawn=True) as simulation:
         polygons, materials = simulation.polygons, simulation.block_materials

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Frames of a run as messages, and those that are kept for pages that come later."""
+"""Frames of a run as messages, and their storage for pages that open later."""
 
 import numpy as np
 
@@ -7,13 +7,13 @@ from ..drawing.view.encode import NOT_FULL
 from ..engine.simulation import Simulation
 from .drawn import packed
 
-_BYTES = 128_000_000  # of the frames that are kept
-_CONTACTS = 40_000  # forces of a frame
+_BYTES = 128_000_000  # largest size of the stored frames
+_CONTACTS = 40_000  # largest number of forces of a frame
 _ENERGIES = ("kinetic", "strain", "contact", "input", "friction", "balance")
 
 
 def frame_message(simulation: Simulation, start: np.ndarray) -> bytes:
-    """The present state of a run.
+    """Return the present state of a run as a message.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def frame_message(simulation: Simulation, start: np.ndarray) -> bytes:
     coordinates, rates, stresses = simulation.block_states
     speed = np.hypot(rates[:, 0], rates[:, 1])
     blocks = np.vstack([(coordinates - start).T, speed[None], stresses.T]).astype("<f4")
-    streams = {"blocks": blocks.tobytes()} | _contacts(simulation)
+    streams = {"blocks": blocks.tobytes()} | _contact_streams(simulation)
     bolts = simulation.bolts
     force = np.hypot(bolts["force"], bolts["shear_force"])
     streams["bolts"] = np.column_stack([force, bolts["state"]]).astype("<f4").tobytes()
@@ -54,7 +54,7 @@ def frame_message(simulation: Simulation, start: np.ndarray) -> bytes:
     return packed(head, streams)
 
 
-def _contacts(simulation: Simulation) -> dict[str, bytes]:
+def _contact_streams(simulation: Simulation) -> dict[str, bytes]:
     closed = simulation.closed_contacts
     if len(closed) > _CONTACTS:
         return {}
@@ -64,7 +64,7 @@ def _contacts(simulation: Simulation) -> dict[str, bytes]:
 
 
 class Frames:
-    """Messages of a run from its start on; when they are too many, every second one is dropped."""
+    """Stored messages of a run; if they are too many, every second one is dropped."""
 
     def __init__(self):
         self._kept: list[bytes] = []
@@ -73,7 +73,7 @@ class Frames:
         self._count = 0
 
     def add(self, message: bytes) -> None:
-        """Keep a frame, unless only every second, fourth … one is kept by now."""
+        """Store a frame, unless only every second, fourth … frame is stored by now."""
         self._count += 1
         if (self._count - 1) % self._every:
             return

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Access to the server: one user with a token, from a page of the server itself.
+"""Access control of the server: one user with a token, from a page of the server itself.
 
-The token stands in a private file, never in an argument, an address that is sent, or a log: the
-browser opens that file, which forwards it behind the ``#`` of the address, and the page sends it in
-its first message.  Names of hosts and origins are those of the server, so that no other page can
-reach it by a name that leads here.
+The token is stored in a private file, never in an argument, a transmitted address or a log.  The
+browser opens this file, which forwards the token behind the ``#`` of the address, and the page
+sends the token in its first message.  Only host names and origins of the server are accepted, so
+that no other page can reach it by another name.
 """
 
 import hmac
@@ -15,7 +15,7 @@ from pathlib import Path
 
 from ..base.files import make_folder, write
 
-SECONDS_TO_ENTER = 10.0  # for a new connection to send the token
+SECONDS_TO_ENTER = 10.0  # s in which a new connection must send the token
 LOOPBACK = "127.0.0.1"
 
 
@@ -28,30 +28,30 @@ class Guard:
         Address that the server listens at.
     port : int
     notebook : bool
-        Notebooks that are served on this machine may show the page in a frame.
+        Whether notebooks on this machine may show the page in a frame.
     """
 
     def __init__(self, host: str, port: int, notebook: bool = False):
         names = {host, "localhost"} if host == LOOPBACK else {host}
-        self.hosts = {f"{_bracketed(name)}:{port}" for name in names}
-        self.address = f"http://{_bracketed(host)}:{port}/"
+        self.hosts = {f"{_in_brackets(name)}:{port}" for name in names}
+        self.address = f"http://{_in_brackets(host)}:{port}/"
         self.token = secrets.token_urlsafe(32)
         self.frames = "http://127.0.0.1:* http://localhost:*" if notebook else "'none'"
 
     def knows_host(self, host: str | None) -> bool:
-        """Whether a request means this server by one of its names."""
+        """Return whether a request addresses this server by one of its names."""
         return host in self.hosts
 
     def knows_origin(self, origin: str | None) -> bool:
-        """Whether a page of this server requested a connection."""
+        """Return whether a page of this server requests a connection."""
         return origin in {f"http://{host}" for host in self.hosts}
 
     def admits(self, token) -> bool:
-        """Whether a token is correct, compared in constant time."""
+        """Return whether a token is correct, compared in constant time."""
         return isinstance(token, str) and hmac.compare_digest(token.encode(), self.token.encode())
 
     def headers(self) -> dict[str, str]:
-        """Headers of every answer: the page may use only content of this server."""
+        """Return the headers of every answer: the page may use only content of this server."""
         sockets = " ".join(f"ws://{host}" for host in sorted(self.hosts))
         policy = (
             "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; "
@@ -68,7 +68,7 @@ class Guard:
         }
 
     def write_entrance(self, folder: Path) -> Path:
-        """Write the private page that forwards a browser to the server; its file."""
+        """Write the private page that forwards a browser to the server; return its path."""
         target = escape(f"{self.address}#{self.token}")
         page = (
             "<!doctype html>\n<html lang='en'><head><meta charset='utf-8'><title>sitedda</title>"
@@ -86,10 +86,10 @@ class Guard:
 
 
 def private_folder(folder: Path) -> Path:
-    """A folder that nobody else can read."""
+    """Create a folder that nobody else can read."""
     make_folder(folder).chmod(0o700)
     return folder
 
 
-def _bracketed(host: str) -> str:
+def _in_brackets(host: str) -> str:
     return f"[{host}]" if ":" in host else host

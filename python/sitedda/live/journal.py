@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The session of a server in a private folder, so that nothing is lost at its end.
+"""Store the session of a server in a private folder, so that nothing is lost at its end.
 
-The model is written after each edit, before the page hears of it; of a run, its input and what was
-done to it, before it is done.  The engine keeps results and checkpoints beside them.
+The model is written after each edit, before the page is informed.  Input and actions of a run are
+written before they take effect.  The engine stores results and checkpoints in the same folder.
 """
 
 import fcntl
@@ -15,11 +15,11 @@ from ..base.errors import OutputError
 from ..base.files import ANY, write
 from .guard import private_folder
 
-_OTHERS = 20  # servers in one folder
+_OTHERS = 20  # largest number of servers in a folder
 
 
 class Journal:
-    """The private folder of the sessions in a working folder.
+    """The private folder of the sessions of a working folder.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ class Journal:
     Attributes
     ----------
     folder : Path
-        The private one; nobody else can read it.
+        The private folder, which nobody else can read.
     """
 
     def __init__(self, folder: Path):
@@ -42,23 +42,23 @@ class Journal:
                 return
             except OSError:
                 os.close(self._lock)
-        raise OutputError(f"{_OTHERS} servers work in {folder} already")
+        raise OutputError(f"{_OTHERS} servers already work in {folder}")
 
     def close(self) -> None:
         """Release the folder for another server."""
         os.close(self._lock)
 
     def keep(self, name: str, value: dict | None) -> None:
-        """Keep plain values under a name, or forget them."""
+        """Store plain values under a name, or delete them."""
         file = self.folder / f"{name}.json"
         if value is None:
             file.unlink(missing_ok=True)
         else:
-            # Written data survive the process; waiting for the disk is not necessary.
+            # Written data survive the process, so that it need not wait for the disk.
             write(file, json.dumps(value), ANY, sync=False)
 
     def kept(self, name: str) -> dict | None:
-        """The stored value of a name; None if it is missing or damaged."""
+        """Return the stored value of a name; None if it is missing or damaged."""
         try:
             found = json.loads((self.folder / f"{name}.json").read_bytes())
         except (OSError, ValueError):
@@ -67,7 +67,7 @@ class Journal:
 
     @property
     def output(self) -> Path:
-        """The output of the run."""
+        """Return the path of the output of the run."""
         return self.folder / "run.nc"
 
     def forget_run(self) -> None:
@@ -80,6 +80,6 @@ class Journal:
 
 
 def state_folder() -> Path:
-    """The state folder of this user."""
+    """Return the state folder of this user."""
     home = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
     return Path(home) / "sitedda" / "live"

@@ -1,67 +1,67 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Messages of the page: JSON objects with a command and its fields, all of known kinds.
+"""Check messages of the page: JSON objects with a command and fields of known kinds.
 
-Other messages are refused in one sentence and not executed.
+Other messages are rejected with an error and not executed.
 """
 
 import json
 
 from ..base.errors import InputError
 
-MOST = 9_000_000  # bytes of a message: a text of the largest size
-_FEW = 20  # members of an object
-_LONG = 4096  # characters of a value
+MOST = 9_000_000  # largest size of a message, bytes: a text of the largest size
+_FEW = 20  # largest number of members of an object
+_LONG = 4096  # largest number of characters of a value
 
 
-def _text(value) -> bool:
+def _is_text(value) -> bool:
     return isinstance(value, str) and len(value) <= _LONG and value.isprintable()
 
 
-def _whole(value) -> bool:
+def _is_whole(value) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and 0 < value < 2**31
 
 
-def _value(value) -> bool:
+def _is_value(value) -> bool:
     return value is None or (isinstance(value, str) and len(value) <= 20 * _LONG)
 
 
-def _values(value) -> bool:
+def _are_values(value) -> bool:
     return isinstance(value, dict) and 0 < len(value) <= _FEW and all(
-        _text(name) and isinstance(one, str) and _text(one) for name, one in value.items()
+        _is_text(name) and isinstance(one, str) and _is_text(one) for name, one in value.items()
     )  # fmt: skip
 
 
-def _long_text(value) -> bool:
+def _is_long_text(value) -> bool:
     return isinstance(value, str)
 
 
-# The fields of each command, all of which it has.
+# The fields of each command; all are required.
 COMMANDS = {
-    "open": {"source": _text, "name": _text},
+    "open": {"source": _is_text, "name": _is_text},
     "leave": {},
-    "write": {"text": _long_text},
-    "set": {"group": _text, "number": _whole, "variable": _text, "value": _value},
+    "write": {"text": _is_long_text},
+    "set": {"group": _is_text, "number": _is_whole, "variable": _is_text, "value": _is_value},
     "settle": {},
-    "add": {"group": _text},
-    "take_out": {"group": _text, "number": _whole},
-    "record": {"number": _whole, "name": _text},
+    "add": {"group": _is_text},
+    "take_out": {"group": _is_text, "number": _is_whole},
+    "record": {"number": _is_whole, "name": _is_text},
     "undo": {},
     "redo": {},
     "check": {},
     "rest": {},
     "run": {},
     "pause": {},
-    "step": {"steps": _whole},
+    "step": {"steps": _is_whole},
     "stop": {},
     "back": {},
-    "change": {"values": _values},
-    "stage": {"values": _values},
-    "save": {"what": _text, "name": _text},
+    "change": {"values": _are_values},
+    "stage": {"values": _are_values},
+    "save": {"what": _is_text, "name": _is_text},
 }
 
 
 def read_message(data: str | bytes) -> tuple[str, dict]:
-    """The command of a message and its fields.
+    """Return the command of a message and its fields.
 
     Raises
     ------
@@ -69,15 +69,15 @@ def read_message(data: str | bytes) -> tuple[str, dict]:
         If it is not a message.
     """
     if not isinstance(data, str):
-        raise InputError("a message is a text")
+        raise InputError("a message must be a text")
     if len(data) > MOST:
-        raise InputError(f"a message has at most {MOST:,} characters")
+        raise InputError(f"a message can have at most {MOST:,} characters")
     try:
         found = json.loads(data)
     except (ValueError, RecursionError):
         raise InputError("the message is not JSON") from None
     if not isinstance(found, dict) or not isinstance(found.get("do"), str):
-        raise InputError("a message is an object with the command 'do'")
+        raise InputError("a message must be an object with the command 'do'")
     command = found.pop("do")
     fields = COMMANDS.get(command)
     if fields is None:

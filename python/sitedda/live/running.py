@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A run that is watched: rest, run, pause, step, stop and changes, in a thread of its own.
+"""A controlled run in a separate thread: equilibrium, run, pause, step, stop, changes.
 
-The engine works without the lock of the interpreter, for about 1/30 s at a time; between
-commands are carried out and, while somebody watches, a frame is told.
+The engine runs without the lock of the interpreter for about 1/30 s at a time. In between, commands
+are executed and, while a page is open, a frame is sent.
 """
 
 import hashlib
@@ -25,15 +25,15 @@ from ..input.source import InputOfRun
 from .drawn import draw_simulation
 from .frames import Frames, frame_message
 
-_PIECE = 0.03  # s of the clock that the engine works between looks at commands
+_PIECE = 0.03  # s for which the engine runs between checks for commands
 _FRAME = 0.04  # s between frames, or more if they take more than a fraction of the processor
 _SHARE = 0.04
-_UNWATCHED = 1.0  # the same while nobody watches
+_UNWATCHED = 1.0  # the same while no page is open
 _STATUS = 0.2  # s between reports of progress
 _CHECKPOINT = 5.0  # s between checkpoints, or more if they take more than 1 % of the time
 _TO_THE_END = 2**31 - 1  # steps
 OVER = ("done", "stopped", "failed")
-ENDED = "the run has ended and stays as it is; edit the model to run it with other values"
+ENDED = "the run has ended and cannot change; edit the model to run it with other values"
 
 
 class LiveRun:
@@ -46,13 +46,13 @@ class LiveRun:
     file : path
         File of the input.
     output : path
-        Of the run, in a private folder.
+        Output of the run, in a private folder.
     tell : callable
         Called with messages for the page, from the thread of the run.
     watched : callable
-        Whether anybody looks.
+        Returns whether a page is open.
     keep : callable
-        Called with all that was done, before the engine keeps it in a checkpoint.
+        Called with all actions, before the engine stores them in a checkpoint.
     actions : list of dict, optional
         Actions of a run that continues: see `script.py`.
     """
@@ -81,52 +81,52 @@ class LiveRun:
         self._simulation: Simulation | None = None
         self._chunk = 1
         self._shown = self._said = self._saved = 0.0
-        self._used = self._cost = 0.0  # s of the processor, at the last frame and of it
+        self._used = self._cost = 0.0  # processor time, s: at the last frame, and for it
         self._pace: list[tuple[float, float]] = []
         self._closing = self._interrupted = False
-        self._thread = threading.Thread(target=self._work, name="run", daemon=True)
+        self._thread = threading.Thread(target=self._run_thread, name="run", daemon=True)
         self._thread.start()
 
     # --- commands -----------------------------------------------------------------------------
 
     def rest(self) -> None:
-        """Bring the model to the state that its first dynamic step begins with, and pause."""
-        self._run_task(self._rest)
+        """Compute the static equilibrium at which the first dynamic step starts, and pause."""
+        self._run_task(self._find_equilibrium)
 
     def run(self) -> None:
         """Run until it is over or paused."""
-        self._run_task(lambda: self._set("running"))
+        self._run_task(lambda: self._set_status("running"))
 
     def pause(self) -> None:
-        """Wait between two steps."""
+        """Pause after the present step."""
         self._run_task(self._pause)
 
     def step(self, steps: int) -> None:
         """Take some steps and pause."""
-        self._run_task(lambda: self._steps(steps))
+        self._run_task(lambda: self._take_steps(steps))
 
     def stop(self) -> None:
-        """End it here; its results stay."""
+        """End the run here; its results are kept."""
         self._interrupt()
         self._run_task(self._stop)
 
     def change(self, changes: dict[str, str]) -> None:
-        """Change variables of the input from now on; values as typed."""
-        self._run_task(lambda: self._apply({"do": "change", "changes": changes}))
+        """Change variables of the input from now on, with values as typed."""
+        self._run_task(lambda: self._apply_action({"do": "change", "changes": changes}))
 
     def stage(self, values: dict[str, str]) -> None:
-        """Begin a stage at the end of the present step Δt; values as typed."""
-        self._run_task(lambda: self._apply({"do": "stage", "values": values}))
+        """Begin a stage at the end of the present step Δt, with values as typed."""
+        self._run_task(lambda: self._apply_action({"do": "stage", "values": values}))
 
     def close(self) -> None:
-        """End the thread; the results so far and a checkpoint stay."""
+        """End the thread; the results so far and a checkpoint are kept."""
         self._closing = True
         self._interrupt()
         self._tasks.put(None)
         self._thread.join()
 
     def _interrupt(self) -> None:
-        """Interrupt a long search for rest, or a step, in the engine."""
+        """Interrupt a long static stage or step in the engine."""
         if self.status in ("resting", "running"):
             self._interrupted = True
             api.stop_engine(signal.SIGINT)
@@ -136,7 +136,7 @@ class LiveRun:
 
     # --- thread -------------------------------------------------------------------------------
 
-    def _work(self) -> None:
+    def _run_thread(self) -> None:
         try:
             self._open()
             while not self._closing:
@@ -145,13 +145,13 @@ class LiveRun:
                     self._advance()
         except SiteddaError as error:
             self._fail(error)
-        except Exception as error:  # of the program itself: reported, not lost
+        except Exception as error:  # faults of the program are reported, not lost
             self._fail(error)
         finally:
             self._leave()
 
     def _carry_out(self) -> None:
-        """Carry out commands that have arrived; if the run is paused, wait for one."""
+        """Execute the commands that have arrived; if the run is paused, wait for one."""
         wait = self.status != "running"
         while not self._closing:
             try:
@@ -180,15 +180,15 @@ class LiveRun:
         self._tell(self.drawn)
         if not self.resumes:
             self._simulation = Simulation(source, output=self.output, drawn=True)
-            self._set("ready")
+            self._set_status("ready")
             return
         self._simulation = Simulation(source, output=self.output, resume=True)
         self._repeat()
-        self._show()
-        self._set("paused")
+        self._send_frame()
+        self._set_status("paused")
 
     def _repeat(self) -> None:
-        """Repeat the actions that followed the checkpoint from which the run continued."""
+        """Repeat the actions after the checkpoint from which the run continues."""
         simulation = self._simulation
         present = _input_key(simulation)
         known = [i for i, one in enumerate(self.actions, 1) if one["mark"] == present]
@@ -197,30 +197,30 @@ class LiveRun:
                 simulation.advance(action["step"] - simulation.steps)
             self._replay(action)
 
-    def _rest(self) -> None:
-        self._set("resting")
+    def _find_equilibrium(self) -> None:
+        self._set_status("resting")
         self._try(lambda: self._simulation.advance(0))
         if self.status == "resting" and not self._closing:
-            self._show()
-            self._set("paused")
+            self._send_frame()
+            self._set_status("paused")
 
-    def _steps(self, steps: int) -> None:
-        self._set("running")
+    def _take_steps(self, steps: int) -> None:
+        self._set_status("running")
         self._try(lambda: self._on_end(self._simulation.advance(steps)))
         if self.status == "running":
-            self._show()
-            self._set("paused")
+            self._send_frame()
+            self._set_status("paused")
 
     def _pause(self) -> None:
         if self.status == "running":
-            self._show()
+            self._send_frame()
             self._save()
-            self._set("paused")
+            self._set_status("paused")
 
     def _stop(self) -> None:
         if self.status in OVER:
             return
-        self._show()
+        self._send_frame()
         self._conclude("stopped")
 
     def _advance(self) -> None:
@@ -235,14 +235,14 @@ class LiveRun:
         if self.status != "running":
             return
         if self._is_frame_due(now):
-            self._show()
+            self._send_frame()
         if now - self._said > _STATUS:
             self._send_state()
         if now - self._saved > _CHECKPOINT:
             self._save()
 
     def _try(self, work: Callable) -> None:
-        """Take steps that may fail; a failure keeps the results and the state before that step."""
+        """Take steps; if one fails, keep the results and the state before it."""
         try:
             work()
         except InterruptedRun as error:
@@ -257,10 +257,10 @@ class LiveRun:
 
     def _on_end(self, done: bool) -> None:
         if done:
-            self._show()
+            self._send_frame()
             self._conclude("done")
 
-    def _apply(self, action: dict) -> None:
+    def _apply_action(self, action: dict) -> None:
         simulation = self._simulation
         stage = asdict(simulation.present_stage)
         action = {"step": simulation.steps, "time": simulation.time, "stage": stage} | action
@@ -272,12 +272,12 @@ class LiveRun:
 
     @property
     def steps_to_repeat(self) -> int | None:
-        """Steps after which it was stopped; None: it goes to its end."""
+        """Return the steps after which the run was stopped; None if it reached its end."""
         return None if self.status == "done" else self.words.get("step")
 
     @property
     def namelist(self) -> str:
-        """The input with the stages that were added."""
+        """Return the input with the added stages."""
         text = self.text
         for one in self.actions:
             if one["do"] == "stage":
@@ -297,13 +297,13 @@ class LiveRun:
 
     # --- words --------------------------------------------------------------------------------
 
-    def _set(self, status: str) -> None:
+    def _set_status(self, status: str) -> None:
         self.status = status
         self._pace.clear()
         self._send_state()
 
     def described(self) -> dict:
-        """How far the run is, for the page."""
+        """Return the progress of the run for the page."""
         return {"kind": "run", "status": self.status, "actions": self.actions} | self.words
 
     def _send_state(self) -> None:
@@ -324,7 +324,7 @@ class LiveRun:
             }
         self._tell(self.described())
 
-    def _show(self) -> None:
+    def _send_frame(self) -> None:
         self._shown, self._used = time.perf_counter(), time.thread_time()
         message = frame_message(self._simulation, self._start)
         self.frames.add(message)
@@ -332,7 +332,7 @@ class LiveRun:
         self._cost = time.thread_time() - self._used
 
     def _is_frame_due(self, now: float) -> bool:
-        """Whether a page waits for a frame, and the last one is old enough."""
+        """Return whether a page waits for a frame and the last one is old enough."""
         if now - self._shown <= (_FRAME if self._watched() else _UNWATCHED):
             return False
         return time.thread_time() - self._used > self._cost / _SHARE
@@ -346,7 +346,7 @@ class LiveRun:
     # --- ends ---------------------------------------------------------------------------------
 
     def _conclude(self, status: str, **more) -> None:
-        """Close the output and say what happened."""
+        """Close the output and report the verdict."""
         simulation = self._simulation
         self._send_state()
         found = {"doubts": [], "lines": [], "audit": simulation.warning} | more
@@ -358,23 +358,23 @@ class LiveRun:
         except SiteddaError as error:
             found["doubts"].append(str(error))
         self.words |= {"verdict": found, "ending": simulation.ending}
-        self._set(status)
+        self._set_status(status)
 
     def _fail(self, error: BaseException) -> None:
         words = str(error) or type(error).__name__
-        found: dict = {"failure": words, "blocks": self._named(words)}
+        found: dict = {"failure": words, "blocks": self._named_blocks(words)}
         try:
             if self._simulation is not None and self._simulation.steps > 0:
-                self._show()
+                self._send_frame()
                 self._conclude("failed", **found)
                 return
         except SiteddaError as other:
             found["failure"] += f"; {other}"
         self.words |= {"verdict": {"lines": [], "doubts": []} | found}
-        self._set("failed")
+        self._set_status("failed")
 
-    def _named(self, words: str) -> list[int]:
-        """The blocks that a message names."""
+    def _named_blocks(self, words: str) -> list[int]:
+        """Return the blocks that a message names."""
         if self._simulation is None or not self._simulation.is_open:
             return []
         found = dict.fromkeys(int(number) - 1 for number in re.findall(r"\bblock (\d+)", words))
@@ -385,16 +385,16 @@ class LiveRun:
             if self._simulation is not None:
                 self._simulation.close()
         except SiteddaError:
-            pass  # all possible data have been stored
+            pass  # all data that can be stored have been stored
 
 
 def _input_key(simulation: Simulation) -> str:
-    """A key that identifies the present input."""
+    """Return a key that identifies the present input."""
     return hashlib.sha256(simulation.present_input.encode("utf-8", "surrogateescape")).hexdigest()
 
 
 def _verdict_of(output: Path) -> dict:
-    """The verdict on an output and all its histories."""
+    """Return the verdict and all histories of an output."""
     from ..drawing.view.encode import Encoded, encode_histories
     from ..output.output_file import load
     from ..output.scene import Scene

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Saved files: namelist, script, report, movie, output, in the working folder."""
+"""Save namelist, script, report, movie or output in the working folder."""
 
 import os
 import shutil
@@ -23,7 +23,7 @@ _MARK = "! written by sitedda\n"
 
 
 def place(folder: Path, name: str, what: str) -> Path:
-    """A file at or below a folder, with the ending of its kind.
+    """Return the path of a file at or below a folder, with the ending of its kind.
 
     Raises
     ------
@@ -31,7 +31,7 @@ def place(folder: Path, name: str, what: str) -> Path:
         If the name leads out of the folder, also by a link.
     """
     if what not in ENDINGS:
-        raise InputError(f"{what!r} cannot be saved; there are {', '.join(ENDINGS)}")
+        raise InputError(f"{what!r} cannot be saved; use one of {', '.join(ENDINGS)}")
     plain_text("name", name)
     if not name.strip() or not is_below(folder, name):
         raise InputError(f"{name!r} is not a name of a file in {folder}")
@@ -43,20 +43,20 @@ def place(folder: Path, name: str, what: str) -> Path:
 
 
 def save_namelist(text: str, source: Path, target: Path, actions: list[dict]) -> list[Path]:
-    """Write an input, with copies of the files that it names if it comes from another folder.
+    """Write an input, and copy the files that it names if it is from another folder.
 
     Parameters
     ----------
     text : str
-        With the stages that were added to its run.
+        The input with the stages added to its run.
     source : path
         File of the input.
     target : path
     actions : list of dict
-        Actions of its run; those that no stage can express become comments.
+        Actions of its run; actions that no stage can express become comments.
     """
     missing = unsaid(actions)
-    words = "".join(f"! in the script alone: {one}\n" for one in missing)
+    words = "".join(f"! only in the script: {one}\n" for one in missing)
     text = text if text.startswith(_MARK) else _MARK + text
     text = text.replace(_MARK, _MARK + words, 1)
     copies = [] if source.parent.resolve() == target.parent.resolve() else _named_files(
@@ -69,7 +69,7 @@ def save_namelist(text: str, source: Path, target: Path, actions: list[dict]) ->
 
 
 def _named_files(text: str, source: Path, folder: Path) -> list[tuple[Path, bytes]]:
-    """The files that groups name, with their places below another folder."""
+    """Return the files that groups name, with their paths below another folder."""
     found = {}
     for one in find_groups(text, source, ("block",)):
         name = one.values.get("file", "")
@@ -99,7 +99,7 @@ def save_report(output: Path, target: Path) -> Path:
 
 
 def save_movie(output: Path, target: Path) -> Path:
-    """Film the blocks of a run."""
+    """Write a movie of the blocks of a run."""
     from ..drawing.movie import write_movie
 
     write_movie(output, target, progress=False)

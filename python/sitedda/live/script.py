@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The actions of a run as a Python script that repeats them bit for bit.
+"""Write the actions of a run as a Python script that repeats them bit for bit.
 
-An action is a dict: the step and time that it was done after, ``do`` ('change' or 'stage'), and
+An action is a dict: step and time after which it was done, ``do`` ('change' or 'stage'), and
 ``changes`` or ``values``, as typed.
 """
 
@@ -19,7 +19,7 @@ with sitedda.Simulation({model!r}, output={output!r}) as run:
 def written_script(
     model: str, output: str, title: str, actions: list[dict], steps: int | None
 ) -> str:
-    """The script of a run.
+    """Return the script of a run.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def written_script(
         lines.append(f"run.advance({steps - now})")
     lines.append("run.finish()")
     body = "".join(f"    {line}\n" for line in lines)
-    return _HEAD.format(title=f"What was done to {title}.", model=model, output=output) + body
+    return _HEAD.format(title=f"The actions of the run {title}.", model=model, output=output) + body
 
 
 def _call_text(action: dict) -> str:
@@ -55,7 +55,7 @@ def _call_text(action: dict) -> str:
 
 
 def literal(typed: str) -> str:
-    """A value as typed, as Python has it: a number, several, a logical value or a text."""
+    """Convert a typed value to Python: number, numbers, logical value or text."""
     words = typed.strip()
     if words.lower() in (".true.", ".false."):
         return str(words.lower() == ".true.")
@@ -74,7 +74,7 @@ def _number(text: str) -> str | None:
 
 
 def unsaid(actions: list[dict]) -> list[str]:
-    """The changes that no &stage can express, in words."""
+    """Describe the changes that no &stage can express."""
     return [
         f"at t = {one['time']:.6g} s: {', '.join(f'{k} = {v}' for k, v in one['changes'].items())}"
         for one in actions

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The server: pages of the package and one socket, by default on the loopback address."""
+"""The server of pages and a web socket, by default on the loopback address."""
 
 from __future__ import annotations
 
@@ -41,9 +41,9 @@ from .protocol import MOST, read_message
 from .session import Session
 from .starts import Shipped
 
-_WAITING = 40_000_000  # unsent bytes of a page above which it gets no frames
-_PAGES = 16  # that are open at one time
-_COLLECT = (50_000, 20, 100)  # thresholds of the collector: it took a sixth of the time of a cut
+_WAITING = 40_000_000  # unsent bytes of a page above which it receives no frames
+_PAGES = 16  # largest number of open pages
+_COLLECT = (50_000, 20, 100)  # of the garbage collector, which took 1/6 of the time of cutting
 _PAGE_FILES = ("main", "socket", "start", "forms", "text", "live_view", "run", "save", "parts")
 _SOURCES = {
     "/": (("live", "page", "index.html"), "text/html"),
@@ -58,9 +58,9 @@ _SOURCES = {
 
 
 class _Guarded:
-    """What all answers have in common: hosts that are known, headers, errors in few words."""
+    """Base of all handlers: check of the host, headers, short errors."""
 
-    application: Any  # these are of the handler of tornado beside it
+    application: Any  # these attributes belong to tornado's handler
     request: Any
     set_header: Callable
     clear_header: Callable
@@ -78,14 +78,14 @@ class _Guarded:
     def prepare(self) -> None:
         if not self.server.guard.knows_host(self.request.headers.get("Host")):
             self.set_status(403)
-            self.finish("This server is reached by its own name alone.")
+            self.finish("This server accepts requests only under its own name.")
 
     def write_error(self, status_code: int, **_) -> None:
         self.finish(f"{status_code}")
 
 
 class _File(_Guarded, RequestHandler):
-    """A file of the page: code that everybody may have, nothing of a model."""
+    """Handler of the files of the page: public code without data of a model."""
 
     def get(self) -> None:
         path, kind = _SOURCES.get(self.request.path, (None, "text/css"))
@@ -104,7 +104,7 @@ class _File(_Guarded, RequestHandler):
 
 
 class _Socket(_Guarded, WebSocketHandler):
-    """An open page.  Nothing is sent to it before it has sent the token."""
+    """Web socket of an open page; nothing is sent before the page has sent the token."""
 
     def check_origin(self, origin: str) -> bool:
         return self.server.guard.knows_origin(origin)
@@ -114,7 +114,7 @@ class _Socket(_Guarded, WebSocketHandler):
         known = self.server.guard.knows_origin(self.request.headers.get("Origin"))
         if not self._finished and not known:
             self.set_status(403)
-            self.finish("Connections are for pages of this server.")
+            self.finish("Only pages of this server may connect.")
 
     def open(self, *_, **__) -> None:
         self.entered = False
@@ -177,7 +177,7 @@ class _Socket(_Guarded, WebSocketHandler):
 
 
 class LiveServer:
-    """A server of one session.
+    """A server of a single session.
 
     Parameters
     ----------
@@ -187,9 +187,9 @@ class LiveServer:
     host : str
         Address to listen at.
     port : int
-        0: that of the last server of the folder, so that its pages come back, or a free one.
+        0: the port of the last server of the folder, so that its pages reconnect, or a free port.
     notebook : bool
-        Notebooks of this machine may show the page.
+        Whether notebooks on this machine may show the page.
     """
 
     def __init__(self, folder: Path, shipped: Shipped, host: str = LOOPBACK, port: int = 0,
@@ -209,7 +209,7 @@ class LiveServer:
         self.session = Session(folder, self.journal, shipped, self.tell, lambda: bool(self.sockets))
 
     def _listen_again(self, host: str) -> list[socket.socket]:
-        """Listen at the port of the last server of the folder; at a free one if it is taken."""
+        """Listen at the port of the last server of the folder, or at a free port."""
         last = (self.journal.kept("port") or {}).get("port")
         if isinstance(last, int) and 0 < last < 65536:
             with suppress(OutputError):
@@ -221,7 +221,7 @@ class LiveServer:
         if self._loop is not None and not self._loop.is_closed():
             try:
                 self._loop.call_soon_threadsafe(self._send, message)
-            except RuntimeError:  # the loop has just ended
+            except RuntimeError:  # the event loop has just ended
                 pass
 
     def _send(self, message: dict | bytes) -> None:
@@ -252,7 +252,7 @@ class LiveServer:
             except (SiteddaError, OSError) as error:
                 refused = {"kind": "refused", "message": str(error), "command": command}
                 self._loop.call_soon_threadsafe(answer, refused)
-            except Exception as error:  # the page gets the error, and the server continues
+            except Exception as error:  # the page receives the error, and the server continues
                 logging.getLogger("sitedda").exception("the command %s fails", command)
                 refused = {"kind": "refused", "message": f"the program fails: {error}"}
                 self._loop.call_soon_threadsafe(answer, refused)
@@ -260,7 +260,7 @@ class LiveServer:
         self._worker.submit(work)
 
     async def serve(self, ready: Callable[[LiveServer], None] = lambda _: None) -> None:
-        """Serve until a signal comes."""
+        """Serve until a signal arrives."""
         self._loop = asyncio.get_running_loop()
         application = Application(
             [("/socket", _Socket, {"server": self}), (".*", _File, {"server": self})],
@@ -283,14 +283,14 @@ class LiveServer:
             await self._loop.run_in_executor(None, self.close)
 
     def close(self) -> None:
-        """End the session; model and run stay in the journal."""
+        """End the session; model and run remain in the journal."""
         self.session.close()
         self._worker.shutdown(wait=False, cancel_futures=True)
         self.journal.close()
 
 
 def schema() -> list[dict]:
-    """The groups of the input and their variables, for the forms."""
+    """Return the groups of the input and their variables, for the forms."""
     return [
         {
             "name": group.name,
@@ -312,7 +312,7 @@ def _listen(host: str, port: int) -> list[socket.socket]:
     except (OSError, OverflowError, UnicodeError) as trouble:
         words = getattr(trouble, "strerror", None) or trouble
         if isinstance(trouble, UnicodeError):
-            words = "that is not the name of a host"
+            words = "this is not the name of a host"
         raise OutputError(f"no server can listen at {host!r}, port {port}: {words}") from trouble
 
 
@@ -339,7 +339,7 @@ def run_server(
     show : bool
         Open a browser.
     notebook : bool
-        Notebooks of this machine may show the page.
+        Whether notebooks on this machine may show the page.
     """
     gc.set_threshold(*_COLLECT)
     server = LiveServer(folder, shipped, host, port, notebook)
@@ -365,7 +365,7 @@ def run_server(
 
 
 def _print_address(server: LiveServer, entrance: Path) -> None:
-    """Print the address and the machines from which it can be opened."""
+    """Print the address and how to open it from this and other machines."""
     print(f"sitedda live: {server.guard.address} for the working folder {server.session.folder}")
     print(f"to enter, open {entrance}", flush=True)
     if os.environ.get("SSH_CONNECTION"):
@@ -381,4 +381,4 @@ def _print_address(server: LiveServer, entrance: Path) -> None:
             "traffic can run models and write files in the working folder as you",
             file=sys.stderr,
         )
-    print("Ctrl-C ends it; the model and its run are kept", flush=True)
+    print("Ctrl-C ends the server; the model and its run are kept", flush=True)

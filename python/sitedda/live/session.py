@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The session of one user: a start page, a model that is edited, a run of it.
+"""The session of a user: start page, edited model and run.
 
-Commands come one after the other from a thread of the server; drawing, checking, running and
-saving have threads or processes of their own.  What they say goes to every page that is open.
+Commands arrive one by one from a thread of the server.  Drawing, checking, running and saving have
+separate threads or processes.  Their messages are sent to every open page.
 """
 
 import threading
@@ -29,7 +29,7 @@ from .saving import (
 )
 from .starts import EMPTY, Shipped
 
-_MOST_FILES = 500  # inputs of the folder that are shown
+_MOST_FILES = 500  # largest number of inputs of the folder that are shown
 
 
 class Session:
@@ -38,7 +38,7 @@ class Session:
     Parameters
     ----------
     folder : path
-        The working folder: inputs are opened there, and saved there.
+        The working folder, in which inputs are opened and saved.
     journal : Journal
     shipped : Shipped
     tell : callable
@@ -55,12 +55,12 @@ class Session:
         self.document: Document | None = None
         self.run: LiveRun | None = None
         self._drawn: bytes | None = None
-        self._opened = 0  # models so far
-        self._said: dict[str, dict] = {}  # the last message of each kind that lasts
+        self._opened = 0  # number of models so far
+        self._said: dict[str, dict] = {}  # the last message of each persistent kind
         self._cards: dict[str, dict] = {}
         self._cards_asked = False
         self._work = threading.Condition()
-        self._wanted = 0  # drawings that have been requested
+        self._wanted = 0  # requested drawings
         self._closing = False
         self._checker = Checker(self._publish)
         self._saver = threading.Lock()
@@ -69,7 +69,7 @@ class Session:
     # --- pages ----------------------------------------------------------------------------------
 
     def welcome(self) -> list[dict | bytes]:
-        """Messages for a new page."""
+        """Return the messages for a new page."""
         messages: list[dict | bytes] = [self._start_message()]
         if self.document is None:
             self._request_cards()
@@ -123,7 +123,7 @@ class Session:
         Raises
         ------
         SiteddaError
-            If it cannot be done; then nothing has been.
+            If it cannot be done; then nothing has changed.
         """
         getattr(self, f"_do_{command}")(**fields)
 
@@ -151,12 +151,12 @@ class Session:
         self.open_text(read_input(file), file)
 
     def open_text(self, text: str, file: Path) -> None:
-        """Edit a text that is from a file, or would be."""
+        """Start to edit a text that belongs to an existing or a new file."""
         document = Document(text, file)
         self._end_run()
         self.document = document
         self._opened += 1
-        self._edited()
+        self._store_edit()
         self.tell(self._start_message())
 
     def _do_leave(self) -> None:
@@ -168,7 +168,7 @@ class Session:
         for message in self.welcome():
             self.tell(message)
 
-    def _edit(self) -> Document:
+    def _check_editable(self) -> Document:
         if self.document is None:
             raise InputError("there is no model; open one first")
         if self.run is not None:
@@ -176,33 +176,33 @@ class Session:
         return self.document
 
     def _do_write(self, text: str) -> None:
-        self._edit().write(text)
-        self._edited()
+        self._check_editable().write(text)
+        self._store_edit()
 
     def _do_set(self, group: str, number: int, variable: str, value: str | None) -> None:
         try:
-            self._edit().set(group, number, variable, value)
+            self._check_editable().set(group, number, variable, value)
         except InputError as error:
             place = {"group": group, "number": number, "variable": variable}
             self._publish({"kind": "trouble", "message": str(error)} | place)
             return
-        self._edited()
+        self._store_edit()
 
     def _do_settle(self) -> None:
         if self.document is not None:
             self.document.settle()
 
     def _do_add(self, group: str) -> None:
-        self._edit().add(group)
-        self._edited()
+        self._check_editable().add(group)
+        self._store_edit()
 
     def _do_take_out(self, group: str, number: int) -> None:
-        self._edit().take_out(group, number)
-        self._edited()
+        self._check_editable().take_out(group, number)
+        self._store_edit()
 
     def _do_record(self, number: int, name: str) -> None:
-        """Copy a record that is shipped beside the model, and let a motion follow it."""
-        document, shipped = self._edit(), self.shipped.records
+        """Copy a shipped record into the folder of the model and assign it to a motion."""
+        document, shipped = self._check_editable(), self.shipped.records
         if name not in shipped:
             raise InputError(f"there is no record {name!r}")
         if document.file.parent.resolve() == self.folder.resolve():
@@ -211,22 +211,22 @@ class Session:
         for variable in ("values", "time_step", "quantity", "unit"):
             document.set("motion", number, variable, None)
         document.set("motion", number, "file", f"records/{name}")
-        self._edited()
+        self._store_edit()
 
     def _do_undo(self) -> None:
-        self._edit().undo()
-        self._edited()
+        self._check_editable().undo()
+        self._store_edit()
 
     def _do_redo(self) -> None:
-        self._edit().redo()
-        self._edited()
+        self._check_editable().redo()
+        self._store_edit()
 
     def _do_check(self) -> None:
-        document = self._edit()
+        document = self._check_editable()
         self._checker.start(document.text, document.file, document.version)
 
-    def _edited(self) -> None:
-        """Keep the model, then tell the pages and have it drawn."""
+    def _store_edit(self) -> None:
+        """Store the edited model, inform the pages and request a drawing."""
         document = self.document
         self.journal.keep("model", {"file": str(document.file), "text": document.text})
         self._checker.stop()
@@ -240,7 +240,7 @@ class Session:
     # --- drawing --------------------------------------------------------------------------------
 
     def _draw_always(self) -> None:
-        """Draw the newest version, and again whenever there is a newer one."""
+        """Draw the latest version, repeatedly, as soon as there is a newer one."""
         done = 0
         while not self._closing:
             with self._work:
@@ -248,9 +248,9 @@ class Session:
                     self._work.wait()
                 document, done = self.document, self._wanted
             if document is not None and self.run is None and not self._closing:
-                self._draw(document, document.version, document.text)
+                self._draw_version(document, document.version, document.text)
 
-    def _draw(self, document: Document, version: int, text: str) -> None:
+    def _draw_version(self, document: Document, version: int, text: str) -> None:
         begun = time.perf_counter()
         try:
             drawing = draw_model(text, document.file, version=version)
@@ -278,9 +278,9 @@ class Session:
     # --- run ------------------------------------------------------------------------------------
 
     def _started_run(self) -> LiveRun:
-        """The run, which begins if there is none."""
+        """Return the run; start it if there is none."""
         if self.run is None:
-            document = self._edit()
+            document = self._check_editable()
             self._checker.stop()
             self.journal.forget_run()
             self._start_run(document, None)
@@ -313,20 +313,20 @@ class Session:
         self._started_run().step(steps)
 
     def _do_pause(self) -> None:
-        self._running().pause()
+        self._check_running().pause()
 
     def _do_stop(self) -> None:
-        self._running().stop()
+        self._check_running().stop()
 
     def _do_change(self, values: dict[str, str]) -> None:
-        self._running().change(values)
+        self._check_running().change(values)
 
     def _do_stage(self, values: dict[str, str]) -> None:
         if "name" not in values:
             raise InputError("a stage needs a name")
-        self._running().stage(values)
+        self._check_running().stage(values)
 
-    def _running(self) -> LiveRun:
+    def _check_running(self) -> LiveRun:
         if self.run is None:
             raise InputError("nothing runs")
         if self.run.status in OVER:
@@ -336,10 +336,10 @@ class Session:
     def _do_back(self) -> None:
         self._end_run()
         if self.document is not None:
-            self._edited()
+            self._store_edit()
 
     def recover(self) -> bool:
-        """Open the model of the last server of this folder, and continue its run."""
+        """Open the model of the last server of this folder and continue its run."""
         kept, run = self.journal.kept("model"), self.journal.kept("run")
         if kept is None:
             return False
@@ -351,7 +351,7 @@ class Session:
         except (KeyError, TypeError):
             self.document = None
             return False
-        self._edited()
+        self._store_edit()
         if run is not None:
             self._start_run(self.document, actions)
         return True
@@ -371,15 +371,15 @@ class Session:
     def _save(self, what: str, target: Path) -> None:
         with self._saver:
             try:
-                files = self._saved(what, target)
-            except Exception as error:  # the page waits for an answer, whatever has failed
+                files = self._save_file(what, target)
+            except Exception as error:  # the page must receive an answer to any failure
                 message = str(error) or type(error).__name__
                 self.tell({"kind": "refused", "message": message, "what": what})
                 return
         names = [str(file.relative_to(self.folder)) for file in files]
         self.tell({"kind": "saved", "what": what, "files": names, "folder": str(self.folder)})
 
-    def _saved(self, what: str, target: Path) -> list[Path]:
+    def _save_file(self, what: str, target: Path) -> list[Path]:
         run, document = self.run, self.document
         if what == "namelist":
             text = document.text if run is None else run.namelist
@@ -394,7 +394,7 @@ class Session:
         return [save(run.result, target)]
 
     def close(self) -> None:
-        """End all threads; model and run stay in the journal."""
+        """End all threads; model and run remain in the journal."""
         self._closing = True
         self._checker.stop()
         with self._work:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`sitedda live` as a widget of notebooks whose browser is on the same machine."""
+"""`sitedda live` as a notebook widget, if the browser is on the same machine."""
 
 import re
 import subprocess
@@ -46,10 +46,10 @@ class LiveWidget(anywidget.AnyWidget):
             if not line:
                 raise SiteddaError(said.strip())
             said += line
-        threading.Thread(target=server.stdout.read, daemon=True).start()  # keeps the pipe empty
+        threading.Thread(target=server.stdout.read, daemon=True).start()  # empties the pipe
         entrance = Path(said.partition("to enter, open ")[2].strip()).read_text(encoding="utf-8")
         address = unescape(re.search(r"href='(.+?)'", entrance)[1])
-        # The address has the token: it is sent as a message, which no notebook keeps.
+        # The address contains the token: it is sent as a message, which notebooks do not store.
         self.on_msg(lambda widget, *_: widget.send({"address": address}))
 
     def close(self) -> None:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Write a page as a single HTML file that works offline.
 
-All texts are escaped for their context. The content-security policy of the page permits only its
-own style and script, by their hashes, and pictures within the page. Network access, forms, frames
+All texts are escaped for their context.  The content-security policy of the page permits only its
+own style and script, by their hashes, and pictures within the page.  Network access, forms, frames
 and scripts within texts are blocked.
 """
 

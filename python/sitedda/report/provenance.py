@@ -12,7 +12,7 @@ from ..base.core import commit, version
 
 
 def provenance(**more: str) -> list[tuple[str, str]]:
-    """Return names and values of the provenance after `more`, e.g. ``input="slope.nml"``."""
+    """Return names and values of the provenance after `more`, e.g.  ``input="slope.nml"``."""
     lines = [(name.replace("_", " "), value) for name, value in more.items() if value]
     program, made_of = f"sitedda {version()}", commit()
     whole = f"{program}, commit {made_of}" if made_of else program

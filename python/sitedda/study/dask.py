@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A Dask cluster as the executor of the cases.
 
-Anyone who can reach the address of a scheduler can run any code on its workers and clients. Use
+Anyone who can reach the address of a scheduler can run any code on its workers and clients.  Use
 TLS, or a network that only its users can reach.
 """
 

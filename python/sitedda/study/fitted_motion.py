@@ -124,7 +124,7 @@ def synthetic(
     """Create records from seeds, each fitted to a response spectrum.
 
     Gaussian noise passes the filter of Kanai and Tajimi, whose frequency is that of the largest
-    spectral value. Its envelope increases as t², is constant, and decays exponentially. Then its
+    spectral value.  Its envelope increases as t², is constant, and decays exponentially.  Then its
     Fourier amplitudes are multiplied repeatedly by target over spectrum.
 
     Parameters

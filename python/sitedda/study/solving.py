@@ -40,7 +40,7 @@ class Root:
     value : float
         Of the parameter, in its unit.
     bar : float
-        The root is assumed to lie within `value` ± `bar`. The bar is half of the bracket plus, if
+        The root is assumed to lie within `value` ± `bar`.  The bar is half of the bracket plus, if
         known, the error of the result by time step and penalty, divided by `slope`.
     low, high : float
         The bracket.
@@ -124,7 +124,7 @@ def solve_for(
     target : float
         Its target value, in its unit.
     between : (float, float)
-        Bracket of the root. If the result is on the same side of the target at both ends, the
+        Bracket of the root.  If the result is on the same side of the target at both ends, the
         bracket is divided into eight parts, and the lowest root is returned.
     tolerance : float
         Width of the last bracket over its larger end.

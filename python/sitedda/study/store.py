@@ -107,7 +107,7 @@ def refuse_links(study: Path, file: Path) -> Path:
 def locked(folder: Path, wait: bool) -> Iterator[bool]:
     """Hold the lock of a case; yield False if another process holds it.
 
-    The lock ends with the process. This also holds on another machine by the lock manager of a
+    The lock ends with the process.  This also holds on another machine by the lock manager of a
     network file system.
     """
     try:

@@ -2,7 +2,7 @@
 """Worker processes behind the protocol of `concurrent.futures.Executor`.
 
 Unlike in a `ProcessPoolExecutor`, a process that dies fails only its own task and is replaced by
-another process. Memory and time of a task can be limited.
+another process.  Memory and time of a task can be limited.
 """
 
 import os

@@ -237,7 +237,7 @@ def test_the_saved_script_gives_the_same_bits_where_no_stage_can_say_a_change(
     _, (script, plain), found = steered(
         folder, tmp_path / "state", 60, "change", change, "script", "namelist"
     )
-    assert "! in the script alone: at t = 0.06 s: joint[1].friction_angle = 2" in plain.read_text()
+    assert "! only in the script: at t = 0.06 s: joint[1].friction_angle = 2" in plain.read_text()
     monkeypatch.chdir(folder)
     runpy.run_path(str(script))
     with sitedda.open_output(folder / "saved.nc") as repeated:

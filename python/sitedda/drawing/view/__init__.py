@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The interactive view of blocks: a part of a report, or a page of its own.
+"""The interactive view of blocks, as part of a report or as a separate page.
 
-One HTML file without any library: WebGL 2, the browser's own inflation of streams, Canvas 2D where
-WebGL is refused.
+A single HTML file without libraries: WebGL 2, decompression by the browser, and Canvas 2D if WebGL
+is not available.
 """
 
 from collections.abc import Sequence
@@ -23,13 +23,13 @@ from ..quantities import MOVEMENTS, QUANTITIES, limits_of, movement_limits, roun
 from .encode import NOT_FULL, encode_histories
 from .encode import encode as encoded
 
-BUDGET = 25_000_000  # bytes of a page
-_REST = 600_000  # of them for everything but frames and forces
-_STOPS = 33  # of a colour map
+BUDGET = 25_000_000  # largest size of a page, bytes
+_REST = 600_000  # bytes reserved for everything except frames and forces
+_STOPS = 33  # number of steps of a colour map
 
 
 def view(source, budget: int = BUDGET, color: str | None = None) -> View:
-    """The view of an input or an output as a part of a page.
+    """Return the view of an input or an output as a part of a page.
 
     Parameters
     ----------
@@ -61,16 +61,16 @@ def view(source, budget: int = BUDGET, color: str | None = None) -> View:
             },
         },
         "maps": {
-            "magnitude": _stops(colormaps[MAGNITUDE]),
-            "signed": _stops(colormaps[SIGNED]),
-            "joint": _stops(JOINT_MAP),
+            "magnitude": _color_stops(colormaps[MAGNITUDE]),
+            "signed": _color_stops(colormaps[SIGNED]),
+            "joint": _color_stops(JOINT_MAP),
         },
     }
-    return View(meta | _scales(scene), found.streams)
+    return View(meta | _find_scales(scene), found.streams)
 
 
-def _scales(scene: Scene) -> dict:
-    """Quantities, their limits over all frames, and what is no more than rounding."""
+def _find_scales(scene: Scene) -> dict:
+    """Return the quantities with their limits over all frames and their rounding."""
     frames = some_of(range(scene.frames)) if not scene.before else []
     absent = set(OWN_QUANTITIES) - set(scene.own_quantities)
     shown = [one for one in QUANTITIES.values() if one.name not in absent]
@@ -88,7 +88,7 @@ def _scales(scene: Scene) -> dict:
 
 
 def names_of(*scenes: Scene) -> list[str]:
-    """Distinct names of scenes: their titles, or the files of their inputs."""
+    """Return distinct names of scenes: titles, or file names of inputs."""
     titles = [scene.title for scene in scenes]
     if len(set(titles)) == len(titles):
         return titles
@@ -97,7 +97,7 @@ def names_of(*scenes: Scene) -> list[str]:
 
 
 def check_alike(one: Scene, other: Scene) -> None:
-    """Refuse scenes whose difference means nothing.
+    """Reject scenes whose difference is meaningless.
 
     Raises
     ------
@@ -116,13 +116,13 @@ def check_alike(one: Scene, other: Scene) -> None:
                          "them beside each other")  # fmt: skip
 
 
-def _stops(shades) -> list[list[int]]:
-    """A colour map as steps of red, green, blue."""
+def _color_stops(shades) -> list[list[int]]:
+    """Return a colour map as steps of red, green, blue."""
     return (255 * shades(np.linspace(0, 1, _STOPS))[:, :3]).round().astype(int).tolist()
 
 
 def write_view(source, file, **options) -> Path:
-    """Write a page with the view alone, or two views with one cursor, see `view_page`."""
+    """Write a page with one view, or two views with a common cursor, see `view_page`."""
     return write_html(view_page(source, **options), file)
 
 
@@ -135,7 +135,7 @@ def view_page(
     below: Sequence[Part] = (),
     absolute: bool = False,
 ) -> Page:
-    """A page with the view alone, or two views with one cursor.
+    """Return a page with one view, or two views with a common cursor.
 
     Parameters
     ----------
@@ -147,7 +147,7 @@ def view_page(
     other : like `source`, optional
         Shown beside it.
     difference : bool
-        The colours of the first are its values minus those of the other.
+        Whether to colour the first by its values minus those of the other.
     below : sequence of Part
         Text below the blocks.
     absolute : bool

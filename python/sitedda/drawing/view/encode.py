@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The frames of a scene as compressed streams of small whole numbers.
+"""Encode the frames of a scene as compressed streams of small whole numbers.
 
 A first-order block needs six numbers a frame: displacement of the centroid (2), rotation and
 strains (3) since the first frame.  They are rounded to a quantum that keeps every vertex within
-10⁻⁵ of the size of the model, turned into differences in time, zigzag-coded, split into planes of
-bytes and deflated.  Browsers inflate streams by themselves (`DecompressionStream`).
+10⁻⁵ of the size of the model.  Their differences in time are zigzag-coded, split into planes of
+bytes and deflated.  Browsers can inflate the streams (`DecompressionStream`).
 """
 
 import base64
@@ -18,20 +18,20 @@ from ...output.energies import budget
 from ...output.scene import Scene, principal_stresses
 from ..quantities import rounding
 
-POSITION, ROTATION, STRAIN = 0.6e-5, 0.4e-5, 0.2e-5  # quanta, of the size of the model at a vertex
+POSITION, ROTATION, STRAIN = 0.6e-5, 0.4e-5, 0.2e-5  # quanta over the size of the model at a vertex
 _FINE = 32767  # steps of a quantity stored in 16 bits
-_COARSE = 255  # of colours of large models
+_COARSE = 255  # steps of colours of large models
 _PLACES = 101  # hundredths of an edge, both ends included
-_LEAST_STEPS = 500  # of even a small displacement
-_SAMPLE = 12  # frames from which the total size is estimated
-_LEVEL = 6  # of deflate
-_MOST_LINES = 8  # of a chart
+_LEAST_STEPS = 500  # steps of the smallest scale of displacements
+_SAMPLE = 12  # number of frames from which the total size is estimated
+_LEVEL = 6  # level of deflate
+_MOST_LINES = 8  # largest number of samples of a chart
 NOT_FULL = 2  # state of a channel of water
 
 
 @dataclass
 class Encoded:
-    """Streams by name, and the data to read them.
+    """Streams by name, and the data that describe them.
 
     Attributes
     ----------
@@ -51,19 +51,19 @@ class Encoded:
     def put_array(self, name: str, values, kind: str) -> None:
         """Add an array of a little-endian type, such as ``'<f4'``."""
         kind = np.dtype(kind)
-        if kind.kind == "f":  # blocks that left for good are at the largest number
+        if kind.kind == "f":  # lost blocks have the largest number
             values = np.clip(values, -np.finfo(kind).max, np.finfo(kind).max)
         self.put(name, zlib.compress(np.ascontiguousarray(values, dtype=kind).tobytes(), _LEVEL))
 
     @property
     def size(self) -> int:
-        """Characters of all streams."""
+        """Return the number of characters of all streams."""
         return sum(map(len, self.streams.values()))
 
 
 @dataclass
 class Channel:
-    """A quantity of many things over all frames, and how it is rounded.
+    """A quantity of many objects over all frames, with its rounding.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class Channel:
     quantum : float
         Of the values, or of their roots.
     root : bool
-        Signed roots are stored: small values keep their digits beside the peaks of impacts.
+        Whether signed roots are stored, which keep digits of small values beside peaks.
     """
 
     name: str
@@ -82,13 +82,13 @@ class Channel:
 
     @classmethod
     def rooted(cls, name: str, values: np.ndarray, steps: int) -> "Channel":
-        """With so many steps from zero to the largest root."""
+        """Return a channel of roots with a number of steps from 0 to the largest root."""
         quantum = float(np.sqrt(abs(values).max(initial=0.0))) / steps or 1.0
         return cls(name, values, quantum, True)
 
     @property
     def whole(self) -> np.ndarray:
-        """Values in quanta."""
+        """Return the values in quanta."""
         values = self.values
         if self.root:
             values = np.sign(values) * np.sqrt(abs(values))
@@ -96,7 +96,7 @@ class Channel:
 
 
 def planes(steps: np.ndarray) -> tuple[bytes, int]:
-    """Whole numbers, shape (frames, things), zigzag-coded as planes of bytes."""
+    """Encode whole numbers, shape (frames, things), by zigzag as planes of bytes."""
     zigzag = ((steps << 1) ^ (steps >> 31)).astype("<u4")
     width = max(1, (int(zigzag.max(initial=0)).bit_length() + 7) // 8)
     split = zigzag.view(np.uint8).reshape(*zigzag.shape, 4)[..., :width]
@@ -104,15 +104,15 @@ def planes(steps: np.ndarray) -> tuple[bytes, int]:
 
 
 def encode(scene: Scene, budget: int) -> Encoded:
-    """Data of a scene for the view, within a limit of characters.
+    """Encode a scene for the view, within a limit of characters.
 
-    Frames are left out evenly if they do not fit, contact forces before that.
+    If the data do not fit, contact forces are omitted first, then frames, evenly.
     """
     result = Encoded()
     _put_model(result, scene)
     left = budget - result.size
-    lean = _estimate(scene, lean=False) * scene.frames > 0.7 * left
-    cost = _estimate(scene, lean)
+    lean = _estimate_size(scene, lean=False) * scene.frames > 0.7 * left
+    cost = _estimate_size(scene, lean)
     kept = scene.frames if cost * scene.frames < left else max(2, int(0.95 * left / cost))
     while True:
         frames = np.unique(np.linspace(0, scene.frames - 1, kept).round().astype(int))
@@ -128,7 +128,7 @@ def encode(scene: Scene, budget: int) -> Encoded:
         "all_frames": scene.frames,
         "base": np.round(scene.base[frames], 12).tolist(),
         "coarse": bool(lean),
-        "removals": _removals(scene, frames),
+        "removals": _find_removals(scene, frames),
         "stages": [[name, begin] for name, begin in scene.stage_starts()],
         "stage_frames": _stage_frames(scene, frames),
         "loops": bool(scene.data.attrs.get("loops", False)),
@@ -139,7 +139,7 @@ def encode(scene: Scene, budget: int) -> Encoded:
 
 
 def _stage_frames(scene: Scene, frames: np.ndarray) -> list[list]:
-    """Names of the stages, and the last of the frames that each has."""
+    """Return the names of the stages, and the last frame of each."""
     names = str(scene.data.attrs.get("stages", "")).split("\n")
     if "frame_stage" not in scene.data or len(names) < 2:
         return []
@@ -148,8 +148,8 @@ def _stage_frames(scene: Scene, frames: np.ndarray) -> list[list]:
     return [[names[n - 1], i] for n, i in last.items()]
 
 
-def _removals(scene: Scene, frames: np.ndarray) -> list[list[int]]:
-    """Removed blocks, and the first of the frames that they are gone in."""
+def _find_removals(scene: Scene, frames: np.ndarray) -> list[list[int]]:
+    """Return removed blocks, and the first frame without each."""
     if not scene.removed(scene.frames - 1).any():
         return []
     gone = np.stack([scene.removed(f) for f in frames])
@@ -157,7 +157,7 @@ def _removals(scene: Scene, frames: np.ndarray) -> list[list[int]]:
 
 
 def _put_model(result: Encoded, scene: Scene) -> None:
-    """Shapes and names: what does not change with time."""
+    """Add shapes and names, which do not change with time."""
     start = scene.coordinates(0)
     low, high = scene.box
     origin = 0.5 * (low + high)
@@ -182,10 +182,10 @@ def _put_model(result: Encoded, scene: Scene) -> None:
 
 
 def motion_channels(scene: Scene, frames: np.ndarray, lean: bool) -> list[Channel]:
-    """Displacement, rotation, strains; then speed and stresses, for the colours."""
+    """Return channels: displacement, rotation, strains; then speed and stresses for colours."""
     start = scene.coordinates(0)
     moved = np.stack([scene.coordinates(f) for f in frames]) - start
-    _freeze_lost(moved, scene)
+    _freeze_lost_blocks(moved, scene)
     offsets = scene.offsets(scene.owner, scene.vertices(0))
     reach = float(np.sqrt((offsets**2).sum(axis=1).max()))
     quanta = (POSITION, ROTATION / reach, STRAIN / reach)
@@ -211,8 +211,8 @@ def motion_channels(scene: Scene, frames: np.ndarray, lean: bool) -> list[Channe
     return channels + [Channel.rooted(name, values, steps) for name, values in colors.items()]
 
 
-def _freeze_lost(moved: np.ndarray, scene: Scene) -> None:
-    """Blocks far outside the first view stay where they left it."""
+def _freeze_lost_blocks(moved: np.ndarray, scene: Scene) -> None:
+    """Fix blocks far outside the first view at the position where they left it."""
     low, high = scene.box
     reach = 2.0 * scene.size
     centre = scene.coordinates(0)[:, :2] - 0.5 * (low + high)
@@ -234,8 +234,8 @@ def _put_channels(result: Encoded, channels: list[Channel], key: str) -> None:
     result.meta[key] = described
 
 
-def _estimate(scene: Scene, lean: bool) -> float:
-    """Characters of a frame, from a few consecutive ones in the middle."""
+def _estimate_size(scene: Scene, lean: bool) -> float:
+    """Estimate the characters of a frame from a few consecutive frames in the middle."""
     first = max(0, (scene.frames - _SAMPLE) // 2)
     frames = np.arange(first, min(scene.frames, first + _SAMPLE))
     total = 0
@@ -247,7 +247,7 @@ def _estimate(scene: Scene, lean: bool) -> float:
 
 
 def _put_lines(result: Encoded, scene: Scene, frames: np.ndarray) -> None:
-    """Bolts and channels of water, which move with blocks: sizes and states over the frames."""
+    """Add bolts and channels of water: values and states over the frames."""
     bolts = scene.bolt_routes()
     water = [(np.repeat(block, 2), ends) for block, ends in zip(*scene.water_lines, strict=True)]
     result.meta["lines"] = {}
@@ -267,7 +267,7 @@ def _put_lines(result: Encoded, scene: Scene, frames: np.ndarray) -> None:
 
 
 def _bolt_values(scene: Scene, routes: list, frame: int) -> np.ndarray:
-    """Forces (N/m) and states of the bolts, shape (2, bolts)."""
+    """Return forces (N/m) and states of the bolts, shape (2, bolts)."""
     found = {one["name"]: one for one in scene.bolts(frame)}
     absent = {"force": 0.0, "state": 0}
     bolts = [found.get(name, absent) for name, _, _ in routes]
@@ -275,16 +275,16 @@ def _bolt_values(scene: Scene, routes: list, frame: int) -> np.ndarray:
 
 
 def _water_values(scene: Scene, frame: int) -> np.ndarray:
-    """Pressures (Pa) of the channels, and 1 of full ones, 2 of others, shape (2, channels)."""
+    """Return pressures (Pa) of channels, and 1 if full, otherwise 2, shape (2, channels)."""
     pressure, full, _ = scene.water(frame)
     return np.array([np.clip(pressure, 0, None), np.where(full, 1, NOT_FULL)])
 
 
 def _put_contacts(result: Encoded, scene: Scene, frames: np.ndarray, room: int) -> None:
-    """Forces of all contacts that ever press, over the frames; none if too many.
+    """Add the forces of all contacts ever closed, over the frames; none if too many.
 
-    A contact is a vertex, an edge and the hundredths of the vertex's edge before the point that
-    touches.
+    A contact is a vertex, an edge, and the position of the contact point in hundredths of the edge
+    after the vertex.
     """
     found = [scene.contacts(f) for f in frames]
     vertices = len(scene.owner)
@@ -299,8 +299,8 @@ def _put_contacts(result: Encoded, scene: Scene, frames: np.ndarray, room: int) 
     result.meta["pairs"] = 0
     if len(pairs) == 0:
         return
-    # Two bytes for each pair and frame before they are deflated: more than a few times what is
-    # left cannot fit.
+    # Two bytes per pair and frame are needed before deflation: more than a few times the remaining
+    # space cannot fit.
     if len(pairs) * len(frames) > 3 * room:
         result.meta["no_forces"] = "contact forces would not fit into the file"
         return
@@ -325,7 +325,7 @@ def _put_contacts(result: Encoded, scene: Scene, frames: np.ndarray, room: int) 
 
 
 def encode_histories(result: Encoded, scene: Scene, most: int = 1500) -> None:
-    """Histories of measured points and energies for the charts."""
+    """Add histories of measured points and energies for the charts."""
     data = scene.data
     if scene.before or data.sizes.get("time", 0) < 3:
         result.meta["charts"] = []
@@ -365,7 +365,7 @@ def encode_histories(result: Encoded, scene: Scene, most: int = 1500) -> None:
 
 
 def thinned(values: np.ndarray, most: int) -> np.ndarray:
-    """Indices of the first, smallest and largest sample of each of most/3 bins, and of the last."""
+    """Return indices of first, smallest and largest sample of most/3 bins, and of the last."""
     n = len(values)
     if n <= most:
         return np.arange(n)

@@ -9,11 +9,11 @@ import traitlets
 from ...report.html import to_html
 from . import view_page
 
-_BUDGET = 5_000_000  # bytes that a notebook keeps
+_BUDGET = 5_000_000  # largest size in bytes that a notebook stores
 
 
 class ViewWidget(anywidget.AnyWidget):
-    """The view of a run; picking a block or moving in time sets values in Python, and vice versa.
+    """The view of a run; picked block and time are synchronised with Python.
 
     Attributes
     ----------
@@ -29,5 +29,5 @@ class ViewWidget(anywidget.AnyWidget):
     time = traitlets.Float(0.0).tag(sync=True)
 
     def __init__(self, source, **options):
-        """Encode the frames; source and options are those of `view_page`."""
+        """Encode the frames; the arguments are those of `view_page`."""
         super().__init__(page=to_html(view_page(source, **{"budget": _BUDGET} | options)))

@@ -4,7 +4,7 @@
 Notes
 -----
 3 |b − c| contains the exact value if changes decrease with the time step, even irregularly, as with
-impacts and slip that stops (`tests/robustness/error_bars.py`). Roache (1994) uses the same factor
+impacts and slip that stops (`tests/robustness/error_bars.py`).  Roache (1994) uses the same factor
 for two grids of unknown order.
 """
 
@@ -30,7 +30,7 @@ class Bar:
     extrapolated : float
         The Richardson value if the order is that of the scheme; otherwise NaN.
     converges : bool
-        Whether the changes decrease or are round-off. Otherwise the bar is only a guess.
+        Whether the changes decrease or are round-off.  Otherwise the bar is only a guess.
     """
 
     half: float
@@ -69,8 +69,8 @@ def bar_of_steps(a: float, b: float, c: float, order: int) -> Bar:
 def penalty_error(figure: float, stiffer: float) -> float:
     """Return the error of a result by its penalty stiffness k_n, from the result with 4 k_n.
 
-    The error of elastic contacts is s/k_n. With impacts or beginning slip, it is s/√k_n, like the
-    contact time and its slip. The bound r = r∞ + s/√k_n holds for both.
+    The error of elastic contacts is s/k_n.  With impacts or beginning slip, it is s/√k_n, like the
+    contact time and its slip.  The bound r = r∞ + s/√k_n holds for both.
 
     Parameters
     ----------

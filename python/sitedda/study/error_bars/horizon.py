@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Predictability of a run from twins: its horizon, and the spread of results beyond it.
 
-A twin is the run with one block displaced by 1e-9 of its size. Impacts and slip that starts or
-stops make run and twin diverge exponentially. As soon as a result of the twin differs, no time
+A twin is the run with one block displaced by 1e-9 of its size.  Impacts and slip that starts or
+stops make run and twin diverge exponentially.  As soon as a result of the twin differs, no time
 step, however small, determines the result: it is one of a distribution.
 """
 

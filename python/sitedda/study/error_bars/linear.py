@@ -2,8 +2,8 @@
 """Error bars of a linear run by its exact transfer function, without other runs.
 
 If no contact has changed its state, a transfer function H relates a measured point to the motion of
-the base. H depends only on the time step and the penalty stiffness. With Δt/16, the motion of the
-point is multiplied by H(Δt/16)/H(Δt) at each frequency. The cost does not depend on the time step.
+the base.  H depends only on the time step and the penalty stiffness.  With Δt/16, the motion of the
+point is multiplied by H(Δt/16)/H(Δt) at each frequency.  The cost does not depend on the time step.
 """
 
 import math

@@ -44,7 +44,7 @@ def accuracy(
     """Estimate the error bars of the results of a run.
 
     The input is run with Δt, Δt/2 and Δt/4, and with four times its penalty stiffness, if it has
-    one. These runs are a study: they run in parallel, and existing ones are not repeated.
+    one.  These runs are a study: they run in parallel, and existing ones are not repeated.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def accuracy(
     changes, **more
         Variables to change in the input, see `Simulation`.
     ensemble : int
-        Number of twins of the run, each with another block displaced by 1e-9 of its size. They
+        Number of twins of the run, each with another block displaced by 1e-9 of its size.  They
         yield the median and 16–84 % of each result, and bands of their histories.
     folder : path, optional
         Folder of the runs, from which another call continues; a temporary one by default.
@@ -73,7 +73,7 @@ def accuracy(
     Notes
     -----
     The bar is that of `sitedda.error_bars.bars.bar_of_steps` plus twice the change by stiffer
-    contacts: r(k_n) = r∞ + s/√k_n at worst. A twin, with a block displaced by 1e-9 of its size,
+    contacts: r(k_n) = r∞ + s/√k_n at worst.  A twin, with a block displaced by 1e-9 of its size,
     shows until when a result is decided, see `sitedda.error_bars.horizon`.
     """
     from ..api import study
