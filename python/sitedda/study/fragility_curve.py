@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fragility curves by maximum likelihood, with their confidence; else bounds at each level."""
+"""Fit fragility curves by maximum likelihood, or bound probabilities at each level."""
 
 from dataclasses import dataclass
 from textwrap import wrap
@@ -10,7 +10,9 @@ from ..base.errors import InputError
 from .table import DECIDED
 
 _LEAST, _MOST = 1e-3, 20.0  # range of the dispersion
-ALIKE = 0.1  # scatter of ln Sa below which records count as matched; recorded ones have 0.3 to 0.8
+ALIKE = (
+    0.1  # scatter of ln Sa below which records count as matched; natural records have 0.3 to 0.8
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,12 +26,12 @@ class FragilityBounds:
     name, unit : str
         Of the intensity.
     design : float or None
-        The level that is asked for.
+        The design level.
     why : str
         Why there is no curve.
     doubt : str
-        How many cases are beyond the horizon of what they are judged by, or that it is not known;
-        and whether the records were matched to one spectrum.  Blank if there is none.
+        Warning on cases beyond the horizon of their result or on an unknown horizon, and on records
+        matched to one spectrum; blank if there is none.
     """
 
     intensity: np.ndarray
@@ -44,7 +46,7 @@ class FragilityBounds:
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Of the probability at the levels, by Clopper and Pearson."""
+        """Return the bounds of the probability at the levels (Clopper and Pearson)."""
         from scipy.special import betaincinv
 
         k, n, tail = self.failures, self.trials, (1 - self.confidence) / 2
@@ -55,7 +57,7 @@ class FragilityBounds:
         return low, high
 
     def band(self, intensity) -> tuple[np.ndarray, np.ndarray]:
-        """Lower and upper bound of a probability that does not fall with the intensity."""
+        """Return bounds of a probability that does not decrease with the intensity."""
         wanted = np.asarray(intensity, dtype=float)[..., None]
         low, high = self.bounds
         return (np.where(self.intensity <= wanted, low, 0.0).max(-1),
@@ -63,17 +65,17 @@ class FragilityBounds:
 
     @property
     def words(self) -> str:
-        """Whether it stands at the design level and with which margin, else up to which level."""
+        """Return a sentence on the probability of failure at the design level or largest level."""
         at = self.intensity.max() if self.design is None else self.design
         low, high = self.band(at)
-        return (f"No curve: {self.why}. At {self._level(at)} the probability of failure lies "
+        return (f"No curve: {self.why}. At {self._level_words(at)} the probability of failure lies "
                 f"between {low:.2g} and {high:.2g}")  # fmt: skip
 
-    def _level(self, value: float) -> str:
+    def _level_words(self, value: float) -> str:
         return f"{self.name} {value:.3g} {self.unit}".replace("^2", "²").strip()
 
     def picture(self):
-        """The shares that failed, and the curve or bounds with their confidence."""
+        """Draw the fractions that failed, and the curve or bounds with their confidence."""
         from ..report.style import BLUE, INK, ORANGE, canvas
 
         figure, (axes,) = canvas(1, size=(7.0, 4.6))
@@ -83,7 +85,7 @@ class FragilityBounds:
         self._draw_curve(axes, x)
         use = self.trials > 0
         axes.plot(self.intensity[use], self.failures[use] / self.trials[use], "o", color=INK, ms=5,
-                  label="share of the cases")  # fmt: skip
+                  label="fraction of the cases")  # fmt: skip
         if self.design is not None:
             axes.axvline(self.design, color=INK, ls=":", lw=1, label="design level")
         unit = f" ({self.unit})" if self.unit else ""
@@ -95,7 +97,7 @@ class FragilityBounds:
         return figure
 
     def _draw_curve(self, axes, x) -> None:
-        """There is none."""
+        """Draw no curve, because there is none."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,13 +124,13 @@ class Fragility(FragilityBounds):
     covariance: np.ndarray
 
     def probability(self, intensity) -> np.ndarray:
-        """Probability of failure at intensities."""
+        """Return the probability of failure at intensities."""
         from scipy.special import ndtr
 
         return ndtr(np.log(np.asarray(intensity) / self.median) / self.dispersion)
 
     def band(self, intensity) -> tuple[np.ndarray, np.ndarray]:
-        """Lower and upper bound of the probability at each intensity, by the delta method."""
+        """Return bounds of the probability at each intensity by the delta method."""
         from scipy.special import ndtr, ndtri
 
         z = np.log(np.asarray(intensity, dtype=float) / self.median) / self.dispersion
@@ -139,16 +141,16 @@ class Fragility(FragilityBounds):
 
     @property
     def words(self) -> str:
-        """Whether it stands at the design level and with which margin; half of the cases fail."""
+        """Return a sentence on the verdict and the margin at the design level, or the median."""
         if self.design is None:
             low, high = self.median_interval
-            return (f"Half of the cases fail at {self._level(self.median)} "
+            return (f"Half of the cases fail at {self._level_words(self.median)} "
                     f"({self.confidence:.0%}: {low:.3g} … {high:.3g})")  # fmt: skip
         verdict = "Stands" if self.median > self.design else "Fails"
         low, high = self.band(self.design)
-        return (f"{verdict} at {self._level(self.design)} with a margin of "
+        return (f"{verdict} at {self._level_words(self.design)} with a margin of "
                 f"{self.median / self.design:.3g}: half of the cases fail at "
-                f"{self._level(self.median)}, and at the design level "
+                f"{self._level_words(self.median)}, and at the design level "
                 f"{self.probability(self.design):.2g} ({low:.2g} … {high:.2g})")  # fmt: skip
 
     def _draw_curve(self, axes, x) -> None:
@@ -183,7 +185,7 @@ def fragility(intensity, failures, trials, confidence: float = 0.95, **about) ->
     _check_curve(x, k, n)
     use = n > 0
     start = np.array([np.log(np.average(x[use], weights=n[use])), np.log(0.4)])
-    best = _least(lambda p: _loss(p, x, k, n), start)
+    best = _minimise(lambda p: _loss(p, x, k, n), start)
     covariance = np.linalg.inv(_information(best, x, k, n))
     limit = _quantile(confidence)
     first, second = (_interval(i, best, covariance, limit, x, k, n) for i in range(2))
@@ -238,7 +240,7 @@ def _matched_words(table) -> str:
 
 
 def _undecided_words(table, quantity: str) -> str:
-    """How many cases are beyond the horizon of a quantity, in words; blank if none is."""
+    """Return a warning on cases beyond the horizon of a quantity; blank if there are none."""
     decided = table.get(f"{quantity}{DECIDED}")
     if decided is None:
         return (f"the horizon of {quantity} is unknown: beyond it a value is one of a "
@@ -266,7 +268,7 @@ def _check_curve(x, k, n) -> None:
     failed, survived = x[k > 0], x[k < n]
     if not failed.size or not survived.size:
         which = "no case failed" if not failed.size else "all cases failed"
-        raise InputError(f"{which}: a fragility curve needs both; other intensities are needed")
+        raise InputError(f"{which}: a fragility curve needs failed and survived cases")
     if failed.min() >= survived.max():
         raise InputError(
             f"none fails below {failed.min():g} and none survives above {survived.max():g}: the "
@@ -279,14 +281,14 @@ def _check_curve(x, k, n) -> None:
 
 
 def _loss(p, x, k, n) -> float:
-    """Negative log-likelihood of (ln median, ln dispersion), without its constant."""
+    """Return the negative log-likelihood of (ln median, ln dispersion), without constant."""
     from scipy.special import log_ndtr
 
     z = (np.log(x) - p[0]) / np.exp(p[1])
     return -float(np.sum(k * log_ndtr(z) + (n - k) * log_ndtr(-z)))
 
 
-def _least(function, start) -> np.ndarray:
+def _minimise(function, start) -> np.ndarray:
     from scipy.optimize import minimize
 
     found = minimize(function, start, method="Nelder-Mead",
@@ -298,7 +300,7 @@ def _least(function, start) -> np.ndarray:
 
 
 def _information(p, x, k, n) -> np.ndarray:
-    """Second derivatives of the loss, by differences."""
+    """Return the second derivatives of the loss by differences."""
     h = 1e-4
     found = np.empty((2, 2))
     for i in range(2):
@@ -310,14 +312,14 @@ def _information(p, x, k, n) -> np.ndarray:
 
 
 def _quantile(confidence: float) -> float:
-    """Half the quantile of χ² with one degree of freedom."""
+    """Return half the quantile of χ² with one degree of freedom."""
     from scipy.stats import chi2
 
     return 0.5 * float(chi2.ppf(confidence, 1))
 
 
 def _interval(i, best, covariance, limit, x, k, n) -> tuple[float, float]:
-    """Where the profile of the likelihood falls by `limit`."""
+    """Return where the profile of the likelihood falls by `limit`."""
     from scipy.optimize import brentq, minimize_scalar
 
     lowest, step = _loss(best, x, k, n), np.sqrt(covariance[i, i])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The report of a study: parameters, results, failures, and requested figures."""
+"""Write the report of a study: parameters, results, failures and requested figures."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -12,8 +12,8 @@ from ..report import Facts, Page, Paragraph, Picture, Table, provenance, write_h
 from .figures import KINDS, known_kind
 from .table import BAR, counts
 
-_MOST = 60  # rows of a table
-_ROUNDING = 1e-12  # in SI units: less is no result
+_MOST = 60  # largest number of rows of a table
+_ROUNDING = 1e-12  # smallest result in SI units: smaller values count as 0
 _HEADS = {"ida": "Incremental dynamic analysis", "map": "Two parameters"}  # else the kind
 
 
@@ -34,17 +34,17 @@ def write_report(table, file, figures: Sequence[Mapping] = ()) -> Path:
 
 
 def report_page(table, figures: Sequence[Mapping] = ()) -> Page:
-    """The page of a study, see `write_report`."""
-    page = Page(f"Study of {table.attrs.get('model', '')}".strip(), _lead(table, counts(table)))
-    page.add("Parameters", _parameters(table))
+    """Return the page of a study, see `write_report`."""
+    page = Page(f"Study of {table.attrs.get('model', '')}".strip(), _lead_of(table, counts(table)))
+    page.add("Parameters", _parameter_table(table))
     said = [_add_figure(page, table, dict(values)) for values in figures]
     page.lead = " ".join([*(f"{words}." for words in said if words), page.lead])
-    page.add("Results", _numbers(table))
+    page.add("Results", _number_table(table))
     for title, which, column in (("Failed cases", table.status.values == "failed", "message"),
                                  ("Warnings", table.warning.values != "" if "warning" in table
                                   else np.zeros(table.status.shape, bool), "warning")):  # fmt: skip
         if np.any(which):
-            page.add(title, _texts(table, which, column))
+            page.add(title, _text_table(table, which, column))
     fixed = str(table.attrs.get("fixed", ""))
     page.provenance = provenance(
         model=str(table.attrs.get("model", "")),
@@ -54,18 +54,18 @@ def report_page(table, figures: Sequence[Mapping] = ()) -> Page:
     return page
 
 
-def _lead(table, found) -> str:
+def _lead_of(table, found) -> str:
     sizes = " × ".join(f"{table.sizes[d]} {d}" for d in table.status.dims)
     words = ", ".join(f"{number} {status}" for status, number in sorted(found.items()))
     return f"{counted(table.status.size, 'case', 'cases')} ({sizes}): {words}."
 
 
-def _parameters(table) -> Table:
+def _parameter_table(table) -> Table:
     rows = []
     for name, one in table.coords.items():
         if set(one.dims) <= set(table.status.dims) and one.dims:
             values = np.asarray(one.values).ravel()
-            shown = ", ".join(_short(v) for v in values[:8]) + (" …" if values.size > 8 else "")
+            shown = ", ".join(_shorten(v) for v in values[:8]) + (" …" if values.size > 8 else "")
             changes = str(one.attrs.get("changes", ""))
             rows.append(
                 [
@@ -79,8 +79,8 @@ def _parameters(table) -> Table:
     return Table(["parameter", "changes", "unit", "values", "which"], rows)
 
 
-def _numbers(table) -> Table:
-    """Least, median and largest of each number, the first and last with the bars of their cases."""
+def _number_table(table) -> Table:
+    """Tabulate smallest, median and largest value of each number, with error bars."""
     rows = []
     for name, one in table.data_vars.items():
         if one.dims != table.status.dims or one.dtype.kind != "f":
@@ -91,7 +91,7 @@ def _numbers(table) -> Table:
         values = one.values[np.isfinite(one.values)]
         if not values.size:
             continue
-        stats = [*map(_short, (values.min(), np.median(values), values.max()))]
+        stats = [*map(_shorten, (values.min(), np.median(values), values.max()))]
         if f"{name}{BAR}" in table:
             bars = table[f"{name}{BAR}"].values[np.isfinite(one.values)]
             for end, place in ((0, values.argmin()), (2, values.argmax())):
@@ -101,10 +101,10 @@ def _numbers(table) -> Table:
     return Table(["quantity", "unit", "least", "median", "largest", "cases"], rows)
 
 
-def _texts(table, which: np.ndarray, column: str) -> Table:
+def _text_table(table, which: np.ndarray, column: str) -> Table:
     rows = []
     for place in list(zip(*np.nonzero(which), strict=True))[:_MOST]:
-        where = [_short(table[d].values[i]) if d in table.coords else str(i)
+        where = [_shorten(table[d].values[i]) if d in table.coords else str(i)
                  for d, i in zip(table.status.dims, place, strict=True)]  # fmt: skip
         rows.append([*where, str(table[column].values[place])])
     return Table([*map(str, table.status.dims), column], rows)
@@ -119,19 +119,19 @@ def _add_figure(page: Page, table, values: dict) -> str:
         found = KINDS[kind](selected, **values)
     except KeyError as trouble:
         raise InputError(f"[[figures]] of kind {kind!r}: the table has no {trouble}") from None
-    except InputError as error:  # the message takes the position of the picture
+    except InputError as error:  # the message replaces the picture
         page.add(title, Paragraph(f"Not drawn: {error}."))
         return ""
     except (TypeError, ValueError, IndexError) as trouble:
         raise InputError(f"[[figures]] of kind {kind!r}: {trouble}") from None
     caption = f"{kind}: {values.get('quantity', '')}"
-    facts = [(name, words) for name, words in _facts(found) if words]
+    facts = [(name, words) for name, words in _describe_figure(found) if words]
     page.add(title, Picture(found.picture(), caption, kind), Facts(facts))
     return getattr(found, "words", "")
 
 
-def _facts(found) -> list[tuple[str, str]]:
-    """The numbers of a figure in words."""
+def _describe_figure(found) -> list[tuple[str, str]]:
+    """Describe the numbers of a figure."""
     if hasattr(found, "dispersion"):
         low, high = found.median_interval
         least, most = found.dispersion_interval
@@ -149,7 +149,7 @@ def _facts(found) -> list[tuple[str, str]]:
                   for x, k, n, a, b in rows]  # fmt: skip
         return [*levels, ("no curve", found.why), ("doubt", found.doubt)]
     if hasattr(found, "capacity"):
-        words = ", ".join(_short(v) for v in found.capacity_fractiles)
+        words = ", ".join(_shorten(v) for v in found.capacity_fractiles)
         return [("capacity 16, 50, 84 %", words if found.threshold is not None else "")]
     if hasattr(found, "total"):
         return [(name, f"first {first:.4f}, total {total:.4f}") for name, first, total in
@@ -160,7 +160,7 @@ def _facts(found) -> list[tuple[str, str]]:
     return []
 
 
-def _short(value) -> str:
+def _shorten(value) -> str:
     if not isinstance(value, float | np.floating):
         return str(value)
     return number(0.0 if abs(value) < _ROUNDING else value, 5)

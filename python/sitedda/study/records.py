@@ -19,7 +19,7 @@ _PERIODS = np.geomspace(0.1, 2.0, 12)  # s, at which spectra of records are comp
 
 @dataclass(frozen=True)
 class Record:
-    """A ground acceleration that is not in a file yet.
+    """A ground acceleration that is not yet in a file.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class Record:
 
     @property
     def data(self) -> bytes:
-        """The samples as a text file, one a line."""
+        """Return the samples as a text file, one per line."""
         return ("\n".join(map(repr, self.acceleration.tolist())) + "\n").encode()
 
 
@@ -47,8 +47,8 @@ class Record:
 class Records:
     """Records and levels of intensity: two dimensions of a study.
 
-    The factor of a record is its level over its own measure, so that all records of a level are
-    equally intense; for the Arias intensity the root of that.
+    The factor of a record is the level over the measure of the record, so that all records of a
+    level have the same intensity. For the Arias intensity, the factor is the root of this ratio.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ class Records:
         if not self.records or not levels.size or not np.all(np.isfinite(levels) & (levels > 0)):
             raise InputError("give at least one record, and levels above 0")
         checked_name(self.measure)
-        motions = [self._motion(one) for one in self.records]
+        motions = [self._read_motion(one) for one in self.records]
         own = np.array(
             [self._own_measure(*both) for both in zip(self.records, motions, strict=True)]
         )
@@ -109,7 +109,7 @@ class Records:
         }
 
     def changes(self, place: tuple[int, ...]) -> dict:
-        """File and factor of the motion."""
+        """Return file and factor of the motion."""
         record = self.records[place[0]]
         group = f"motion[{self.motion}]" if self.motion else "motion"
         found: dict = {"values": None, "scale": float(self.factors[place])}
@@ -122,8 +122,8 @@ class Records:
             found["time_step"] = self.time_step or None
         return {f"{group}.{name}": value for name, value in found.items()}
 
-    def _motion(self, record) -> tuple[np.ndarray, np.ndarray, float] | None:
-        """Acceleration, velocity and step; none: a file that need not be read."""
+    def _read_motion(self, record) -> tuple[np.ndarray, np.ndarray, float] | None:
+        """Return acceleration, velocity and step; None for a file that need not be read."""
         if isinstance(record, Record):
             velocity = running_integral(record.acceleration, record.time_step)
             return record.acceleration, velocity, record.time_step
@@ -133,7 +133,7 @@ class Records:
         return read.acceleration.values, read.velocity.values, float(read.time[1] - read.time[0])
 
     def _own_measure(self, record, motion) -> float:
-        """The measure of a record as it is."""
+        """Return the measure of an unscaled record."""
         if self.measure == "scale":
             return 1.0
         acceleration, velocity, step = motion
@@ -159,7 +159,7 @@ def _name_of(record) -> str:
 
 
 def intensity(measure: str, acceleration, velocity, step: float, period=None, damping=0.05):
-    """An intensity measure of a motion.
+    """Return an intensity measure of a motion.
 
     Parameters
     ----------
