@@ -10,9 +10,7 @@ from ..base.errors import InputError
 from .table import DECIDED
 
 _LEAST, _MOST = 1e-3, 20.0  # range of the dispersion
-ALIKE = (
-    0.1  # scatter of ln Sa below which records count as matched; natural records have 0.3 to 0.8
-)
+ALIKE = 0.1  # scatter of ln Sa of matched records, at most; natural records have 0.3 to 0.8
 
 
 @dataclass(frozen=True, kw_only=True)
