@@ -22,6 +22,7 @@ from .nonlinear import NonlinearResponse, nonlinear
 from .profile import Profile, read_profile
 from .randomization import TORO, Toro, randomized
 from .response import ColumnResponse
+from .site_term import SiteTerm, site_term
 from .suite import Suite, suite
 from .suite_file import read_suite
 from .surface import Surface, surface
@@ -40,6 +41,7 @@ __all__ = [
     "Layer",
     "NonlinearResponse",
     "Profile",
+    "SiteTerm",
     "SoilCurves",
     "Suite",
     "Surface",
@@ -64,6 +66,7 @@ __all__ = [
     "resampled",
     "rotated_spectra",
     "scale_to",
+    "site_term",
     "strength_corrected",
     "suite",
     "surface",

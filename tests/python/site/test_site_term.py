@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Site terms of plane models by many columns and few runs."""
+
+import numpy as np
+import pytest
+
+from sitedda import InputError
+from sitedda.site import site_term
+from sitedda.site.site_term import _estimate
+
+
+def draw(sample):
+    return np.random.default_rng([5, sample]).standard_normal(3)
+
+
+def columns(sample):
+    """ln AF of two points at two periods: 0.3 x, and its neighbour."""
+    x, y, _ = draw(sample)
+    return np.exp(0.3 * np.array([[x, 0.8 * x + 0.6 * y], [x, 0.8 * x + 0.6 * y]]))
+
+
+def plane(sample):
+    """The first point is the column but for 0.03; the second has nothing to do with it."""
+    noise = np.random.default_rng([6, sample]).standard_normal((2, 2))
+    own = np.log(columns(sample))
+    own[0] += 0.2 + 0.03 * noise[0]
+    own[1] = 0.5 * noise[1]
+    return np.exp(own)
+
+
+def finer(sample):
+    return 1.01 * plane(sample)
+
+
+def failing(sample):
+    raise ValueError(f"sample {sample} is no good")
+
+
+@pytest.mark.parametrize(("noise", "least", "most"), [(0.05, 20, 500), (3.0, 1, 1.3)])
+def test_intervals_hold_as_often_as_they_claim(noise, least, most):
+    """y = 0.2 + 1.1 x + 0.3 x² + noise, with x normal of σ 0.3; 300 repeats of 40 runs."""
+    generator, right, saving = np.random.default_rng(1), [], []
+    mean = 0.2 + 0.3 * 0.09
+    sigma = np.sqrt((1.1 * 0.3) ** 2 + 2 * (0.3 * 0.09) ** 2 + (0.3 * noise) ** 2)
+    for _ in range(300):
+        control = 0.3 * generator.standard_normal((2000, 2))
+        control[:, 0] = 0.8 * control[:, 1] + 0.6 * control[:, 0]
+        x = control[:40, 1]
+        found = _estimate(
+            0.2 + 1.1 * x + 0.3 * x**2 + 0.3 * noise * generator.standard_normal(40),
+            control, 1, 0.95,
+        )  # fmt: skip
+        right.append([
+            abs(np.log(found["median"]) - mean) <= found["sampling"],
+            abs(found["sigma_ln"] - sigma) <= found["sigma_error"],
+            abs(np.log(found["aggravation"]) - mean) <= found["aggravation_sampling"],
+        ])  # fmt: skip
+        saving.append(found["saving"])
+    assert np.all(np.abs(np.mean(right, axis=0) - 0.95) < 4 * np.sqrt(0.95 * 0.05 / 300))
+    assert least <= np.median(saving) <= most
+
+
+def test_a_term_has_one_budget_and_says_where_nothing_is_saved(tmp_path):
+    found = site_term(plane, columns, ["near", "far"], [0.2, 1.0], runs=40, columns=2000,
+                      finer={"mesh": finer}, finer_runs=2, workers=1)  # fmt: skip
+    table = found.table
+    assert (table.saving.sel(point="near") > 10).all() and (
+        table.saving.sel(point="far") == 1
+    ).all()
+    assert (np.abs(np.log(table["median"].sel(point="near")) - 0.2) < 0.03).all()
+    np.testing.assert_allclose(table.discretisation.sel(error="mesh"), np.log(1.01) * 4 / 3)
+    np.testing.assert_allclose(table.total - table.sampling, np.log(1.01) * 4 / 3)
+    logs = np.log([plane(i) for i in range(40)])[:, 1, 0]
+    far = table.sel(point="far").isel(period=0)
+    assert float(far["median"]) == pytest.approx(np.exp(logs.mean()))
+    assert float(far.sampling) == pytest.approx(2.0227 * logs.std(ddof=1) / np.sqrt(40), rel=1e-4)
+    assert "at 2 of 4 places the columns save nothing" in str(found)
+    lines = found.to_csv(tmp_path / "term.csv").read_text().splitlines()
+    assert lines[0].startswith("point,period,median,") and len(lines) == 5
+
+
+def test_bad_terms_are_named():
+    with pytest.raises(InputError, match="runs = 10, columns = 100: give 20"):
+        site_term(plane, columns, ["a", "b"], [0.2, 1.0], runs=10, columns=100)
+    with pytest.raises(InputError, match="sample 0 is no good"):
+        site_term(failing, columns, ["a", "b"], [0.2, 1.0], runs=20, columns=20, workers=1)
