@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is made of schema.txt: table and readers of the engine, methods of `Model`, a page of docs.
+"""Generate from schema.txt the table and readers of the engine, methods of `Model`, a page of docs.
 
 python make_schema.py table|values|groups|python|page schema.txt OUTPUT
 """
@@ -16,7 +16,7 @@ from itertools import accumulate, groupby
 from pathlib import Path
 
 WIDTH = 128  # bytes of values, as in `dda_input_variable`
-USABLE = "usable"  # no number of an input is larger
+USABLE = "usable"  # the largest number of an input
 KIND = re.compile(r"(real|integer|logical|name|word|text|points)(?:\((\d+)\))?")
 NUMBERS = ("real", "integer", "points")
 NEXT, NEW_LINE = ", &\n      ", "\n      "  # between parts of a list, and statements, of Fortran
@@ -26,7 +26,7 @@ RANGE = re.compile(r"(\S+) to (\S+)|above (0)|at least (\S+)|any")
 
 @dataclass
 class Variable:
-    """A variable of a group, in the words of the schema."""
+    """A variable of a group; the fields are the columns of the schema."""
 
     name: str
     kind: str
@@ -37,7 +37,7 @@ class Variable:
     when: str = ""
     needs: str = ""
     excludes: str = ""
-    part: str = ""  # that it stands in, if groups share it
+    part: str = ""  # its part, if groups share the variable
 
     def __post_init__(self):
         match = KIND.fullmatch(self.kind)
@@ -49,7 +49,7 @@ class Variable:
 
     @property
     def limits(self) -> tuple[str, str]:
-        """Lowest and highest number, as Fortran."""
+        """Return the lowest and highest number as Fortran literals."""
         low, high, above, least = RANGE.fullmatch(self.values).groups()
         if above:
             return "above_zero", USABLE
@@ -57,12 +57,12 @@ class Variable:
 
     @property
     def conditions(self) -> str:
-        """What goes with the variable, and what does not, in words."""
+        """Describe the conditions of the variable in words."""
         parts = (("", self.when), ("needs ", self.needs), ("excludes ", self.excludes))
         return "; ".join(word + text for word, text in parts if text)
 
     def rules(self) -> Iterator[tuple[str, str, bool]]:
-        """Each condition, what it needs or excludes of the group, and whether it excludes."""
+        """Yield each condition, the variable that it needs or excludes, and whether it excludes."""
         if self.when:
             yield self.name, self.when, False
         if self.default.startswith("required by its "):
@@ -87,17 +87,17 @@ class Group:
     variables: list[Variable] = field(default_factory=list)
 
     def rules(self) -> Iterator[tuple[str, str, bool]]:
-        """What it needs, as `Variable.rules`."""
+        """Yield the needs of the group in the form of `Variable.rules`."""
         return (("", item, False) for item in filter(None, self.needs.split("; ")))
 
 
 def real(number: str | None) -> str:
-    """A number as Fortran has it; without one, no limit."""
+    """Return a number as a Fortran literal; blank if there is no limit."""
     return f"{float(number)!r}_wp" if number else ""
 
 
 def read(file: Path) -> list[Group]:
-    """The groups of a schema."""
+    """Read the groups of a schema."""
     lines: list[str] = []
     for line in file.read_text(encoding="utf-8").splitlines():
         if line.startswith(" "):
@@ -128,13 +128,13 @@ def read(file: Path) -> list[Group]:
 
 
 def literal(text: str) -> str:
-    """A text of Fortran, over several lines where it is long."""
+    """Return a Fortran literal of a text, on several lines if it is long."""
     parts = textwrap.wrap(text, 80, drop_whitespace=False)
     return "// &\n         ".join(f'"{part}"' for part in parts) or BLANK
 
 
 def table(groups: list[Group]) -> str:
-    """The module `dda_input_schema`."""
+    """Generate the module `dda_input_schema`."""
     entries, names, first = [], [], 1
     rows_of = ""
     rules = [
@@ -172,19 +172,19 @@ end module dda_input_schema
 
 
 def rule(group: int, holder: str, item: str, excludes: bool) -> str:
-    """A rule as Fortran."""
+    """Return a rule as Fortran code."""
     if max(len(holder), len(item)) > WIDTH:
         raise ValueError(f"{holder}, {item}: longer than {WIDTH} bytes")
     return f"rule_type({group}, {literal(holder)}, {literal(item)}, {truth(excludes)})"
 
 
 def truth(value: bool) -> str:
-    """A logical value of Fortran."""
+    """Return a logical value as a Fortran literal."""
     return ".true." if value else ".false."
 
 
 def preset(one: Variable) -> str:
-    """The default as Fortran, where it is one value or a list of numbers."""
+    """Return the default as Fortran code if it is one value or a list of numbers."""
     if one.base == "logical":
         return one.default
     if one.base in ("name", "word", "text"):
@@ -199,7 +199,7 @@ def preset(one: Variable) -> str:
 
 
 def entry(one: Variable) -> str:
-    """A variable as Fortran."""
+    """Return a variable as Fortran code."""
     size = 2 * one.size if one.base == "points" else one.size
     parts = [f"'{one.name}'", f"'{one.base}'", str(size)]
     if one.base in NUMBERS:
@@ -226,7 +226,7 @@ def entry(one: Variable) -> str:
 
 
 def component(one: Variable) -> tuple[str, str]:
-    """How a variable is declared with its default, and what reads it."""
+    """Return the declaration of a variable with its default, and its reader."""
     if one.base == "points":
         return f"real(wp), allocatable :: {one.name}(:,:)", "take_points"
     if one.base == "text":
@@ -246,7 +246,7 @@ def component(one: Variable) -> tuple[str, str]:
 
 
 def type_of(name: str, meaning: str, variables: list[Variable]) -> str:
-    """A type with the values of a group or a part of groups."""
+    """Generate a type with the values of a group or part."""
     lines = []
     for part, own in groupby(variables, lambda one: one.part if one.part != name else ""):
         lines += [f"type({part}_values) :: {part}"] if part else [component(v)[0] for v in own]
@@ -259,7 +259,7 @@ def type_of(name: str, meaning: str, variables: list[Variable]) -> str:
 
 
 def reader_of(group: Group, g: int, first: int) -> str:
-    """What reads the values of a group by its position and that of its first variable."""
+    """Generate the reader of group number `g`, whose first variable has number `first`."""
     calls = [
         f"call {component(v)[1]}(group, {i}, values%{v.part and v.part + '%'}{v.name}, error)"
         for i, v in enumerate(group.variables, first)
@@ -277,7 +277,7 @@ def reader_of(group: Group, g: int, first: int) -> str:
 
 
 def values(every: list[Group]) -> str:
-    """The module `dda_group_values`."""
+    """Generate the module `dda_group_values`."""
     own = [group for group in every if not group.built]
     parts: dict[str, list[Variable]] = {}
     for variable in (v for group in own for v in group.variables if v.part):
@@ -292,7 +292,7 @@ module dda_group_values
    use dda_kinds, only: wp
    implicit none
 
-   real(wp), parameter :: unset = -huge(1.0_wp)  !< stands for what the input does not say
+   real(wp), parameter :: unset = -huge(1.0_wp)  !< value of variables that the input does not give
    integer, parameter :: name_length = 64        !< bytes of a name
 {types}
 end module dda_group_values
@@ -300,7 +300,7 @@ end module dda_group_values
 
 
 def groups(every: list[Group]) -> str:
-    """The module `dda_input_groups`."""
+    """Generate the module `dda_input_groups`."""
     own = [group for group in every if not group.built]  # they are the first
     parts = dict.fromkeys(v.part for group in own for v in group.variables if v.part)
     firsts = accumulate((len(group.variables) for group in every), initial=1)
@@ -318,7 +318,7 @@ module dda_input_groups
    public :: read_values, &
       {NEXT.join(f"{name}_values" for name in [*parts, *(one.name for one in own)])}
 
-   !> The values of a group, checked; those that are not given are their defaults, or `unset`.
+   !> Read and check the values of a group; missing values are the defaults, or `unset`.
    interface read_values
       module procedure {NEXT.join(f"read_{one.name}" for one in own)}
    end interface read_values
@@ -335,7 +335,7 @@ TYPES = {"real": "float", "integer": "int", "logical": "bool", "points": "Points
 
 
 def python(groups: list[Group]) -> str:
-    """The module `sitedda.input.schema`."""
+    """Generate the module `sitedda.input.schema`."""
     table = ""
     for group in groups:
         rows = "".join(
@@ -401,14 +401,14 @@ GROUPS = {{
 
 
 class Groups:
-    """Every group of the input, as `Model` has it."""
+    """Methods of `Model`, one for each group of the input."""
 
     __slots__ = ()
 {methods}{values}'''
 
 
 def method(group: Group) -> str:
-    """What adds a group to a model, or has it."""
+    """Generate the method of `Model` that adds or returns a group."""
     variables = described_all(group.variables, 8)
     if not group.repeats:
         return f'''
@@ -440,7 +440,7 @@ def method(group: Group) -> str:
 
 
 def described_all(variables: list[Variable], indent: int) -> str:
-    """A docstring's list of variables."""
+    """Describe variables for a docstring."""
     blank = " " * (indent + 4)
     return "".join(
         f"{' ' * indent}{v.name} : {', '.join(filter(None, [shown(v), v.unit]))}\n"
@@ -450,12 +450,12 @@ def described_all(variables: list[Variable], indent: int) -> str:
 
 
 def shown(variable: Variable) -> str:
-    """The type of a variable in a docstring."""
+    """Return the type of a variable for a docstring."""
     return f"{{{variable.values}}}" if variable.base == "word" else hint(variable)
 
 
 def hint(variable: Variable) -> str:
-    """The type of a variable."""
+    """Return the type hint of a variable."""
     if variable.base == "word":
         return f"Literal[{variable.values}]"
     one = TYPES.get(variable.base, "str")
@@ -465,7 +465,7 @@ def hint(variable: Variable) -> str:
 
 
 def described(variable: Variable) -> str:
-    """Meaning, values, default and conditions."""
+    """Describe meaning, values, conditions and default of a variable."""
     text = variable.meaning
     if variable.values and variable.base != "word" and variable.values != "any":
         text += f"; {variable.values}"
@@ -475,7 +475,7 @@ def described(variable: Variable) -> str:
 
 
 def values_of(group: Group) -> str:
-    """The class of the values of a group; points from a file are read before."""
+    """Generate the class of the values of a group, without the variables of a points file."""
     own = [v for v in group.variables if v.part != "points_file"]
     points = next((v.name for v in own if v.base == "points"), "")
     from_file = points if len(own) < len(group.variables) else ""
@@ -498,12 +498,12 @@ class {"".join(map(str.capitalize, group.name.split("_")))}Values(Values):
 
 
 def quoted(text: str) -> str:
-    """A text of Python."""
+    """Return a Python literal of a text."""
     return f'"{text}"'
 
 
 def value(variable: Variable) -> str:
-    """The default in Python."""
+    """Return the default as a Python literal."""
     if variable.base in ("name", "word", "text"):
         blank = "None" if variable.base == "word" else '""'
         return quoted(preset(variable).strip("'")) if preset(variable) else blank
@@ -536,7 +536,7 @@ HEAD = "| variable | kind | default | meaning |\n|---|---|---|---|\n"
 
 
 def page(groups: list[Group]) -> str:
-    """The page of the handbook."""
+    """Generate the page of the handbook."""
     text = PAGE
     for built, title in ((False, "Groups of the engine"), (True, "Groups that become blocks")):
         text += f"## {title}\n\n"
@@ -552,7 +552,7 @@ def page(groups: list[Group]) -> str:
 
 
 def section(group: Group) -> str:
-    """A heading, an example, a table, and links to shared variables."""
+    """Generate a section: heading, example, table, and links to shared variables."""
     needs = f" Needs {group.needs}." if group.needs else ""
     parts = {
         part: ", ".join(f"`{v.name}`" for v in variables)
@@ -572,14 +572,14 @@ def section(group: Group) -> str:
 
 
 def row(one: Variable) -> str:
-    """A row of a table."""
+    """Generate a row of a table."""
     conditions = one.conditions and f" (`{one.conditions}`)"
     meaning = one.meaning.removeprefix("x, y, x, y …: ")
     return f"| `{one.name}` | {ranged(one)} | {one.default} | {meaning}{conditions} |\n"
 
 
 def ranged(one: Variable) -> str:
-    """Kind, unit and range of a variable."""
+    """Describe kind, unit and range of a variable."""
     if one.base == "word":
         return one.values
     named = one.base == "name" and one.values.startswith(("the name", "names"))

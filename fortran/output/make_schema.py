@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is made of schema.txt: tables of the engine, the table of the reader in Python, a page.
+"""Generate from schema.txt tables of the engine, the table of the reader in Python, and a page.
 
 python make_schema.py table|python|page schema.txt OUTPUT
 """
@@ -20,7 +20,7 @@ FLAG = re.compile(r"(\d+) ([^,:]+)")
 
 @dataclass
 class Variable:
-    """A variable of the output, in the words of the schema."""
+    """A variable of the output; the fields are the columns of the schema."""
 
     name: str
     dimensions: list[str]
@@ -35,18 +35,18 @@ class Variable:
 
     @property
     def row(self) -> str:
-        """What it has a value of each time: `time`, `frame`, `contact`; blank: written once."""
+        """Return the dimension along which it is written in rows; blank: written once."""
         found = "" if self.name == "contact_frame" else self.dimensions[0]
         return found if found in ROWS else ""
 
     @property
     def number(self) -> str:
-        """Its name as a number of the verdict."""
+        """Return its name in the values of the verdict."""
         return number_of(self.name, self.unit)
 
     @property
     def flags(self) -> dict[str, str]:
-        """Values and meanings of a flag, as CF wants them."""
+        """Return values and meanings of a flag, as the CF conventions require."""
         if self.kind != "flag":
             return {}
         return {
@@ -56,7 +56,7 @@ class Variable:
 
 @dataclass
 class Schema:
-    """All of it."""
+    """All dimensions, energies, largest values, families and variables."""
 
     dimensions: dict[str, tuple[str, str]] = field(default_factory=dict)
     energies: list[tuple[str, str, str]] = field(default_factory=list)
@@ -66,14 +66,14 @@ class Schema:
 
 
 def number_of(name: str, unit: str) -> str:
-    """A name with its unit, as attributes have it: acceleration_m_s2."""
+    """Append the unit to a name, as in attributes: acceleration_m_s2."""
     return (
         name if unit in ("1", "") else f"{name}_{unit.lower().replace('/', '_').replace('^', '')}"
     )
 
 
 def read(file: Path) -> Schema:
-    """A schema, checked."""
+    """Read and check a schema."""
     lines: list[str] = []
     for line in file.read_text(encoding="utf-8").splitlines():
         if line.startswith(" "):
@@ -107,15 +107,15 @@ def read(file: Path) -> Schema:
 
 
 def energy(family: str, term: tuple[str, str, str]) -> Variable:
-    """The variable of a term of the energy budget."""
+    """Return the variable of a term of the energy budget."""
     name, role, meaning = term
-    needed = name == "kinetic" or role == "remainder"  # others have come one by one
+    needed = name == "kinetic" or role == "remainder"  # others may be absent
     words = meaning + PER_METRE
     return Variable(f"energy_{name}", ["time"], "real", "J/m", words, "", family, needed, False)
 
 
 def variable(cells: list[str], family: str) -> Variable:
-    """A variable of its cells."""
+    """Convert the cells of a row into a variable."""
     name, star, _ = cells[0].partition(" *")
     kind = cells[2].removeprefix("label ")
     more = cells[5] if len(cells) > 5 else ""
@@ -124,12 +124,12 @@ def variable(cells: list[str], family: str) -> Variable:
 
 
 def has_labels(one: Variable, schema: Schema) -> bool:
-    """Labels belong to it; it is no coordinate itself."""
+    """Whether a variable has labels and is no coordinate itself."""
     return not one.label and one.name not in schema.dimensions
 
 
 def check(one: Variable, schema: Schema) -> None:
-    """Raise ValueError if a variable is none."""
+    """Raise ValueError if a variable is not valid."""
     named = one.kind.removesuffix(" or none")
     known = named in schema.dimensions or one.kind in (*KINDS, "number", "flag")
     good = re.fullmatch(r"[a-z][a-z_0-9]*", one.name) and set(one.dimensions) <= {
@@ -146,7 +146,7 @@ def check(one: Variable, schema: Schema) -> None:
 
 
 def table(schema: Schema) -> str:
-    """The module `dda_output_schema`."""
+    """Generate the module `dda_output_schema`."""
     numbers = [number_of(name, unit) for name, unit, *_ in schema.maxima]
     variables = schema.variables
     widths = {
@@ -179,7 +179,7 @@ module dda_output_schema
    integer, parameter :: once = 0, each_time = 1, each_frame = 2, each_contact = 3  !< rows
    integer, parameter :: is_stored = 1, is_gain = 2, is_loss = 3, is_remainder = 4  !< roles
 
-   !> A variable: blank units are of each component its own; dimensions have the fastest first.
+   !> A variable: blank units mean one unit per component; the fastest dimension is first.
    type :: output_variable_type
 {text}
       integer :: kind, family, row, dimensions(3)
@@ -226,7 +226,7 @@ end module dda_output_schema
 
 
 def entry(one: Variable, schema: Schema) -> str:
-    """A row of the table."""
+    """Return a row of the table as Fortran code."""
     names = list(schema.dimensions)
     text = one.kind == "text"
     fastest = ["letter"] * text + one.dimensions[::-1]
@@ -245,7 +245,7 @@ def entry(one: Variable, schema: Schema) -> str:
 
 
 def columns(schema: Schema) -> str:
-    """Variables of each family with values row by row, and which are those of contacts."""
+    """Generate the number of row variables per family, and the list of contact variables."""
     counts = [sum(v.family == name and v.row != "" for v in schema.variables)
               for name in schema.families]  # fmt: skip
     listed = ", ".join(map(str, counts))
@@ -257,7 +257,7 @@ def columns(schema: Schema) -> str:
 
 
 def places(prefix: str, names) -> str:
-    """Constants that number names from 1."""
+    """Generate constants that number the names from 1."""
     rows = "\n".join(
         f"   integer, parameter :: {prefix}{name} = {i}" for i, name in enumerate(names, 1)
     )
@@ -265,17 +265,17 @@ def places(prefix: str, names) -> str:
 
 
 def literal(text: str) -> str:
-    """A text of Fortran."""
+    """Return a Fortran literal of a text."""
     return "'" + text.replace("'", "''") + "'"
 
 
 def truth(value: bool) -> str:
-    """A logical value of Fortran."""
+    """Return a logical value as a Fortran literal."""
     return ".true." if value else ".false."
 
 
 def longest(texts) -> int:
-    """Bytes of the longest text."""
+    """Return the number of bytes of the longest text."""
     return max(len(text.encode()) for text in texts)
 
 
@@ -283,7 +283,7 @@ def longest(texts) -> int:
 
 
 def python(schema: Schema) -> str:
-    """The module `sitedda.output.variables`."""
+    """Generate the module `sitedda.output.variables`."""
     rows = "".join(
         f"    {v.name!r}: Variable({v.name!r}, {tuple(v.dimensions)!r}, {v.kind!r}, {v.unit!r},\n"
         f"        {v.family!r}, {v.needed}, {v.number!r}),\n"
@@ -292,7 +292,7 @@ def python(schema: Schema) -> str:
     always = {name: when.startswith("always") for name, when in schema.families.items()}
     lengths = {name: int(n) for name, (n, _) in schema.dimensions.items() if n.isdigit()}
     return f'''# Made from schema.txt by make_schema.py.
-"""The variables of an output: dimensions, kinds and units, and which come together."""
+"""The variables of an output, with dimensions, kinds, units and families."""
 
 from typing import NamedTuple
 
@@ -305,13 +305,13 @@ class Variable(NamedTuple):
     kind: str
     unit: str
     family: str
-    needed: bool  # where one of its family is
-    number: str  # its name as a number of the verdict
+    needed: bool  # if any variable of its family is present
+    number: str  # its name in the values of the verdict
 
 
 VARIABLES = {{
 {rows}}}
-FAMILIES = {always}  # each is there always, or of some models
+FAMILIES = {always}  # True: written for all models
 LENGTHS = {lengths}  # of dimensions that have one length
 '''
 
@@ -329,7 +329,7 @@ PAGE = """# Variables of the output
 
 
 def page(schema: Schema) -> str:
-    """The page of the handbook."""
+    """Generate the page of the handbook."""
     text = PAGE + "## Dimensions\n\n| dimension | content |\n|---|---|\n"
     for name, (length, words) in schema.dimensions.items():
         text += f"| `{name}` | {f'{length}: ' if length.isdigit() else ''}{words} |\n"
@@ -344,13 +344,13 @@ def page(schema: Schema) -> str:
 
 
 def written(when: str) -> str:
-    """When a family is written, as a sentence."""
+    """Describe in a sentence when a family is written."""
     first, _, rest = when.partition("always")
     return f"Written {when}" if first else f"Always written{rest}"
 
 
 def line(one: Variable) -> str:
-    """A variable in a table of the page."""
+    """Generate the table row of a variable."""
     kind = ", ".join(
         filter(None, [one.kind, one.unit if one.kind != "text" and one.unit != "1" else ""])
     )
