@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Strength reduction, limit analysis, pushover and mechanisms of failure."""
 
-from .limits import Limit, Limits, Travel, limit_analysis, travelling_axle
+from .limits import Backfill, Limit, Limits, Travel, limit_analysis, travelling_axle
 from .performance import Performance, performance_point
 from .pushover import Pushover, pushover
 from .safety import Mechanism, Safety, bisect, mechanism, safety
 from .supports import Movement, move_supports
 
 __all__ = [
+    "Backfill",
     "Limit",
     "Limits",
     "Mechanism",

@@ -11,6 +11,7 @@ the normal forces of the preceding programmes (Gilbert, Casapulla and Ahmed 2006
 Structures 84, 873–887).  The sequence ends with forces |T| ≤ μN and a mechanism without dilation.
 """
 
+import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -27,7 +28,7 @@ from ..base.errors import ConvergenceError, InputError
 from ..build.model import Model
 from ..output.scene import Scene, is_netcdf
 from .safety import _verdicts
-from .strength import released, static_model
+from .strength import lines_of, released, static_model
 
 _MOST = 1e3  # load over the weight above which the factor counts as infinite
 _HELD = _MOST * (1 - 1e-6)
@@ -82,6 +83,8 @@ class Limit:
         Axial force of each bolt in this set, N/m.
     title : str
         Of the picture; empty: the factor as that of a body force.
+    lines : list of (str, ndarray)
+        'bolt' or 'water', and its points, shape (points, 2), m.
     """
 
     factor: float
@@ -97,6 +100,40 @@ class Limit:
     polygons: list[np.ndarray] = field(repr=False)
     bolt_force: dict[str, float] = field(default_factory=dict)
     title: str = ""
+    lines: list[tuple[str, np.ndarray]] = field(default_factory=list, repr=False)
+
+    @property
+    def thrust(self) -> np.ndarray:
+        """Resultants of joints that press: the two blocks (from 0), x, y (m), N and T (N/m)."""
+        _, first, joint = np.unique(np.column_stack([self.blocks, self.normals.round(9)]), axis=0,
+                                    return_index=True, return_inverse=True)  # fmt: skip
+        press = self.normal_force[:, None] * self.points
+        values = np.column_stack([press, self.normal_force, self.shear_force])
+        total = np.array([np.bincount(joint.ravel(), column) for column in values.T]).T
+        kept = total[:, 2] > _CORNER * self.normal_force.max(initial=0.0)
+        place = total[kept, :2] / total[kept, 2:3]
+        return np.hstack([self.blocks[first][kept], place, total[kept, 2:]])
+
+    @property
+    def openings(self) -> np.ndarray:
+        """Opening and slip of the points in the mechanism, shape (points, 2), m."""
+        centres = np.array([_centroid(polygon) for polygon in self.polygons])
+        arms = self.points[:, None] - centres[self.blocks]
+        turn = self.displacement[self.blocks]
+        ways = turn[..., :2] + turn[..., 2:] * np.stack([-arms[..., 1], arms[..., 0]], axis=-1)
+        tangents = np.column_stack([-self.normals[:, 1], self.normals[:, 0]])
+        apart = ways[:, 1] - ways[:, 0]
+        return np.column_stack([np.sum(apart * axis, axis=1) for axis in (self.normals, tangents)])
+
+    def to_csv(self) -> str:
+        """Forces and mechanism at the points of joints as a table."""
+        numbers = np.column_stack([self.points, self.normal_force, self.shear_force, self.openings])
+        lines = [
+            "block,other,x (m),y (m),normal force (N/m),shear force (N/m),opening (m),slip (m)"
+        ]
+        for pair, row in zip(self.blocks, numbers, strict=True):
+            lines.append(",".join([*(self.names[i] for i in pair), *map("{:.9g}".format, row)]))
+        return "\n".join([*lines, ""])
 
     def draw(self, axes=None):
         """Draw the blocks coloured by their verdicts, with arrows; return matplotlib axes."""
@@ -146,8 +183,49 @@ class Travel:
     limit: Limit
 
 
+@dataclass(frozen=True)
+class Backfill:
+    """Soil on edges that face upwards or sideways: its weight, and pressure up to the passive one.
+
+    Attributes
+    ----------
+    surface : array_like, shape (points, 2)
+        From left to right, m; no fill beyond its ends.
+    unit_weight : float
+        N/m³.
+    friction_angle : float
+        φ in degrees: the passive pressure is tan²(45° + φ/2) times the vertical stress.
+    """
+
+    surface: np.ndarray
+    unit_weight: float
+    friction_angle: float
+
+    def forces(self, begin: np.ndarray, end: np.ndarray):
+        """On an edge whose block lies to its left: place (m), weight and passive force (N/m)."""
+        surface = np.asarray(self.surface, dtype=float)
+        depth = [np.interp(p[0], *surface.T, -np.inf, -np.inf) - p[1] for p in (begin, end)]
+        if not np.isfinite(depth).all() or max(depth) <= 0.0:
+            return None
+        if min(depth) < 0.0:  # the part below the surface
+            crossing = begin + (end - begin) * depth[0] / (depth[0] - depth[1])
+            begin, end = (crossing, end) if depth[0] < 0.0 else (begin, crossing)
+        above, below = np.maximum(depth, 0.0)
+        stress = 0.5 * self.unit_weight * (above + below)  # mean, vertical
+        wide, tall = end - begin
+        passive = math.tan(math.radians(45.0 + 0.5 * self.friction_angle)) ** 2
+        place = begin + (end - begin) * (above + 2 * below) / (3 * (above + below))
+        return place, stress * np.array([0.0, wide]), passive * stress * np.array([-tall, 0.0])
+
+
 def travelling_axle(
-    source, line, *, axles=((0.0, 1.0),), positions: int = 41, changes: Mapping | None = None
+    source,
+    line,
+    *,
+    axles=((0.0, 1.0),),
+    positions: int = 41,
+    backfill: Backfill | None = None,
+    changes: Mapping | None = None,
 ) -> Travel:
     """Find the most critical position of axles along a line, and their limit load there.
 
@@ -162,6 +240,8 @@ def travelling_axle(
         line do not act.
     positions : int
         Evenly spaced; the worst one is then refined between its neighbours.
+    backfill : Backfill, optional
+        Axles act on the blocks: it does not spread them.
     changes : mapping, optional
         Variables to change first, see `Simulation`.
 
@@ -170,7 +250,7 @@ def travelling_axle(
     InputError
         As `limit_analysis`, or if a place of the line is on no block.
     """
-    programme = _Programme(*_scene(source, changes), np.array([1.0, 0.0]), None)
+    programme = _Programme(*_scene(source, changes), np.array([1.0, 0.0]), None, backfill)
     points, weights = np.asarray(line, dtype=float), np.array(axles, dtype=float)
     along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
 
@@ -197,7 +277,12 @@ def travelling_axle(
 
 
 def limit_analysis(
-    source, *, direction=(1.0, 0.0), load: str | None = None, changes: Mapping | None = None
+    source,
+    *,
+    direction=(1.0, 0.0),
+    load: str | None = None,
+    backfill: Backfill | None = None,
+    changes: Mapping | None = None,
 ) -> Limits:
     """Find the limit of a body force on rigid blocks in addition to weight and other loads.
 
@@ -211,6 +296,7 @@ def limit_analysis(
     load : str, optional
         Name of the &load groups that grow in place of the body force; factors are those of their
         forces at time 0.
+    backfill : Backfill, optional
     changes : mapping, optional
         Variables of an input to change first, see `Simulation`.
 
@@ -223,7 +309,7 @@ def limit_analysis(
         If the sequence of programmes without dilation does not converge.
     """
     direction = _unit_vector(direction)
-    programme = _Programme(*_scene(source, changes), direction, load)
+    programme = _Programme(*_scene(source, changes), direction, load, backfill)
     lower = _without_dilation(programme, programme.upper())
     return Limits(programme.limit(programme.upper(_LITTLE)), programme.limit(lower))
 
@@ -295,7 +381,12 @@ class _Programme:
     """Linear programme of the equilibrium of all blocks, in units of the median weight."""
 
     def __init__(
-        self, scene: Scene, loads: np.ndarray | None, direction: np.ndarray, load: str | None
+        self,
+        scene: Scene,
+        loads: np.ndarray | None,
+        direction: np.ndarray,
+        load: str | None,
+        backfill: Backfill | None = None,
     ):
         self.scene = scene
         self.polygons = scene.polygons(0)
@@ -305,6 +396,7 @@ class _Programme:
         if load is not None:
             self._set_load(load)
         self._set_points()
+        self.passive = list(self._fill(backfill)) if backfill else []
         self._cuts: list[tuple[coo_array, np.ndarray]] = []
         if self.crushing.size:
             both = np.repeat(self.crushing, 2)
@@ -488,6 +580,24 @@ class _Programme:
             yield str(group["name"]).strip(), column, (-most if group.get("compression") else 0.0,
                                                         most)  # fmt: skip
 
+    def _fill(self, backfill: Backfill):
+        """Add the weight of backfill; yield columns and bounds of its horizontal pressures."""
+        scene = self.scene
+        joined = {*scene.interfaces.first_edge, *scene.interfaces.second_edge}
+        for edge, (begin, end) in enumerate(
+            zip(scene.vertices(0), scene.vertices(0)[scene.next_vertex], strict=True)
+        ):
+            wide, tall = begin[0] - end[0], abs(end[1] - begin[1])
+            if edge in joined or wide < -_CORNER * tall:
+                continue
+            if (found := backfill.forces(begin, end)) is not None:
+                place, weight, passive = found
+                block, most = [scene.owner[edge]], float(np.linalg.norm(passive))
+                self.dead += self._wrench(block, place[None], weight[None] / self.unit)
+                if most > 0.0:
+                    column = self._wrench(block, place[None], passive[None] / most)
+                    yield "", column.reshape(-1, 1), (0.0, most)
+
     def _fixed_points(self):
         for group in self.scene.groups.get("fixed_point", []):
             place = np.array([group["x"], group["y"]], dtype=float)
@@ -534,7 +644,7 @@ class _Programme:
                 self._columns(second, self.points, force)
                 - self._columns(first, self.points, force)
             )  # fmt: skip
-        self.bolts = list(self._bolts())
+        self.bolts = [*self._bolts(), *self.passive]
         columns = [coo_array(column) for _, column, _ in self.bolts]
         return block_array([[*parts, self._reactions(), *columns]], format="csc")
 
@@ -587,13 +697,6 @@ class _Programme:
         pulls = found.x[size - 1 - len(bolts) : -1] * self.unit
         return _Solution(float(found.x[-1]), forces[:n], forces[n:], pulls, velocity)
 
-    def _slip_of(self, velocity: np.ndarray) -> np.ndarray:
-        """Return the slip at the points, m, shape (points,)."""
-        arms = self.points[:, None] - self.centres[self.blocks]
-        turn = velocity[self.blocks]
-        ways = turn[..., :2] + turn[..., 2:] * np.stack([-arms[..., 1], arms[..., 0]], axis=-1)
-        return abs(np.sum((ways[:, 1] - ways[:, 0]) * self.tangents, axis=1))
-
     def limit(self, found: _Solution) -> Limit:
         """Convert a solution to a `Limit`."""
         reach = np.hypot(*found.velocity[:, :2].T) + self.radii * abs(found.velocity[:, 2])
@@ -601,14 +704,13 @@ class _Programme:
         velocity = found.velocity / (1.0 if held else reach.max())
         if held:
             velocity = np.zeros_like(velocity)
-        slip_work = self._slip_of(velocity) * abs(found.shear)
         turned = velocity * np.column_stack([np.ones((len(velocity), 2)), self.radii])
         work = self.unit * found.factor * np.sum(self.live * turned)
-        return Limit(
+        limit = Limit(
             np.inf if held else found.factor,
             velocity,
             _verdicts(velocity, self.radii),
-            bool(slip_work.sum() > _SLIDES * work),
+            False,
             tuple(self.scene.names),
             self.blocks,
             self.points,
@@ -616,8 +718,15 @@ class _Programme:
             found.normal,
             found.shear,
             self.polygons,
-            {name: float(pull) for (name, *_), pull in zip(self.bolts, found.bolts, strict=True)},
+            {
+                name: float(pull)
+                for (name, *_), pull in zip(self.bolts, found.bolts, strict=True)
+                if name
+            },
+            lines=lines_of(self.scene.groups),
         )
+        slip_work = abs(limit.openings[:, 1]) * abs(found.shear)
+        return replace(limit, slides=bool(slip_work.sum() > _SLIDES * work))
 
 
 def _without_dilation(programme: _Programme, upper: _Solution) -> _Solution:

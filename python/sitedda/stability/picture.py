@@ -2,7 +2,7 @@
 """Draw mechanisms of failure: verdict and displacement of each block."""
 
 import numpy as np
-from matplotlib.collections import PolyCollection
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.patches import Patch
 
 from ..report.layout import Head
@@ -50,13 +50,40 @@ def draw_mechanism(found, axes=None, title: str = "", words: str = ""):
         colors = [RED if v == "topples" else BLUE for v in found.verdicts if v != "stable"]
         axes.quiver(*centres[moving].T, *arrows.T, color=colors, angles="xy", scale_units="xy",
                     scale=1.0, width=0.004)  # fmt: skip
+    handles = _count_verdicts(found.verdicts) + _draw_lines(axes, found.lines)
+    if (thrust := getattr(found, "thrust", None)) is not None and len(thrust):
+        handles.append(_draw_thrust(axes, found, thrust))
     margin = 0.04 * size
     axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin))
     axes.set(aspect="equal", xlabel="x (m)", ylabel="y (m)")
-    axes.legend(handles=_count_verdicts(found.verdicts), frameon=False, loc="upper left",
-                bbox_to_anchor=(1.0, 1.0))  # fmt: skip
+    axes.legend(handles=handles, frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     Head(axes, title, [words])
     return axes
+
+
+def _draw_lines(axes, lines) -> list:
+    """Draw bolts and water; return one handle for each kind."""
+    handles = {}
+    for kind, line in lines:
+        style = {"color": INK, "lw": 1.6} if kind == "bolt" else {"color": BLUE, "ls": "--"}
+        handles[kind] = axes.plot(*line.T, label=kind, **style)[0]
+    return list(handles.values())
+
+
+def _draw_thrust(axes, found, thrust: np.ndarray):
+    """Draw the line of thrust, wide where the force is large, from joint to joint of each block."""
+    segments, forces = [], []
+    for i in range(len(found.polygons)):
+        mine = thrust[(thrust[:, :2] == i).any(axis=1)]
+        if len(mine) > 1:
+            middle = mine[:, 2:4].mean(axis=0)
+            ends = [mine[1, 2:4]] if len(mine) == 2 else [middle] * len(mine)
+            segments += [[one[2:4], end] for one, end in zip(mine, ends, strict=False)]
+            forces += [np.hypot(*one[4:6]) for one, _ in zip(mine, ends, strict=False)]
+    widths = 0.5 + 3.0 * np.array(forces) / max(forces, default=1.0)
+    line = LineCollection(segments, colors=RED, linewidths=widths, label="line of thrust")
+    axes.add_collection(line)
+    return line
 
 
 def _count_verdicts(verdicts) -> list[Patch]:

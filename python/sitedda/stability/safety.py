@@ -19,7 +19,7 @@ from ..base.arguments import NOT_NEGATIVE, POSITIVE, TOLERANCE
 from ..build.model import Model
 from ..engine.simulation import Simulation
 from .bodies import Bodies
-from .strength import Rest, come_to_rest, elastic_soils, released, static_model, yielding
+from .strength import Rest, come_to_rest, elastic_soils, lines_of, released, static_model, yielding
 
 _LEAST_REDUCTION, _MOST_REDUCTION = 2.0**-12, 2.0**12  # range of factors
 _BEYOND = 1.02  # factor of the mechanism over the factor at failure
@@ -53,6 +53,8 @@ class Mechanism:
         The blocks at equilibrium, shape (vertices, 2), m.
     joint : str
         Joint with the largest normal force between moving and stable blocks; empty: none.
+    lines : list of (str, ndarray)
+        'bolt' or 'water', and its points, shape (points, 2), m.
     """
 
     factor: float
@@ -62,6 +64,7 @@ class Mechanism:
     moves: bool
     polygons: list[np.ndarray] = field(repr=False)
     joint: str = ""
+    lines: list[tuple[str, np.ndarray]] = field(default_factory=list, repr=False)
 
     def draw(self, axes=None, title: str = ""):
         """Draw blocks coloured by their verdicts, with arrows; return matplotlib axes."""
@@ -266,6 +269,8 @@ class _Trials:
             self.start = first.coordinates
             names = [name or f"block {i}" for i, name in enumerate(first.block_names, 1)]
             self.bodies = Bodies(first.polygons, first.block_bodies, names)
+        kinds = ("bolt", "water")
+        self.lines = lines_of({k: [one.as_dict() for one in model.of_kind(k)] for k in kinds})
         self.done: list[Rest] = []
         self.share = displacement
         self.reference: np.ndarray | None = None
@@ -410,7 +415,8 @@ def mechanism(
         bodies = trials.bodies
         moved = bodies.mean(trials.done[-1].coordinates[:, :3] - trials.reference[:, :3])
         stable = ("stable",) * len(bodies.names)
-        return Mechanism(factor, moved, stable, bodies.names, False, bodies.outlines())
+        return Mechanism(factor, moved, stable, bodies.names, False, bodies.outlines(),
+                         lines=trials.lines)  # fmt: skip
     return _release_mechanism(trials, factor, strong)
 
 
@@ -431,7 +437,8 @@ def _release_mechanism(trials: _Trials, factor: float, held: float | None) -> Me
         change = bodies.mean(change[:, :3])
         verdicts = _verdicts(change, bodies.radii)
         joint = _joint_between(run, bodies.of, _are_moving(verdicts), trials.model)
-    return Mechanism(factor, change, verdicts, bodies.names, moves, bodies.outlines(), joint)
+    return Mechanism(factor, change, verdicts, bodies.names, moves, bodies.outlines(), joint,
+                     trials.lines)  # fmt: skip
 
 
 def _joint_between(run: Simulation, of: np.ndarray, moving: np.ndarray, model: Model) -> str:

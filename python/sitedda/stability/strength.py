@@ -190,6 +190,16 @@ def come_to_rest(model: Model, factor: float) -> Rest:
         return Rest(factor, False, str(trouble), None)
 
 
+def lines_of(groups) -> list[tuple[str, np.ndarray]]:
+    """Collect bolts and water of input groups by kind: 'bolt' or 'water', and a line, m."""
+    bolts = [[*group["from"], *np.ravel(group.get("through", [])), *group["to"]]
+             for group in groups.get("bolt", [])]  # fmt: skip
+    water = [group[name] for group in groups.get("water", []) for name in ("surface", "along")
+             if group.get(name) is not None]  # fmt: skip
+    return [(kind, np.reshape(line, (-1, 2)).astype(float))
+            for kind, lines in (("bolt", bolts), ("water", water)) for line in lines]  # fmt: skip
+
+
 @contextmanager
 def released(
     model: Model,

@@ -9,7 +9,7 @@ import pytest
 import sitedda
 from sitedda.errors import InputError
 from sitedda.masonry import Arch
-from sitedda.stability import Limit
+from sitedda.stability import Backfill, Limit
 
 LEFT, RIGHT = (-1.0, 0.0), (1.0, 0.0)
 
@@ -284,6 +284,33 @@ def test_water_lifts():
     assert found.lower.factor == pytest.approx(expected, rel=1e-3)
 
 
+@pytest.mark.parametrize("level", [0.5, 1.0, 2.0])
+@pytest.mark.parametrize("direction", [LEFT, RIGHT])
+def test_backfill_weighs_and_resists(level, direction):
+    """k W = μ (W + γ b h) + K_p γ ∫ z dz, h above the block, K_p = 3 at 30°."""
+    fill = Backfill([(-4, level), (10, level)], 18e3, 30.0)
+    found = sitedda.limit_analysis(squat(), direction=direction, backfill=fill)
+    above, side = max(level - 1, 0.0), 0.5 * (level**2 - max(level - 1, 0.0) ** 2)
+    expected = 0.5 * (1 + 18e3 * 2 * above / WEIGHT) + 3 * 18e3 * side / WEIGHT
+    assert found.upper.factor == pytest.approx(expected, rel=1e-6)
+    assert found.lower.factor == pytest.approx(expected, rel=1e-3)
+    assert not found.upper.bolt_force
+
+
+def test_backfill_ends_with_its_surface_and_makes_an_arch_bear_more():
+    beside = Backfill([(4, 1), (10, 1)], 18e3, 30.0)  # none at the block, 1 to 3 m
+    assert sitedda.limit_analysis(squat(), backfill=beside).upper.factor == pytest.approx(0.5)
+    model = arch(0.6)
+    stones = [
+        mass_and_centre(polygon)[1] for polygon in sitedda.limit_analysis(model).upper.polygons
+    ]
+    line = sorted(tuple(place) for place in stones if place[1] > 2.5)
+    bare = sitedda.travelling_axle(model, line, positions=9)
+    fill = Backfill([(-9, 5), (9, 5)], 18e3, 30.0)
+    filled = sitedda.travelling_axle(model, line, positions=9, backfill=fill)
+    assert filled.least > 1.5 * bare.least
+
+
 def test_a_bolt_holds_by_its_yield_force():
     """Anchored by F at the left side: k W h/2 = (W b/2 + F b); slack if pushed the other way."""
     model, force = squat(5.0), 0.2 * WEIGHT
@@ -363,6 +390,30 @@ def test_an_arch_with_a_bolt_and_a_load_has_a_certificate():
     taken = 2e3 * max(0.0, along @ (way(last, ends[1]) - way(first, ends[0])))
     assert taken > 0
     assert (taken - dead) / live == pytest.approx(found.factor, rel=1e-3)  # of the prestress
+
+
+def test_the_line_of_thrust_meets_the_hinges_of_an_arch():
+    """At an opening hinge the resultant is at the closed end; the table has the same forces."""
+    model = arch(0.9, ratio=0.12)
+    model.bolt("tie", (-1.0, 3.8), (1.0, 3.8), axial_stiffness=1e8, yield_force=10.0)
+    found = sitedda.limit_analysis(model).upper
+    rows = [line.split(",") for line in found.to_csv().split("\n")[1:-1]]
+    table = np.array([[float(value) for value in row[2:]] for row in rows])
+    assert len(table) == len(found.points)
+    assert table[:, 2] == pytest.approx(found.normal_force, rel=1e-6, abs=1e-3)
+    hinges = 0
+    for first, second, x, y, normal, _ in found.thrust:
+        ends = (found.blocks == (first, second)).all(axis=1)
+        opening = table[ends, 4]
+        assert normal == pytest.approx(table[ends, 2].sum(), rel=1e-6)
+        if opening.max() > 0.01:
+            closed = table[ends][np.argmin(opening)]
+            assert (x, y) == pytest.approx(tuple(closed[:2]), abs=0.01)
+            hinges += 1
+    assert hinges == 4
+    axes = found.draw()
+    labels = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert {"bolt", "line of thrust"} <= set(labels)
 
 
 def inside(polygon, place) -> bool:

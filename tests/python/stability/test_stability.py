@@ -169,6 +169,17 @@ def test_stages_count_for_what_they_change():
     assert sitedda.safety(model, tolerance=5e-3).factor == pytest.approx(expected, rel=5e-3)
 
 
+def test_bolts_and_water_are_in_the_picture():
+    model = block_on_plane(35.0, 20.0)
+    model.bolt("tie", (1.0, -0.5), (1.0, 0.5), axial_stiffness=1e7, yield_force=1e3)
+    model.water(surface=(-20, -0.5, 30, -0.5))
+    axes = sitedda.mechanism(model).draw()
+    labels = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert {"bolt", "water"} <= set(labels)
+    none = sitedda.mechanism(block_on_plane(35.0, 20.0)).draw().get_legend().get_texts()
+    assert not {"bolt", "water"} & {text.get_text() for text in none}
+
+
 def test_bisection_goes_both_ways():
     assert bisect(lambda x: x < 2.0, 0.0, 5.3, 1e-6) == pytest.approx((2.0, 2.0), rel=2e-6)
     low, high = bisect(lambda x: x > 2.0, 5.3, 1.1, 1e-3)
