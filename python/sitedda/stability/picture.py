@@ -5,7 +5,7 @@ import numpy as np
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.patches import Patch
 
-from ..report.layout import Head
+from ..report.layout import Head, headline, plain
 from ..report.style import BLUE, EDGE, INK, RED, STONE, new_figure
 
 FILLS = {"stable": STONE, "slides": "#8fb8de", "topples": "#e59a86"}
@@ -129,9 +129,10 @@ def pushover_figure(found, limits=None):
         )
     )
     blocks.autoscale()
-    blocks.set(aspect="equal", xlabel="x (m)", ylabel="y (m)", title=f"End: {found.ending}"[:70])
-    blocks.legend(handles=_count_verdicts(found.verdicts), frameon=False, ncols=3, loc="upper left",
-                  bbox_to_anchor=(0.0, -0.12))  # fmt: skip
+    blocks.set(aspect="equal", xlabel="x (m)", ylabel="y (m)")
+    headline(figure, "Capacity, and blocks at the end", plain(found.ending))
+    blocks.legend(handles=_count_verdicts(found.verdicts), frameon=False, loc="upper left",
+                  bbox_to_anchor=(1.0, 1.0))  # fmt: skip
     return figure
 
 

@@ -279,7 +279,7 @@ class _Pushed:
         ] = []  # displacement of the controlling point or block; factor at equilibrium
         with Simulation(self.model) as run:
             start = before = run.coordinates
-            time, lost = run.time, run.energies["friction"]
+            time, lost, names = run.time, run.energies["friction"], run.block_names
             while not ending:
                 self._apply_load(run, factor)
                 try:
@@ -295,9 +295,11 @@ class _Pushed:
                 work += balance * power
                 row = (moved, far, balance, work, run.energies["friction"] - lost)
                 moved = self.sense * float(run.point_motions[0, self.index, 0])
-                far = float(np.hypot(*(now - start)[:, :2].T).max())
+                ways = np.hypot(*(now - start)[:, :2].T)
+                farthest = int(ways.argmax())
+                far, name = float(ways[farthest]), names[farthest] or f"block {farthest + 1}"
                 steady = factor - balance <= _STEADY * _EXCESS
-                ending = self._ending(done, moved, far, balance)
+                ending = self._ending(done, moved, far, name, balance)
                 if balance <= 0 and not steady:
                     ending = _BY_THEMSELVES
                 if steady:
@@ -324,7 +326,7 @@ class _Pushed:
         least, most = _SMALLEST * max(factor, _LEAST), _MOST * max(balance, _LEAST)
         return min(max(next_one, least), most)
 
-    def _ending(self, done: bool, moved: float, far: float, balance: float) -> str:
+    def _ending(self, done: bool, moved: float, far: float, name: str, balance: float) -> str:
         """Return the reason why the run ends after this step; empty if it continues."""
         if balance <= 0:
             return "collapse: no resistance is left"
@@ -332,8 +334,8 @@ class _Pushed:
             return "the target displacement is reached"
         if far >= _PARTED * self.end:
             return (
-                f"another block has moved by {1e3 * far:.4g} mm while the point moved by "
-                f"{1e3 * abs(moved):.4g} mm; choose a point on that block"
+                f"{name} has moved by {1e3 * far:.4g} mm while {self.point!r} moved by "
+                f"{1e3 * abs(moved):.4g} mm; choose a point on it"
             )
         if self.load == "tilt" and balance >= math.tan(_TILT):
             return "the table is upright"

@@ -6,6 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.text import Text
+from test_layout import overlaps
 
 from sitedda import InputError
 from sitedda.stability import Pushover, performance_point, pushover
@@ -166,6 +168,17 @@ def test_a_rocking_block_by_the_italian_code(tmp_path, main):
 def test_performance_that_cannot_be(spectrum, method, words):
     with pytest.raises(InputError, match=words):
         performance_point(ideal([(0, 0), (0.05, 0.2), (0.4, 0.2)]), spectrum, method=method)
+
+
+def test_a_block_that_leaves_the_point_behind_is_named_on_a_picture_that_shows_it_all():
+    model = tower()
+    model.measured_point("still", 0.0, -0.5, "floor")
+    found = pushover(model, "still", displacement=0.02, steps=10)
+    assert "has moved by" in found.ending and "while 'still' moved by" in found.ending
+    assert found.ending.split()[0] in found.names
+    figure = found.draw()
+    shown = " ".join(text.get_text() for text in figure.findobj(Text))
+    assert overlaps(figure) == [] and found.ending in " ".join(shown.split())
 
 
 def test_a_point_that_is_no_part_of_the_mechanism():
