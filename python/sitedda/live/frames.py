@@ -19,7 +19,8 @@ def frame_message(simulation: Simulation, start: np.ndarray) -> bytes:
     ----------
     simulation : Simulation
     start : ndarray, shape (blocks, 6)
-        Block coordinates of the model as drawn, m and rad.
+        Block coordinates from which these count: positions in the first frame of the output (m),
+        rotations, and strains of the model as drawn.
 
     Notes
     -----

@@ -16,6 +16,8 @@ from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 
+import numpy as np
+
 from ..base.core import api
 from ..base.errors import InterruptedRun, SiteddaError
 from ..engine.simulation import Simulation
@@ -83,7 +85,7 @@ class LiveRun:
         self._shown = self._said = self._saved = 0.0
         self._used = self._cost = 0.0  # processor time, s: at the last frame, and for it
         self._pace: list[tuple[float, float]] = []
-        self._closing = self._interrupted = False
+        self._begun = self._closing = self._interrupted = False
         self._thread = threading.Thread(target=self._run_thread, name="run", daemon=True)
         self._thread.start()
 
@@ -176,16 +178,29 @@ class LiveRun:
         source = InputOfRun(self.file, self.text)
         with Simulation(source, drawn=True) as model:
             drawing = draw_simulation(model, run=True)
-        self.drawn, self._start = drawing.message, drawing.start
+        self.drawn, self._start = drawing.message, drawing.start.copy()
         self._tell(self.drawn)
         if not self.resumes:
             self._simulation = Simulation(source, output=self.output, drawn=True)
             self._set_status("ready")
             return
         self._simulation = Simulation(source, output=self.output, resume=True)
+        self._count_from(_first_positions(self.output))
         self._repeat()
         self._send_frame()
         self._set_status("paused")
+
+    def _forward(self, steps: int) -> bool:
+        """Advance; a first stage of rest comes before what counts, as in the output."""
+        if not self._begun:
+            self._simulation.advance(0)
+            self._count_from(self._simulation.coordinates[:, :3])
+        return self._simulation.advance(steps)
+
+    def _count_from(self, positions: np.ndarray) -> None:
+        """Count displacements from these positions (m) and rotations, shape (blocks, 3)."""
+        self._start[:, :3] = positions
+        self._begun = True
 
     def _repeat(self) -> None:
         """Repeat the actions after the checkpoint from which the run continues."""
@@ -199,14 +214,14 @@ class LiveRun:
 
     def _find_equilibrium(self) -> None:
         self._set_status("resting")
-        self._try(lambda: self._simulation.advance(0))
+        self._try(lambda: self._forward(0))
         if self.status == "resting" and not self._closing:
             self._send_frame()
             self._set_status("paused")
 
     def _take_steps(self, steps: int) -> None:
         self._set_status("running")
-        self._try(lambda: self._on_end(self._simulation.advance(steps)))
+        self._try(lambda: self._on_end(self._forward(steps)))
         if self.status == "running":
             self._send_frame()
             self._set_status("paused")
@@ -225,7 +240,7 @@ class LiveRun:
 
     def _advance(self) -> None:
         begun = time.perf_counter()
-        self._try(lambda: self._on_end(self._simulation.advance(self._chunk)))
+        self._try(lambda: self._on_end(self._forward(self._chunk)))
         took = time.perf_counter() - begun
         if took < 0.5 * _PIECE:
             self._chunk = min(2 * self._chunk, _TO_THE_END)
@@ -386,6 +401,14 @@ class LiveRun:
                 self._simulation.close()
         except SiteddaError:
             pass  # all data that can be stored have been stored
+
+
+def _first_positions(output: Path) -> np.ndarray:
+    """Positions (m) and rotations of the blocks in the first frame of an output that grows."""
+    from ..output.output_file import load
+    from ..output.scene import Scene
+
+    return Scene(load(output.with_name(f"{output.name}.partial"))).coordinates(0)[:, :3]
 
 
 def _input_key(simulation: Simulation) -> str:

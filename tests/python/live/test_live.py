@@ -26,8 +26,10 @@ import sitedda
 from sitedda.block_file import write_block_file
 from sitedda.live import drawn
 from sitedda.live.document import Document, place_of_trouble
+from sitedda.live.running import LiveRun
 from sitedda.live.script import literal
 from sitedda.live.session import Session
+from sitedda.scene import Scene
 
 COMPARED = ("time", "displacement", "vertices", "block_rates", "energy_strain", "energy_friction")
 PILE = namelist(
@@ -261,6 +263,23 @@ def test_two_pages_see_the_same_run_and_one_that_comes_later_sees_it_from_its_st
 
     with live(folder, tmp_path / "state") as server:
         talk(use(server))
+
+
+def test_displacements_of_frames_count_from_rest_as_those_of_the_output(folder):
+    soft = PILE.replace("normal_stiffness = 1000000000.0", "normal_stiffness = 1e7")
+    soft = soft.replace("duration = 0.6", "duration = 0.1")
+    soft = soft.replace("&fixed_point", "&fixed_point motion_x = 'm',")
+    run = LiveRun(soft, folder / "soft.nml", folder / "soft.nc", *(Mock(),) * 3)
+    run.run()
+    wait_for(lambda: run.status in ("done", "failed"), "the run does not end")
+    message = list(run.frames)[-1]
+    size = 4 + int.from_bytes(message[:4], "little")
+    at, length = json.loads(message[4:size])["streams"]["blocks"]
+    moved = np.frombuffer(message[size + at :][:length], "<f4").reshape(10, -1)[:2].T
+    scene = Scene(sitedda.open_output(run.result))
+    expected = scene.displacement(scene.frames - 1) + scene.base[-1]
+    assert abs(moved - expected).max() < 1e-6 < 1e-3 < abs(moved).max()
+    assert run.words["summary"].count("at rest") == 1
 
 
 def failing() -> str:
