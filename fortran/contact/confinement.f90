@@ -47,6 +47,7 @@ contains
                end associate
             end if
             contacts%state(c) = contact_stick
+            contacts%was_closed(c) = .true.
             contacts%offset(c) = contacts%offset(c) + closure
             contacts%gap(c) = contacts%gap(c) - closure
             contacts%new_gap(c) = contacts%gap(c)

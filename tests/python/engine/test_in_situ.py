@@ -65,6 +65,16 @@ def test_level_ground_rests_as_drawn(kind, ratio):
         assert movement(run) > 1e-5 * HEIGHT
 
 
+@pytest.mark.parametrize("joint", [{}, {"normal_stiffness_per_area": 1e10}])
+def test_energy_balances_from_the_first_step_without_a_stage_of_rest(joint):
+    model = ground("cut", {"k0": 0.5}, **joint)
+    model["stage.rest"].kind, model["stage.rest"].steps = "dynamic", 3
+    with sitedda.Simulation(model) as run:
+        stored = run.energies["contact"]
+        run.advance(3)
+        assert abs(run.energies["balance"]) < 1e-9 * stored
+
+
 def test_joints_of_a_stiffness_of_their_own():
     joint = {"normal_stiffness_per_area": 1e9, "shear_stiffness_per_area": 1e9}
     with sitedda.Simulation(ground("blocks", {"k0": 0.5}, **joint)) as run:
