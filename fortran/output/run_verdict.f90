@@ -326,10 +326,14 @@ contains
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       character(len=*), parameter :: key = 'displacement_from_drawn_m'
       real(wp) :: way
+      real(wp), allocatable :: drawn(:,:)
       integer :: b
 
       if (.not. simulation%model%stages(1)%static) return
-      call farthest_moved(simulation%blocks, simulation%model%blocks%position, b, way)
+      drawn = simulation%model%blocks%position
+      drawn(1:2, :) = drawn(1:2, :) + spread(simulation%maxima%base%displacement, 2, &
+         size(drawn, 2))
+      call farthest_moved(simulation%blocks, drawn, b, way)
       call add_value(verdict, key, way)
       if (b > 0) call add_figure(verdict, 'since drawn (settling included)', &
          [character(len=len(key)) :: '', key], [0.0_wp, way], 'm', label(simulation, b))

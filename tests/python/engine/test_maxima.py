@@ -260,6 +260,7 @@ def test_a_moving_base_is_no_displacement(write_input):
     assert max(abs(shaken(0.001 * k)[0]) for k in range(121)) > 2e-3
     run = sitedda.run(write_input(groups))
     assert run.maxima["displacement"].value < 1e-5
+    assert 0 < run.verdict.values["displacement_from_drawn_m"] < 1e-4
     assert "relative to the moving supports" in " ".join(str(run.verdict).split())
 
 
