@@ -58,7 +58,7 @@ contains
          if (report%band%known) then
             eta = side*report%band%highest/sqrt(left(1)*material%young_modulus/(2.0_wp &
                *(1.0_wp + material%poisson_ratio)*material%density))
-            found = found//': at 0.1 % eta = 1/'//short_text(1.0_wp/eta)//' at '// &
+            found = found//': at 0.1 % blocks have 1/'//short_text(1.0_wp/eta)//' of a wave at '// &
                short_text(report%band%highest)//' Hz, limit 1/12'
             fine = eta <= coarsest
          end if

@@ -80,7 +80,7 @@ contains
       real(wp) :: alpha, steps
 
       alpha = maxval(linear%damping%alpha)
-      found = 'alpha up to '//short_text(alpha)//' 1/s, beta up to '// &
+      found = 'α up to '//short_text(alpha)//' 1/s, β up to '// &
          short_text(maxval(linear%damping%beta))//' s'
       if (report%has_modes) found = found//'; '//ratios(report%modes%frequency(1))
       if (report%band%known) found = found//'; '//ratios(report%band%lowest)//'; '// &
@@ -89,21 +89,21 @@ contains
       brief = ''
       if (alpha > 0.0_wp .and. (linear%unilateral > 0 .or. report%modes%rigid > 0 .or. &
          linear%closed == 0)) then
-         found = found//'; blocks can move freely, and alpha drags them: a falling one to '// &
+         found = found//'; blocks can move freely, and α drags them: a falling one to '// &
             short_text(9.81_wp/alpha)//' m/s'
-         advice = '; alpha = 0 for blocks that are not bonded'
-         brief = 'alpha drags free blocks, a falling one to '// &
+         advice = '; rayleigh_alpha = 0 for blocks that are not bonded'
+         brief = 'α drags free blocks, a falling one to '// &
             short_text(9.81_wp/alpha)//' m/s'
       end if
       steps = ringing_of_strains(linear)
       if (steps > 0.0_wp) found = found//'; the stiffest strain of a block changes the sign of '// &
          'its rate every step and falls to 1/e in '//short_text(steps)//' steps'
       if (steps > most_ringing) then
-         advice = advice//'; a smaller time_step or beta'
+         advice = advice//'; a smaller time_step or rayleigh_beta'
          brief = 'strains ring, 1/e in '//short_text(steps)//' steps'
       end if
       call add_line(report, merge(verdict_ok, verdict_warn, advice == ''), 'Rayleigh damping', &
-         found, 'zeta = alpha/(2 omega) + beta omega/2', advice(min(3, len(advice) + 1):), &
+         found, 'ζ = α/(2ω) + βω/2', advice(min(3, len(advice) + 1):), &
          brief=brief)
 
    contains

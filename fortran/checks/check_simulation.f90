@@ -203,8 +203,8 @@ contains
       limit = 4.0_wp/report%highest%omega
       call count_unresolved(linear, linear%time_step, report%unresolved, error)
       resolved = linear%time_step < limit
-      found = short_text(linear%time_step)//' s '//merge('<', '>', resolved)//' 4/omega_max = '// &
-         short_text(limit)//' s'
+      found = short_text(linear%time_step)//' s '//merge('<', '>', resolved)//' 4/ω = '// &
+         short_text(limit)//' s of the highest frequency'
       if (.not. (resolved .or. allocated(error))) found = found//'; '//report%unresolved%words
       ! Nearly all contacts have a similar stiffness; the line on ringing shows the consequences.
       call add_line(report, verdict_ok, 'time step', found, 'paper eq. 13', '')
@@ -266,10 +266,10 @@ contains
          list//report%modes%words, 'ARPACK', '')
       if (.not. report%has_modes) return
       if (report%modes%elongation(1) < 0.0_wp) then
-         call add_line(report, verdict_fail, 'first mode', 'it does not oscillate: omega dt = '// &
+         call add_line(report, verdict_fail, 'first mode', 'it does not oscillate: ω Δt = '// &
             short_text(report%modes%omega(1)*linear%time_step)//' > 4', 'paper eq. 13', &
             'time_step below '//short_text(0.1_wp/report%modes%frequency(1))//' s', first_mode, &
-            'does not oscillate, omega dt = '// &
+            'does not oscillate, ω Δt = '// &
             short_text(report%modes%omega(1)*linear%time_step)//' > 4')
       else
          call add_line(report, merge(verdict_ok, verdict_warn, &
@@ -395,24 +395,25 @@ contains
       real(wp), parameter :: coarsest = 1.0_wp/12  ! fraction of a wave length, and of a period
       real(wp) :: eta, period
 
-      call add_line(report, verdict_ok, 'CFL', short_text(time_step)//' s against dx/v = '// &
+      call add_line(report, verdict_ok, 'CFL', short_text(time_step)//' s against Δx/v = '// &
          short_text(report%shortest(2))//' s (P), '//short_text(report%shortest(1))//' s (S), '// &
          'to follow wave fronts; the scheme is stable beyond', 'paper eq. 14', '')
       if (.not. report%band%known) return
       period = 1.0_wp/report%band%highest
       eta = report%longest*report%band%highest
       call add_line(report, merge(verdict_ok, merge(verdict_warn, verdict_fail, eta <= 0.5_wp), &
-         eta <= coarsest), 'element size', 'eta = 1/'//short_text(1/eta)//' at '// &
+         eta <= coarsest), 'element size', 'blocks have 1/'//short_text(1/eta)//' of a wave at '// &
          short_text(report%band%highest)//' Hz, limits 1/12, 1/16, 1/20; waves there are '// &
          dispersion_in_words(blocks, eta), 'paper eq. 12', advice_if(eta > coarsest, &
          'blocks no larger than '// &
          short_text(coarsest*report%slowest/report%band%highest)//' m'), &
-         'element size: '//to_text(count_longer(blocks, coarsest*period))//' blocks, 1/'// &
+         'element size: '//counted(to_text(count_longer(blocks, coarsest*period)), &
+         'block', 'blocks')//', 1/'// &
          short_text(1/eta)//' of a wave at '//short_text(report%band%highest)//' Hz, limit 1/12')
       ! Blocks smaller than a wave requires do not require a smaller time step.
       call add_line(report, merge(verdict_ok, verdict_warn, time_step < max(eta, &
          coarsest)*period), 'time resolution', short_text(time_step)//' s against T/12 = '// &
-         short_text(coarsest*period)//' s, eta T = '//short_text(eta*period)//' s', &
+         short_text(coarsest*period)//' s, and '//short_text(eta*period)//' s for a block', &
          'paper eq. 15', advice_if(time_step >= max(eta, coarsest)*period, 'a smaller time_step'))
    end subroutine check_resolution
 
@@ -463,8 +464,8 @@ contains
             'followed beyond '//short_text(0.5_wp/linear%time_step)//' Hz'
       end if
       call add_line(report, merge(verdict_ok, verdict_warn, first < 0.1_wp .and. sampled), &
-         'damping', 'by the scheme '//found, '2 zeta = (a + b) tau/(1 - a b tau^2), tau = '// &
-         'tan(omega dt/2)', advice, topic, brief)
+         'damping', 'by the scheme '//found, '2ζ = (a + b) τ/(1 − a b τ²), '// &
+         'τ = tan(ω Δt/2)', advice, topic, brief)
    end subroutine check_damping
 
    !> Numerical damping ratio over a band, %; none at or beyond the Nyquist frequency.
@@ -476,7 +477,7 @@ contains
       real(wp) :: nyquist  ! Hz
 
       nyquist = 0.5_wp/linear%time_step
-      beyond = 'beyond 1/(2 dt) = '//short_text(nyquist)// &
+      beyond = 'beyond 1/(2 Δt) = '//short_text(nyquist)// &
          ' Hz, where steps resolve no motion'
       if (band%lowest >= nyquist) then
          text = 'the band of the record, '//short_text(band%lowest)//' … '// &
@@ -513,7 +514,7 @@ contains
          report%memory = 8.0_wp*(n*300.0_wp + 60.0_wp*contacts + 4*36.0_wp*(n + links))
       end associate
       found = to_text(run_steps(simulation%model))//' steps, about '// &
-         short_text(report%memory/2.0_wp**20)//' MiB'
+         short_text(report%memory/2.0_wp**20)//' MiB of memory'
       report%seconds = seconds_per_step(simulation)*run_steps(simulation%model)
       if (report%seconds > 0.0_wp) found = found//', '//short_text(report%seconds)// &
          ' s at the pace of the first '//to_text(timed_steps)//' steps'

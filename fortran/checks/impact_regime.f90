@@ -67,7 +67,7 @@ contains
          ' unbonded contacts have the restitution of their joint, at any time_step and penalty'
       if (regime%others == 0) return
       if (regime%words /= '') regime%words = regime%words//'; '
-      regime%words = regime%words//to_text(regime%others)//' have no restitution, omega dt '// &
+      regime%words = regime%words//to_text(regime%others)//' have no restitution, ω Δt '// &
          short_text(regime%lowest)//' … '//short_text(regime%highest)//': '
       most = 1.0_wp/linear%scheme%chi - 1.0_wp
       if (regime%highest <= resolved) then

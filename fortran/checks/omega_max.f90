@@ -63,7 +63,7 @@ contains
       if (allocated(error)) return
       call largest_eigenvalue(linear%stiffness, linear%mass, result%tolerance, pairs, error)
       if (allocated(error)) then
-         error%message = 'omega_max is not known (it lies between '// &
+         error%message = 'ω_max is not known (it lies between '// &
             bracket_text(result%bracket)//'): '//error%message
          return
       end if
@@ -165,7 +165,7 @@ contains
       integer :: kind
 
       associate (energy => result%energy)
-         result%words = 'omega_max = '//short_text(result%omega)//' rad/s, guaranteed between '// &
+         result%words = 'ω_max = '//short_text(result%omega)//' rad/s, guaranteed between '// &
             bracket_text(result%bracket)//'; relative residual '//short_text(result%residual)// &
             '; governed by '//result%governs//' with '//percent(energy%most(result%kind))// &
             ' of the energy of its mode ('
@@ -187,7 +187,7 @@ contains
       slack = result%residual + 1.0e-10_wp
       if (result%omega >= (1.0_wp - slack)*result%bracket%lower .and. &
          result%omega <= (1.0_wp + slack)*result%bracket%upper) return
-      call fail(error, error_solver, 'omega_max = '//to_text(result%omega)// &
+      call fail(error, error_solver, 'ω_max = '//to_text(result%omega)// &
          ' rad/s lies outside its bounds '//bracket_text(result%bracket)// &
          '; the eigenvalue search has failed')
    end subroutine check_bracket

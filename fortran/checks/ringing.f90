@@ -90,7 +90,7 @@ contains
       if (scheme%chi > 0.5_wp) &
          ringing%advice = 'a smaller time_step, a lower normal_stiffness, or a larger theta'
       if (.not. ringing%steps > 0.0_wp) return
-      ringing%words = 'the stiffest mode ('//kind//', omega dt = '// &
+      ringing%words = 'the stiffest mode ('//kind//', ω Δt = '// &
          short_text(ringing%resolution)// &
          ') changes the sign of its velocity every step and '
       if (ringing%steps < 1.0e12_wp) then

@@ -545,7 +545,7 @@ def test_a_report_checks_the_input_as_it_was_run(main, write_input, tmp_path):
     """With the changes of the command line, though the file has gone."""
     file = write_input(tower(steps=5))
     expected, other = (
-        next(line.words for line in sitedda.check(file, changes).lines if "omega_max" in line.words)
+        next(line.words for line in sitedda.check(file, changes).lines if "ω_max" in line.words)
         for changes in ({"material.density": 1234.0}, None)
     )
     words = ("-o", tmp_path / "t.nc", "-q", "--no-plot", "--set", "material.density=1234")

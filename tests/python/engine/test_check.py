@@ -48,7 +48,7 @@ def test_a_band_that_reaches_beyond_the_steps_has_damping_at_one_end(write_input
     report = check_tower(write_input, 0.02)
     assert report.band[0] < 1 / (2 * 0.02) < report.band[1]
     line = finding(report.text, "damping")
-    assert line.startswith("warn") and "beyond 1/(2 dt) = 25 Hz" in line
+    assert line.startswith("warn") and "beyond 1/(2 Δt) = 25 Hz" in line
     said = re.search(r"([\d.]+) % at 14.29 Hz; the band of the record reaches 28.57 Hz", line)
     expected = 50 * math.tan(math.pi * report.band[0] * 0.02)
     assert float(said[1]) == pytest.approx(expected, rel=5e-4)
@@ -62,7 +62,7 @@ def test_a_band_beyond_the_steps_is_said_in_words(write_input, time_step):
     assert 1 / (2 * time_step) < report.band[0]
     line = finding(report.text, "damping")
     assert line.startswith("warn") and "% over" not in line
-    assert "the band of the record, 14.29 … 28.57 Hz, lies beyond 1/(2 dt)" in line
+    assert "the band of the record, 14.29 … 28.57 Hz, lies beyond 1/(2 Δt)" in line
 
 
 def test_a_record_of_nanoseconds_is_told_in_short_numbers(write_input):
@@ -181,7 +181,7 @@ def test_a_block_that_a_stage_removes_is_no_part_of_what_is_checked(root):
     text = str(sitedda.check(root / "inputs" / "tunnel_roof.nml"))
     modes = finding(text, "lowest modes")
     assert modes.startswith("ok") and "move freely" not in modes
-    assert "dx/v = 0 s" not in finding(text, "CFL")
+    assert "Δx/v = 0 s" not in finding(text, "CFL")
     assert finding(text, "penalty bounds").startswith("ok")
 
 
