@@ -61,19 +61,19 @@ class Ground(schema.GroundValues):
                   for name, more in self._ties(others).items()]  # fmt: skip
         found = joints + self._bodies() + self._boundaries()
         if self.outline is not None:
-            values = {"name": self.core_name, "outline": self.core, "joint": f"{self.name}_tie"}
+            values = {"name": self.core_name, "outline": self.core, "joint": f"{self.name} tie"}
             material = self.core_material or self.material
             found.append(("region", values | ({"material": material} if material else {})))
         return found, []
 
     def _ties(self, others) -> dict[str, dict]:
         """Return the joints of the sides, which may be tied, and of the core."""
-        ties: dict[str, dict] = {f"{self.name}_side": {}}
+        ties: dict[str, dict] = {f"{self.name} side": {}}
         if self.outline is None:
             return ties
         if any("restitution" in one for kind, one in others if kind == "joint"):
             return ties | {
-                f"{self.name}_tie": {}
+                f"{self.name} tie": {}
             }  # the stiffness of &contact excludes a stiffness per area
         materials = {one.get("name", ""): one for kind, one in others if kind == "material"}
         stiffness = 0.0
@@ -84,7 +84,7 @@ class Ground(schema.GroundValues):
                 name, material
             )
             stiffness = max(stiffness, _modulus(name, material) / size)
-        return ties | {f"{self.name}_tie": {"normal_stiffness_per_area": _STIFF * stiffness}}
+        return ties | {f"{self.name} tie": {"normal_stiffness_per_area": _STIFF * stiffness}}
 
     def _bodies(self) -> list[tuple[str, dict]]:
         """Return blocks and the meshes that turn them into bodies."""
@@ -127,7 +127,7 @@ class Ground(schema.GroundValues):
     def _block(self, name: str, polygon) -> dict:
         """Return a block of the ground; edges at the core get the joint of the ties."""
         corners = shapely.get_coordinates(shapely.orient_polygons(polygon).exterior)[:-1]
-        side, tie = f"{self.name}_side", f"{self.name}_tie"
+        side, tie = f"{self.name} side", f"{self.name} tie"
         values = {"vertices": corners, "name": name, "joint": side}
         if self.material:
             values["material"] = self.material
