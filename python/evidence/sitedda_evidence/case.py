@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A case: measured figures beside expected ones, tables and pictures; and its run."""
+"""Cases that compare measured results with expected ones in tables and pictures."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Tasks = Callable[[bool], list[Task]]
 
 @dataclass(frozen=True)
 class Row:
-    """One figure that was measured.
+    """A measured result with its expected value.
 
     Attributes
     ----------
@@ -55,41 +55,41 @@ class Row:
 
     @property
     def passed(self) -> bool:
-        """The error is within what is allowed; a row without a bound always passes."""
+        """Return whether the error is within its bound; a row without a bound always passes."""
         return self.allowed is None or self.error <= self.allowed
 
 
 def relative(quantity, expected, got, allowed, unit="") -> Row:
-    """A row judged by its relative error."""
+    """Return a row judged by its relative error."""
     return Row(
         quantity, expected, got, abs(got - expected) / abs(expected), allowed, "relative", unit
     )
 
 
 def absolute(quantity, expected, got, allowed, unit="") -> Row:
-    """A row judged by its absolute error."""
+    """Return a row judged by its absolute error."""
     return Row(quantity, expected, got, abs(got - expected), allowed, "absolute", unit)
 
 
 def at_most(quantity, got, allowed, unit="") -> Row:
-    """A row judged by a bound on the figure itself."""
+    """Return a row judged by a bound on the result itself."""
     return Row(quantity, None, got, got, allowed, "at most", unit)
 
 
 def true(quantity, expected: bool, got: bool, words: str = "") -> Row:
-    """A row that is true or false: it stands, it slides, results are bit-identical."""
+    """Return a row that is true or false: a model stands or slides, results are bit-identical."""
     wrong = float(expected != got)
     return Row(quantity, float(expected), float(got), wrong, 0.0, "yes or no", words=words)
 
 
 def reached(quantity: str, got: bool, words: str) -> Row:
-    """A row that must be right, with what was measured in words."""
+    """Return a row that must be true, with the measured result in words."""
     return true(quantity, True, got, words)
 
 
 @dataclass(frozen=True)
 class Table:
-    """Figures without a verdict, such as a convergence study."""
+    """A table of results without a verdict, such as a convergence study."""
 
     title: str
     heads: Sequence[str]
@@ -98,7 +98,7 @@ class Table:
 
 @dataclass
 class Outcome:
-    """Result of a case: judged rows, then the contents of its report, in that order.
+    """The result of a case: judged rows and the contents of its report.
 
     Attributes
     ----------
@@ -125,14 +125,14 @@ class Outcome:
 
 
 def picture(name: str, caption: str, draw_on: Callable[[Figure], None]) -> Picture:
-    """A picture from a function that draws on an empty figure."""
+    """Return a picture from a function that draws on an empty figure."""
     figure = Figure()
     draw_on(figure)
     return Picture(figure, caption, name)
 
 
 def curves(across: str, up: str, *lines) -> Figure:
-    """A figure of curves: across, up and how each looks, by the words of matplotlib."""
+    """Return a figure of curves: x, y and the style of each in terms of matplotlib."""
     figure, (axis,) = canvas(1, size=(6.0, 3.4))
     for x, y, look in lines:
         axis.plot(x, y, **look)
@@ -142,7 +142,7 @@ def curves(across: str, up: str, *lines) -> Figure:
 
 @dataclass(frozen=True)
 class Collection:
-    """Cases that one command runs and one page reports.
+    """A collection of cases for a command and its report.
 
     Attributes
     ----------
@@ -157,7 +157,7 @@ class Collection:
     cases: dict[str, Case] = field(default_factory=dict)
 
     def add(self, title: str, formula: str, reference: str, tasks: Tasks | None = None) -> Callable:
-        """Register a function as a case of its name, without ``_case`` at its end."""
+        """Register a function as a case, named without a final ``_case``."""
 
         def register(function: Callable) -> Callable:
             name = function.__name__.removesuffix("_case")
@@ -175,7 +175,7 @@ class Collection:
         progress: Callable[[int, int], None] | None = None,
         cores: int = 2,
     ) -> Iterator[Result]:
-        """Run cases, in the order of the report; their tasks first, side by side.
+        """Run the tasks of cases in parallel, then the cases in the order of the report.
 
         Parameters
         ----------
@@ -208,7 +208,7 @@ class Collection:
 
 @dataclass(frozen=True)
 class Case:
-    """A case of the field with a known answer.
+    """A case with a known answer.
 
     Attributes
     ----------
@@ -253,7 +253,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Result:
-    """A case that was run."""
+    """The result of a case that was run."""
 
     case: Case
     outcome: Outcome
@@ -262,12 +262,12 @@ class Result:
 
     @property
     def passed(self) -> bool:
-        """All rows passed and the engine raised no error."""
+        """Return whether all rows passed and the engine raised no error."""
         return not self.trouble and all(row.passed for row in self.outcome.rows)
 
     @property
     def rows(self) -> list[Row]:
-        """Rows of the outcome."""
+        """Return the rows of the outcome."""
         return self.outcome.rows
 
 
@@ -294,7 +294,7 @@ def study(title: str, tasks: Tasks) -> Callable:
 
 
 def observed_order(steps: Sequence[float], errors: Sequence[float]) -> list[float]:
-    """Order of convergence between neighbours of a series, ``nan`` for the first.
+    """Return the order of convergence between neighbours of a series, ``nan`` for the first.
 
     Parameters
     ----------

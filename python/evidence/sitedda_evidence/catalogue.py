@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""All cases: the modules that hold them register them when they are imported, here."""
+"""The catalogue of all cases, which are registered by importing their modules here."""
 
 from importlib import import_module
 from pkgutil import iter_modules

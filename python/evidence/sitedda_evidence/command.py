@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`sitedda validate` and `sitedda paper`: cases with known answers, run, judged and reported."""
+"""`sitedda validate` and `sitedda paper`: run, judge and report cases with known answers."""
 
 import argparse
 from collections.abc import Iterator
@@ -9,25 +9,25 @@ from pathlib import Path
 
 def add_validate(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `sitedda validate`."""
-    _add(parser, "VALIDATION", None)
+    _add_arguments(parser, "VALIDATION", None)
 
 
 def add_paper(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `sitedda paper`."""
-    _add(parser, "PAPER", Path("paper_report"))
+    _add_arguments(parser, "PAPER", Path("paper_report"))
 
 
-def _add(parser: argparse.ArgumentParser, collection: str, folder: Path | None) -> None:
+def _add_arguments(parser: argparse.ArgumentParser, collection: str, folder: Path | None) -> None:
     parser.add_argument("cases", nargs="*", metavar="CASE", help="names of cases (all)")
     parser.add_argument("--report", "--folder", type=Path, default=folder, metavar="FOLDER",
                         help=f"write a report with pictures ({folder or 'none'})")  # fmt: skip
     parser.add_argument("--short", action="store_true", help="smaller variants, as the tests use")
     parser.add_argument("--list", action="store_true", help="list the cases and stop")
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
-    parser.set_defaults(act=partial(_run, collection))
+    parser.set_defaults(act=partial(_run_cases, collection))
 
 
-def _run(collection: str, options: argparse.Namespace) -> int:
+def _run_cases(collection: str, options: argparse.Namespace) -> int:
     from . import catalogue
     from .report import write_report
 
@@ -37,7 +37,7 @@ def _run(collection: str, options: argparse.Namespace) -> int:
             print(f"{case.name:16s} {case.title}")
         return 0
     passed: list[bool] = []
-    results = _printed(wanted, options, passed)
+    results = _print_results(wanted, options, passed)
     if options.report:
         print(f"report: {write_report(wanted, results, options.report)}")
     else:
@@ -47,8 +47,8 @@ def _run(collection: str, options: argparse.Namespace) -> int:
     return 0 if all(passed) else 1
 
 
-def _printed(wanted, options: argparse.Namespace, passed: list[bool]) -> Iterator:
-    """Results, each printed when it is available."""
+def _print_results(wanted, options: argparse.Namespace, passed: list[bool]) -> Iterator:
+    """Yield the results and print each as soon as it is available."""
     from tqdm import tqdm
 
     from .report import terminal_text

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Values of a publication beside theory and run, and how they are shown."""
+"""Compare values of a publication with theory and run, and format them."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ Value = float | tuple[float, float] | str | None
 
 @dataclass(frozen=True)
 class Compared:
-    """One result of the paper beside theory and run.
+    """A result of the paper with the results of theory and run.
 
     Attributes
     ----------
@@ -38,17 +38,17 @@ class Compared:
 
     @property
     def from_paper(self) -> float | None:
-        """Relative difference of the run from the paper; 0 inside a printed range."""
+        """Return the relative difference of the run from the paper; 0 inside a printed range."""
         return deviation(self.sitedda, self.paper)
 
     @property
     def from_theory(self) -> float | None:
-        """Relative difference of the run from the theory."""
+        """Return the relative difference of the run from the theory."""
         return deviation(self.sitedda, self.theory)
 
 
 def deviation(value: Value, reference: Value) -> float | None:
-    """Relative difference of a value from a number or from the nearer end of a range."""
+    """Return the relative difference of a value from a number or the closer end of a range."""
     if isinstance(value, str | tuple) or value is None or isinstance(reference, str | None):
         return None
     low, high = reference if isinstance(reference, tuple) else (reference, reference)
@@ -57,7 +57,7 @@ def deviation(value: Value, reference: Value) -> float | None:
 
 
 def per_cent(fraction: float | None, sign: bool = False) -> str:
-    """A fraction as text in per cent, from 10 on as a factor; `sign`: with + if above 0."""
+    """Format a fraction in per cent, from 10 on as a factor; `sign` adds + if above 0."""
     if fraction is None:
         return "–"
     if abs(fraction) < 5e-7:
@@ -65,21 +65,21 @@ def per_cent(fraction: float | None, sign: bool = False) -> str:
     if abs(fraction) >= 10:
         return f"× {1 + fraction:.3g}"
     digits = 3 if abs(fraction) >= 0.0995 else 2
-    return _plain(f"{100 * fraction:{'+' if sign else ''}.{digits}g}") + " %"
+    return _format_exponent(f"{100 * fraction:{'+' if sign else ''}.{digits}g}") + " %"
 
 
 def show(value: Value, digits: int = 4) -> str:
-    """A value of a row as text."""
+    """Format a value of a row."""
     if value is None:
         return "–"
     if isinstance(value, str):
         return value
     if isinstance(value, tuple):
         return " – ".join(show(v, digits) for v in value)
-    return _plain(f"{value:.{digits}g}")
+    return _format_exponent(f"{value:.{digits}g}")
 
 
-def _plain(text: str) -> str:
-    """Exponents as powers of ten."""
+def _format_exponent(text: str) -> str:
+    """Format exponents as powers of ten."""
     mantissa, e, exponent = text.partition("e")
     return f"{mantissa}·10^{int(exponent)}" if e else mantissa

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Inputs of the cases as namelist text, and how they are run."""
+"""Write inputs of the cases as namelist text and run them."""
 
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -14,16 +14,16 @@ from sitedda.facade.run import run
 from sitedda.input.groups import group_text
 
 GRAVITY = 9.81  # m/s²
-STIFF = 1e15  # Pa: a base that does not give
+STIFF = 1e15  # Pa, modulus of a practically rigid base
 
 
 def group(name: str, /, **values) -> str:
-    """One namelist group; values that are None are left out."""
+    """Return a namelist group; values that are None are omitted."""
     return group_text(name, values)
 
 
 def text(*groups: str) -> str:
-    """An input of groups."""
+    """Return an input composed of groups."""
     return "".join(groups)
 
 
@@ -60,7 +60,7 @@ def block(name: str, vertices, material: str = "", joint: str = "") -> str:
 
 
 def held(name: str, vertices, material="", joint="", points=None, **motions) -> str:
-    """A block with two or more fixed points, by default at its vertices."""
+    """Return a block with two or more fixed points, by default at its vertices."""
     points = np.asarray(vertices if points is None else points, dtype=float)
     fixed = [group("fixed_point", x=x, y=y, block=name, **motions) for x, y in points]
     return block(name, vertices, material, joint) + "".join(fixed)
@@ -84,20 +84,20 @@ def motion(name: str, values, time_step: float, quantity="acceleration", drift_o
 
 
 def rectangle(left: float, bottom: float, width: float, height: float) -> np.ndarray:
-    """Vertices of an upright rectangle, shape (4, 2), m."""
+    """Return the vertices of an axis-parallel rectangle, shape (4, 2), m."""
     right, top = left + width, bottom + height
     return np.array([[left, bottom], [right, bottom], [right, top], [left, top]], dtype=float)
 
 
 def turned(points, angle: float, about=(0.0, 0.0)) -> np.ndarray:
-    """Points turned counter-clockwise by an angle (rad) about a point."""
+    """Rotate points counter-clockwise by an angle (rad) about a point."""
     c, s = np.cos(angle), np.sin(angle)
     return (np.asarray(points) - about) @ np.array([[c, s], [-s, c]]) + about
 
 
 @contextmanager
 def simulation(text: str) -> Iterator[Simulation]:
-    """A simulation of an input text, to be advanced by hand."""
+    """Return a simulation of an input text, which the caller advances."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "case.nml"
         file.write_text(text)
@@ -114,7 +114,7 @@ def history(text: str) -> xr.Dataset:
 
 
 def residual(data: xr.Dataset) -> float:
-    """Largest balance of the energy audit over the work done.
+    """Return the largest residual of the energy audit over the work done.
 
     The work done is the largest sum of what gravity and input gave; where neither gives any, the
     energy at the start.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Results as text for the terminal and as one report with pictures, as HTML and Markdown."""
+"""Write results as text for the terminal and as a report in HTML and Markdown."""
 
 import math
 from collections.abc import Iterable
@@ -18,7 +18,7 @@ _COMPARED = ["quantity", "place", "paper", "theory", "sitedda", "to paper", "to 
 
 
 def number(value) -> str:
-    """A figure with a readable number of digits."""
+    """Format a number with a readable number of digits."""
     if value is None:
         return "–"
     if isinstance(value, str):
@@ -32,20 +32,20 @@ def number(value) -> str:
 
 
 def small(value) -> str:
-    """An error or a bound with three digits."""
+    """Format an error or a bound with three digits."""
     return "–" if value is None else f"{float(value):.3g}"
 
 
 def row_cells(row: Row) -> list[str]:
-    """Quantity, expected, got, error, allowed and verdict."""
+    """Return quantity, expected and measured value, error, bound and verdict as texts."""
     unit = f" {row.unit}" if row.unit else ""
     if row.kind == "yes or no":
         answer = {0.0: "no", 1.0: "yes"}
         expected = "" if row.words else answer[row.expected]
-        return [row.quantity, expected, row.words or answer[row.got], "", "", _verdict(row)]
+        return [row.quantity, expected, row.words or answer[row.got], "", "", _judge(row)]
     expected = "" if row.expected is None else number(row.expected) + unit
     if row.kind == "at most":
-        return [row.quantity, expected, small(row.got) + unit, "", _bound(row), _verdict(row)]
+        return [row.quantity, expected, small(row.got) + unit, "", _bound(row), _judge(row)]
     suffix = unit if row.kind == "absolute" else ""
     return [
         row.quantity,
@@ -53,7 +53,7 @@ def row_cells(row: Row) -> list[str]:
         number(row.got) + unit,
         small(row.error) + suffix,
         _bound(row) + (suffix if row.allowed is not None else ""),
-        _verdict(row),
+        _judge(row),
     ]
 
 
@@ -61,14 +61,14 @@ def _bound(row: Row) -> str:
     return "" if row.allowed is None else small(row.allowed)
 
 
-def _verdict(row: Row) -> str:
+def _judge(row: Row) -> str:
     if row.allowed is None:
         return "shown"
     return "ok" if row.passed else "FAILS"
 
 
 def terminal_text(result: Result) -> str:
-    """A result for the terminal."""
+    """Format a result for the terminal."""
     verdict = "ok" if result.passed else "FAILS"
     lines = [f"{result.case.name}: {verdict} ({result.seconds:.1f} s) — {result.case.title}"]
     if result.trouble:
@@ -86,7 +86,7 @@ def terminal_text(result: Result) -> str:
 
 
 def write_report(collection: Collection, results: Iterable[Result], folder) -> Path:
-    """Write one page with all pictures, ``NAME.html``, and ``NAME.md`` with ``NAME/*.png``.
+    """Write a page with all pictures, ``NAME.html``, and ``NAME.md`` with ``NAME/*.png``.
 
     Parameters
     ----------
@@ -109,14 +109,14 @@ def write_report(collection: Collection, results: Iterable[Result], folder) -> P
 
 
 def report_page(collection: Collection, results: Iterable[Result]) -> Page:
-    """The report of results: requirements, then each result; see `write_report`."""
+    """Return the report of results: requirements, then each result; see `write_report`."""
     page, seconds = Page(collection.title, collection.lead), 0.0
     summary = page.add("Summary")
     judged, stated = [], []
     for result in results:
         seconds += result.seconds
         if result.outcome.compared:
-            stated += [_statement(row) for row in result.rows]
+            stated += [_state_row(row) for row in result.rows]
         else:
             judged.append(_summary_line(result))
         page.add(result.case.title, *_chapter(result), anchor=result.case.name)
@@ -130,7 +130,7 @@ def report_page(collection: Collection, results: Iterable[Result]) -> Page:
     return page
 
 
-def _statement(row: Row) -> list[str]:
+def _state_row(row: Row) -> list[str]:
     measured = row.words or f"{per_cent(row.error)}, allowed {per_cent(row.allowed)}"
     return ["reached" if row.passed else "not reached", row.quantity, measured]
 
@@ -144,7 +144,7 @@ def _summary_line(result: Result) -> list[str]:
 
 
 def _chapter(result: Result) -> list[Part]:
-    """Text, rows and their picture; or the pictures and what is compared; tables, notes."""
+    """Return the parts of a result: text, rows, comparison, pictures, tables and notes."""
     case, outcome = result.case, result.outcome
     texts = [case.formula, *outcome.text]
     texts += [f"*Reference:* {case.reference}"] if case.reference else []

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The inputs of the paper, and many runs on two cores."""
+"""The inputs of the paper, and the parallel execution of runs."""
 
 from collections.abc import Callable, Iterable
 from concurrent.futures import as_completed
@@ -15,7 +15,7 @@ _CORES = 2
 
 @dataclass(frozen=True)
 class Task:
-    """One independent run.
+    """An independent run.
 
     Attributes
     ----------
@@ -36,14 +36,14 @@ class Task:
 
 
 def input_file(name: str) -> Path:
-    """An input of the reproduction."""
+    """Return the path of an input of the reproduction."""
     return inputs() / "paper" / name
 
 
 def run_all(
     tasks: Iterable[Task], progress: Callable[[int, int], None] | None = None, cores: int = _CORES
 ) -> dict[Any, Any]:
-    """Do all tasks and return their results by key.
+    """Carry out all tasks and return their results by key.
 
     Parameters
     ----------

@@ -131,7 +131,7 @@ def test_says_what_cannot_be_met_or_known():
     modes = seen(truth(), noise=0.02)
     wrong = [modes[0], MeasuredMode(1.5 * modes[0].frequency, 0.01 * modes[0].frequency)]
     found = calibrate(column(), wrong, {SHEAR: RANGES[SHEAR]})
-    assert any("cannot be met" in words for words in found.doubts)
+    assert any("cannot be fitted" in words for words in found.doubts)
     blind = {SHEAR: RANGES[SHEAR], "material[stone].young_modulus": (1e12, 1e14)}
     found = calibrate(column(), modes[:1], blind)
     assert any("do not determine" in words or "combination" in words for words in found.doubts)

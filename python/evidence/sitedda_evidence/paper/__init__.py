@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every result of the paper, reproduced: runs, values beside the printed ones, figures.
+"""Reproduce every result of the paper by runs, comparison with printed values and figures.
 
 The paper: "Site response analysis with two-dimensional numerical discontinuous deformation analysis
 method" (2013).

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The paper's multidrum column of Avdat (figures 20 to 23, tables III to V)."""
+"""Reproduce the multidrum column of Avdat (figures 20 to 23, tables III to V)."""
 
 import tempfile
 from functools import cache, partial
@@ -45,18 +45,18 @@ _TABLE_V = {
     7e8: {"dynamic": (5.1, 5.1), "static": (5.1, 5.2)},
     1e9: {"dynamic": (5.9, 6.0), "static": (5.9, 6.3)},
 }  # penalty (N/m): dominant frequency (Hz) as printed
-_LOW = (1e8, 2e8)  # N/m, the low end that the drums are chosen for
+_LOW = (1e8, 2e8)  # N/m, penalties at which the drums are fitted
 _STEPS = (1e-3, 1e-2)  # s
 _GRAVITY_TIME = 15.0  # s, printed
-_TOLERANCE = 1e-3  # of the sag: settled when the top drum stays within it
-_LOOSE = 0.1  # of the sag, to show what the criterion does
-_STILL = 1e-6  # m: no spurious horizontal displacement to speak of
+_TOLERANCE = 1e-3  # fraction of the sag within which the settled top drum stays
+_LOOSE = 0.1  # fraction of the sag that shows the effect of the criterion
+_STILL = 1e-6  # m, smaller horizontal displacements are negligible
 _UNEVEN = (1e-7, 3e-7, 1e-6)  # m, unevenness of columns under the original rules
 _UNEVEN_PENALTIES = (1e8, 1e9, 2e9, 4e9, 1e10, 1e11)  # N/m
 _SEEDS = (1, 2, 3, 4)
 _UNEVEN_TIME = 5.0  # s
-_LOST = 0.01  # m: a top drum that far from its place is no longer settling
-_DEAD_BAND = 2e-4  # of half the model's size: where the original closes an open contact
+_LOST = 0.01  # m, displacement of the top drum that means collapse
+_DEAD_BAND = 2e-4  # fraction of half the model size within which the original closes contacts
 _LOADS = {
     "static": (100.0, 1000.0, 3000.0),
     "dynamic": (1e4, 1e5, 1.55e5, 1.6e5, 3e5),
@@ -68,7 +68,7 @@ _TURN_ON = {1e-3: 6.0, 1e-2: 2.0}  # s of gravity before the load
 
 
 def tasks(quick: bool = False) -> list[Task]:
-    """Runs of the study; `quick` leaves out what the requirements do not need."""
+    """Return the runs of the study; `quick` omits those not needed for the requirements."""
     todo = [
         Task(("gravity", step, k), _settle, {"k": k, "step": step}, 0.4e-3 / step)
         for step, printed in _TABLE_IV.items()
@@ -104,7 +104,7 @@ def tasks(quick: bool = False) -> list[Task]:
 
 
 def _settle(k: float, step: float) -> dict:
-    """Gravity alone: when the top drum has settled, and where it is then."""
+    """Apply gravity; return when the top drum has settled, and its final position."""
     history = run(
         input_file(_INPUT),
         time_step=step,
@@ -115,16 +115,16 @@ def _settle(k: float, step: float) -> dict:
     motion = history.displacement.sel(point="top").values
     time = history.time.values
     return {
-        "settled": _settled(time, motion[:, 1]),
-        "loosely": _settled(time, motion[:, 1], _LOOSE),
+        "settled": _settled_at(time, motion[:, 1]),
+        "loosely": _settled_at(time, motion[:, 1], _LOOSE),
         "sideways": float(abs(motion[:, 0]).max()),
         "time": time[:: max(1, int(1e-2 / step))],
         "sag": motion[:: max(1, int(1e-2 / step)), 1],
     }
 
 
-def _settled(time: np.ndarray, sag: np.ndarray, tolerance: float = _TOLERANCE) -> float | None:
-    """When it stays within the tolerance of its mean over the last tenth; None: not before that."""
+def _settled_at(time: np.ndarray, sag: np.ndarray, tolerance: float = _TOLERANCE) -> float | None:
+    """Return when a history stays within a tolerance of its final mean; None if never."""
     late = time > 0.9 * time[-1]
     rest = sag[late].mean()
     outside = np.flatnonzero(abs(sag - rest) > tolerance * abs(rest))
@@ -133,14 +133,14 @@ def _settled(time: np.ndarray, sag: np.ndarray, tolerance: float = _TOLERANCE) -
 
 
 def _uneven_columns(step: float, size: float, rules: str) -> list[int]:
-    """How many columns of uneven drums are lost under gravity, for each penalty."""
+    """Return the number of uneven columns that collapse under gravity, for each penalty."""
     return [
         sum(_has_fallen(k, step, size, rules, seed) for seed in _SEEDS) for k in _UNEVEN_PENALTIES
     ]
 
 
 def _has_fallen(k: float, step: float, size: float, rules: str, seed: int) -> bool:
-    """Whether the top drum leaves its place, or a contact never closes."""
+    """Return whether the top drum leaves its place or a contact never closes."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / _INPUT
         file.write_text(_uneven_input(size, seed))
@@ -164,7 +164,7 @@ def _has_fallen(k: float, step: float, size: float, rules: str, seed: int) -> bo
 
 
 def _uneven_input(size: float, seed: int) -> str:
-    """The input with its drums as blocks whose foot is not quite flat."""
+    """Return the input with drums whose bases are slightly uneven."""
     random = np.random.default_rng(seed)
     lines = []
     for line in input_file(_INPUT).read_text().splitlines():
@@ -182,7 +182,7 @@ def _uneven_input(size: float, seed: int) -> str:
 
 
 def _vibrate(case: tuple, rules: str = "consistent") -> dict:
-    """A blow at the foot or a push at the top after gravity: the free vibration of the top."""
+    """Return the free vibration of the top after an impulse at the foot or a push at the top."""
     kind, step, k, load = case
     start = _TURN_ON[step]
     if kind == "dynamic":  # one time step, at the lowest drum
@@ -222,7 +222,7 @@ def _vibrate(case: tuple, rules: str = "consistent") -> dict:
 
 @cache
 def _model(k: float, drums: tuple[float, float, float] | None = None) -> DiscreteModel:
-    """The column with all joints closed; `drums`: widths at foot and top, height, m."""
+    """Return the column with all joints closed; `drums`: widths at foot and top, height, m."""
     changes = {"contact": {"normal_stiffness": k}}
     if drums is not None:
         changes["drums"] = dict(zip(("width", "top_width", "height"), drums, strict=True))
@@ -232,7 +232,7 @@ def _model(k: float, drums: tuple[float, float, float] | None = None) -> Discret
 
 
 def _leaning_frequency(k: float) -> float:
-    """First frequency with the weight of the leaning column, Hz.
+    """Return the first frequency including the weight of the leaning column, Hz.
 
     Each drum sinks by (Δu)²/2h where the column leans by Δu over a height h; in the mode φ the
     weight above takes g Σ m (Δu)²/h from ω² (Rayleigh).
@@ -248,16 +248,16 @@ def _leaning_frequency(k: float) -> float:
 
 
 def _theory_settled(k: float, step: float) -> float | None:
-    """The same criterion on the linear column under sudden gravity."""
+    """Apply the settling criterion to the linear column under sudden gravity."""
     model = _model(k)
     weight = -_GRAVITY * model.mass[:, 1::6].sum(1)
     steps = round(_GRAVITY_TIME / step)
     sag = model.loaded(model.row("top", 1), weight, np.ones(steps), step)
-    return _settled(step * np.arange(1, steps + 1), sag)
+    return _settled_at(step * np.arange(1, steps + 1), sag)
 
 
 def _best_height(widths: tuple[float, float]) -> float:
-    """Height of drums whose linear frequencies come nearest to the low end of table V, m."""
+    """Return the height of drums that fits the low end of table V best, m."""
     wanted = np.mean([np.log(np.mean(_all_printed(k)) / np.sqrt(k)) for k in _LOW])
 
     def miss(height: float) -> float:
@@ -268,17 +268,16 @@ def _best_height(widths: tuple[float, float]) -> float:
 
 
 def _all_printed(k: float) -> tuple[float, ...]:
-    """All ends of the ranges that table V prints at a penalty, Hz."""
+    """Return all ends of the ranges of table V at a penalty, Hz."""
     return tuple(value for printed in _TABLE_V[k].values() for value in printed)
 
 
-def _range(k: float) -> tuple[float, float]:
+def _printed(k: float) -> tuple[float, float]:
     return min(_all_printed(k)), max(_all_printed(k))
 
 
 def _series_fit() -> tuple[float, float]:
-    """1/f² = 1/(a²k) + 1/f∞² through the print of table V: f at k = 1e8 without the second term,
-    and f∞, Hz."""
+    """Fit 1/f² = 1/(a²k) + 1/f∞² to table V; return f at k = 1e8 without f∞, and f∞, Hz."""
     penalties = np.array(list(_TABLE_V))
     squares = np.array([np.mean(_all_printed(k)) for k in penalties]) ** -2.0
     weights = 1 / squares
@@ -296,19 +295,19 @@ def _series_fit() -> tuple[float, float]:
     "Avdat column: gravity turn-on and resonance (section 3, figures 20–23, tables III–V)", tasks
 )
 def avdat(found: dict) -> Outcome:
-    """Rows, requirements, tables and pictures from the runs."""
-    done = Outcome(text=_text())
+    """Compose rows, requirements, tables and pictures from the runs."""
+    done = Outcome(text=_describe_study())
     _drum_table(done)
     _gravity_table(done, found)
     _uneven_table(done, found)
     _frequency_rows(done, found)
     _load_table(done, found)
     _high_end(done, found)
-    done.pictures = _pictures(found)
+    done.pictures = _make_pictures(found)
     return done
 
 
-def _text() -> list[str]:
+def _describe_study() -> list[str]:
     return [
         "Ten drums on a block held by three fixed points. The sizes of the drums are not printed:"
         " “largest side 0.5 m” and “mean diameter 0.6 m” cannot both be sides of one upright"
@@ -321,7 +320,7 @@ def _text() -> list[str]:
 
 
 def _drum_table(done: Outcome) -> None:
-    """Sets of drums within the printed bounds, nearest to the low end of table V."""
+    """Tabulate sets of drums within the printed bounds that fit the low end of table V."""
     sets = {
         "uniform 0.6 m": (0.6, 0.6),
         "taper 0.7 → 0.5 m": (0.7, 0.5),
@@ -339,7 +338,7 @@ def _drum_table(done: Outcome) -> None:
     values = [_model(k, (0.6, 0.6, 0.5)).frequencies[0] for k in _TABLE_V]
     cells.append(["uniform 0.6 m, height 0.5 m", "0.500", *(f"{v:.2f}" for v in values),
                   _worst_deviation(values)])  # fmt: skip
-    cells.append(["paper", "", *(show(_range(k), 3) for k in _TABLE_V), ""])
+    cells.append(["paper", "", *(show(_printed(k), 3) for k in _TABLE_V), ""])
     done.tables.append(
         Table(
             "Drum sizes: linear first frequency (Hz); height chosen for k = 1e8 and 2e8 N/m",
@@ -351,12 +350,12 @@ def _drum_table(done: Outcome) -> None:
 
 def _worst_deviation(values) -> str:
     return per_cent(
-        max((deviation(float(v), _range(k)) for v, k in zip(values, _TABLE_V, strict=True)),
+        max((deviation(float(v), _printed(k)) for v, k in zip(values, _TABLE_V, strict=True)),
             key=abs), sign=True)  # fmt: skip
 
 
 def _gravity_table(done: Outcome, found: dict) -> None:
-    """Table IV."""
+    """Compare the results with table IV."""
     cells, wrong, late = [], [], []
     for step, printed in _TABLE_IV.items():
         for k, paper in printed.items():
@@ -370,7 +369,7 @@ def _gravity_table(done: Outcome, found: dict) -> None:
             cells.append(
                 [
                     f"{step:g}", f"{k:.0e}",
-                    paper if isinstance(paper, str) else show(_single(paper)),
+                    paper if isinstance(paper, str) else show(_pick_single(paper)),
                     *("not in 15 s" if t is None else f"{t:.3g}" for t in (theory, settled)),
                     f"{100 * result['sideways']:.1e}",
                     "yes" if agrees else "no",
@@ -408,12 +407,12 @@ def _gravity_table(done: Outcome, found: dict) -> None:
     _gravity_notes(done, found, wrong)
 
 
-def _single(paper: tuple) -> float | tuple:
+def _pick_single(paper: tuple) -> float | tuple:
     return paper[0] if paper[0] == paper[1] else paper
 
 
 def _uneven_table(done: Outcome, found: dict) -> None:
-    """Result of the original rules for columns that are not perfect."""
+    """Tabulate the results of the original rules for imperfect columns."""
     if ("uneven", _STEPS[0], _UNEVEN[0], "original") not in found:
         return
     cells = [
@@ -446,7 +445,7 @@ def _uneven_table(done: Outcome, found: dict) -> None:
 
 
 def _gravity_notes(done: Outcome, found: dict, wrong: list) -> None:
-    """Why verdicts and times differ."""
+    """Explain why verdicts and times differ."""
     names = ", ".join(f"{k:.0e} at {step:g} s" for k, step in wrong)
     band = _DEAD_BAND * (_DRUMS * _HEIGHT + 1.0) / 2
     sag = -found[("gravity", 1e-3, 5e9)]["sag"][-1]
@@ -486,7 +485,7 @@ def _gravity_notes(done: Outcome, found: dict, wrong: list) -> None:
 
 
 def _frequency_rows(done: Outcome, found: dict) -> None:
-    """Table V."""
+    """Compare the results with table V."""
     worst, trend = 0.0, []
     for k in _TABLE_V:
         theory = _leaning_frequency(k)
@@ -501,7 +500,7 @@ def _frequency_rows(done: Outcome, found: dict) -> None:
                 Compared(
                     f"dominant frequency at k = {k:.0e} N/m, {kind} load (Hz)",
                     "Table V",
-                    _single(paper),
+                    _pick_single(paper),
                     theory,
                     fine,
                     f"Δt = 1 ms; {coarse:.3f} at 10 ms (theory of the scheme {expected:.3f});"
@@ -523,23 +522,23 @@ def _frequency_rows(done: Outcome, found: dict) -> None:
             "Table V: frequency rises with k over all k",
             bool(np.all(np.diff(trend) > 0)),
             f"from {trend[0]:.2f} to {trend[-1]:.2f} Hz, paper"
-            f" {show(_range(1e8), 3)} to {show(_range(1e9), 3)} Hz",
+            f" {show(_printed(1e8), 3)} to {show(_printed(1e9), 3)} Hz",
         ),
         reached(
             "Table V: static and dynamic load give one frequency",
-            max(_spread(found, k) for k in _TABLE_V) < 0.005,
-            f"they differ by {per_cent(max(_spread(found, k) for k in _TABLE_V))} at most",
+            max(_spread_of(found, k) for k in _TABLE_V) < 0.005,
+            f"they differ by {per_cent(max(_spread_of(found, k) for k in _TABLE_V))} at most",
         ),
     ]
 
 
-def _spread(found: dict, k: float) -> float:
+def _spread_of(found: dict, k: float) -> float:
     both = [found[(kind, 1e-3, k, _USUAL[kind])]["frequency"] for kind in _USUAL]
     return float(np.ptp(both) / np.mean(both))
 
 
 def _load_table(done: Outcome, found: dict) -> None:
-    """Sensitivity to the load, over the printed ranges."""
+    """Tabulate the sensitivity to the load over the printed ranges."""
     cells = []
     for kind, loads in _LOADS.items():
         for step in _STEPS:
@@ -563,7 +562,7 @@ def _load_table(done: Outcome, found: dict) -> None:
 
 
 def _high_end(done: Outcome, found: dict) -> None:
-    """Whether the high-k end can be reached, and which effect would be needed."""
+    """Explain whether the high-k end can be reached, and by which effect."""
     soft, stiff = _series_fit()
     length = 5.0
     beam = 0.5596 * np.sqrt(_YOUNG * _WIDTH**2 / 12 / (_DENSITY * length**4))
@@ -571,7 +570,7 @@ def _high_end(done: Outcome, found: dict) -> None:
     fine, coarse = (found[("static", s, 1e9, _USUAL["static"])]["frequency"] for s in _STEPS)
     done.notes.append(
         "Table V, high end: not reached by a column whose joints stay closed: then f ∝ √k, whatever"
-        f" the drums ({fine:.2f} Hz at 1e9 N/m against {show(_range(1e9), 3)} Hz). The time step"
+        f" the drums ({fine:.2f} Hz at 1e9 N/m against {show(_printed(1e9), 3)} Hz). The time step"
         f" does not do it ({coarse:.2f} Hz at 10 ms, the scheme's longer period), nor static loads"
         " of 100 to 3000 N, nor the weight (it acts at the soft end, the wrong way)."
     )
@@ -586,7 +585,7 @@ def _high_end(done: Outcome, found: dict) -> None:
             "The original's rules give the same frequencies while joints stay closed (within"
             f" {per_cent(same)}). Lift-off does not reach the print either: under blows of 10 ms on"
             f" the stiffest column the dominant frequency jumps from {below:.2f} Hz at 155 kN to"
-            f" {above:.2f} Hz at 160 kN, across the printed {show(_range(1e9), 3)} Hz, and it"
+            f" {above:.2f} Hz at 160 kN, across the printed {show(_printed(1e9), 3)} Hz, and it"
             " then depends on the load, where the paper"
             " finds one frequency for all loads. None of the effects tried gives the high end."
         )
@@ -623,7 +622,7 @@ def _high_end(done: Outcome, found: dict) -> None:
 # ---------------------------------------------------------------------------------------------
 
 
-def _pictures(found: dict) -> list[Picture]:
+def _make_pictures(found: dict) -> list[Picture]:
     return [
         picture("avdat_table4", "Table IV: time to gravity turn-on over penalty; crosses: not"
                 " stable in the paper.", partial(_draw_gravity, found=found)),
@@ -657,7 +656,7 @@ def _draw_gravity(drawing, found) -> None:
         axes[0].legend(loc="lower left")
 
 
-def _bands(axis, along: str) -> None:
+def _draw_bands(axis, along: str) -> None:
     for low, high in _FIELD:
         span = axis.axhspan if along == "x" else axis.axvspan
         span(low, high, color=FIELD, alpha=0.22, lw=0)
@@ -665,7 +664,7 @@ def _bands(axis, along: str) -> None:
 
 def _draw_frequencies(drawing, found) -> None:
     with small_axes(drawing, size=(6.4, 3.9)) as axis:
-        _bands(axis, "x")
+        _draw_bands(axis, "x")
         line = np.geomspace(0.9e8, 1.15e9, 12)
         axis.plot(line, [_leaning_frequency(k) for k in line], color=RED, lw=1, label="theory")
         for step, mark in zip(_STEPS, ("o", "s"), strict=True):
@@ -674,7 +673,7 @@ def _draw_frequencies(drawing, found) -> None:
                       mfc=BLUE if mark == "o" else "w",
                       label=f"sitedda, Δt = {step:g} s")  # fmt: skip
         for k in _TABLE_V:
-            axis.plot([k, k], _range(k), "_-", color=INK, ms=12, lw=2)
+            axis.plot([k, k], _printed(k), "_-", color=INK, ms=12, lw=2)
         axis.plot([], [], "_-", color=INK, ms=12, lw=2, label="paper")
         soft, stiff = _series_fit()
         axis.plot(line, (1e8 / line / soft**2 + stiff**-2) ** -0.5, ":", color=INK, lw=1,
@@ -685,7 +684,7 @@ def _draw_frequencies(drawing, found) -> None:
         axis.legend(loc="upper left", fontsize=8)
 
 
-def _spectrum(result: dict, step: float, velocity: bool = False):
+def _compute_spectrum(result: dict, step: float, velocity: bool = False):
     free = result["free"] - result["free"].mean()
     if velocity:
         free = np.gradient(free, step)
@@ -702,8 +701,8 @@ def _draw_response(drawing, found) -> None:
                           lw=0.8)  # fmt: skip
             name = f"{kind}, {_USUAL[kind] / 1e3:g} kN " + ("1 s" if kind == "static" else "1 ms")
             response.set(ylabel="u of the top (mm)", title=name, xlim=(-0.5, 5))
-            _bands(spectrum, "y")
-            frequency, size = _spectrum(result, 1e-3, velocity=True)
+            _draw_bands(spectrum, "y")
+            frequency, size = _compute_spectrum(result, 1e-3, velocity=True)
             low = (frequency > 1) & (frequency < 10)
             spectrum.plot(frequency[low], size[low] / size[low].max(), color=BLUE)
             spectrum.set(ylabel="velocity spectrum", xlim=(1, 10), title=f"Fig. 22, {kind}")
@@ -713,10 +712,10 @@ def _draw_response(drawing, found) -> None:
 
 def _draw_spectra(drawing, found) -> None:
     with small_axes(drawing, size=(6.6, 3.6)) as axis:
-        _bands(axis, "y")
+        _draw_bands(axis, "y")
         for k, color in zip(_TABLE_V, COLORS, strict=False):
             result = found[("static", 1e-3, k, _USUAL["static"])]
-            frequency, size = _spectrum(result, 1e-3)
+            frequency, size = _compute_spectrum(result, 1e-3)
             low = (frequency > 0.5) & (frequency < 10)
             axis.semilogy(frequency[low], 1e3 * size[low], color=color, lw=1.2,
                           label=f"k = {k:.0e} N/m")  # fmt: skip

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The paper's cantilever: kinetic against algorithmic damping, and the penalty (figures 2 to 6)."""
+"""Reproduce the cantilever: kinetic and algorithmic damping, and penalty (figures 2 to 6)."""
 
 from functools import cache, partial
 
@@ -19,15 +19,15 @@ from .measure import first_mode_decay
 _INPUT = "cantilever.nml"
 _END_OF_LOAD = 0.02  # s, printed with figure 4
 _STEPS = (1e-5, 1e-4)  # s, figure 5
-_PENALTIES = (1, 10, 40, 100)  # times Young's modulus; figure 6 prints 1E to 100E
-_YOUNG = 4.788e9  # Pa, of the input
+_PENALTIES = (1, 10, 40, 100)  # penalties over Young's modulus; figure 6 prints 1E to 100E
+_YOUNG = 4.788e9  # Pa, Young's modulus of the input
 _FORCES = (1e3, 1e4, 1e5)  # N, sizes of the impulse for the sensitivity
-_SAMPLING = 1e-4  # s between samples kept
+_SAMPLING = 1e-4  # s between stored samples
 _LONG = 3.0  # s, run of the softest penalty: some cycles of its low frequency
 
 
 def tasks(quick: bool = False) -> list[Task]:
-    """Runs of the study; `quick` leaves out what the requirements do not need."""
+    """Return the runs of the study; `quick` omits those not needed for the requirements."""
     cases = [("step", step, {"time_step": step, "duration": 2.0}) for step in _STEPS] + [
         ("kinetic", 0.99, {"dynamic_factor": 0.99, "duration": 0.5})
     ]
@@ -39,14 +39,14 @@ def tasks(quick: bool = False) -> list[Task]:
             load = {"force_y": [0.0, -force, 0.0]}
             cases.append(("force", force, {"load": load, "time_step": 1e-4, "duration": 0.5}))
     return [
-        Task((kind, value), _run, {"changes": changes}, changes["duration"] * 2)
+        Task((kind, value), _run_cantilever, {"changes": changes}, changes["duration"] * 2)
         for kind, value, changes in cases
         if (kind, value) != ("penalty", 40)  # the same as the run of the smaller time step
     ]
 
 
-def _run(changes: dict) -> dict:
-    """Time and displacement of the tip, m."""
+def _run_cantilever(changes: dict) -> dict:
+    """Run the input; return time (s) and displacement of the tip (m)."""
     interval = round(_SAMPLING / changes.get("time_step", _STEPS[0]))
     history = run(input_file(_INPUT), history_interval=interval, **changes).history
     tip = history.displacement.sel(point="tip").isel(axis=1).values
@@ -54,12 +54,12 @@ def _run(changes: dict) -> dict:
 
 
 @cache
-def _model(penalty: float = 40) -> DiscreteModel:
+def _make_model(penalty: float = 40) -> DiscreteModel:
     return DiscreteModel.of(input_file(_INPUT), contact={"normal_stiffness": penalty * _YOUNG})
 
 
 def kinetic_damping_roots(omega: float, time_step: float, factor: float) -> np.ndarray:
-    """The two eigenvalues of a step if the velocity is multiplied by a factor.
+    """Return the two eigenvalues of a step if the velocity is multiplied by a factor.
 
     Parameters
     ----------
@@ -70,13 +70,13 @@ def kinetic_damping_roots(omega: float, time_step: float, factor: float) -> np.n
     factor : float
         The dynamic factor g: 1 fully dynamic, 0.99 is 1 % kinetic damping.
     """
-    # of z², z, 1 in the polynomial for x, from x1 = x0 + d, v1 = 2d/Δt - g v0
+    # coefficients of z², z, 1 for x, from x1 = x0 + d, v1 = 2d/Δt - g v0
     inertia, square = 2 / time_step**2, omega**2
     return np.roots([inertia + square, square * factor - inertia * (1 + factor), inertia * factor])
 
 
 def _theory_tip(model: DiscreteModel, time: np.ndarray, step: float, factor: float = 1.0):
-    """Tip displacement of the linear model under the impulse, marched step by step, at times."""
+    """Compute the tip displacement of the linear model under the impulse step by step."""
     steps = round(time[-1] / step)
     force = np.interp(step * np.arange(1, steps + 1), [0.0, 0.01, 0.02], [0.0, -1e4, 0.0])
     row = model.row(model.loads[0], axis=1)
@@ -85,7 +85,7 @@ def _theory_tip(model: DiscreteModel, time: np.ndarray, step: float, factor: flo
 
 
 def _decay(result: dict, model: DiscreteModel):
-    """Decrement of the free vibration after the impulse."""
+    """Return the decrement of the free vibration after the impulse."""
     free = result["time"] > _END_OF_LOAD
     first, second = model.frequencies[:2]
     return first_mode_decay(
@@ -95,13 +95,13 @@ def _decay(result: dict, model: DiscreteModel):
 
 @study("Cantilever: damping and penalty (section 2.1, figures 2–6)", tasks)
 def cantilever(found: dict) -> Outcome:
-    """Rows, requirements and pictures from the runs."""
-    done = Outcome(text=_text())
+    """Compose rows, requirements and pictures from the runs."""
+    done = Outcome(text=_describe_study())
     found[("penalty", 40)] = found[("step", 1e-5)]
     worst = _damping_rows(done, found)
     _kinetic_row(done, found)
     worst = max(worst, _penalty_rows(done, found))
-    _sensitivity(done, found)
+    _sensitivity_rows(done, found)
     done.rows.append(
         reached(
             "Damping from decaying vibration within 1 % of the closed form in every case"
@@ -110,12 +110,12 @@ def cantilever(found: dict) -> Outcome:
             f"largest difference {per_cent(worst)}, allowed 1 %",
         )
     )
-    done.pictures = _pictures(found)
+    done.pictures = _make_pictures(found)
     return done
 
 
-def _text() -> list[str]:
-    model = _model()
+def _describe_study() -> list[str]:
+    model = _make_model()
     beam = _beam_frequency()
     return [
         "Ten blocks of 1 m × 1 m, clamped on the left, a triangular impulse of 0.02 s at the free"
@@ -131,19 +131,19 @@ def _text() -> list[str]:
 
 
 def _beam_frequency() -> float:
-    """First frequency of the Euler–Bernoulli cantilever of 10 m × 1 m, Hz."""
+    """Return the first frequency of the Euler–Bernoulli cantilever of 10 m × 1 m, Hz."""
     inertia, length, density = 1 / 12, 10.0, 2643.0
     return 0.5596 * np.sqrt(_YOUNG * inertia / (density * length**4))
 
 
 def _shear_frequency() -> float:
-    """First frequency of the same cantilever if it could only shear: √(G/ρ)/4L, Hz."""
+    """Return the first frequency of this cantilever in pure shear: √(G/ρ)/4L, Hz."""
     return np.sqrt(_YOUNG / 2.5 / 2643.0) / 40.0
 
 
 def _damping_rows(done: Outcome, found: dict) -> float:
-    """Figure 5: the two time steps."""
-    model = _model()
+    """Compare the two time steps with figure 5."""
+    model = _make_model()
     omega = model.omega[0]
     worst = 0.0
     for step in _STEPS:
@@ -189,15 +189,15 @@ def _damping_rows(done: Outcome, found: dict) -> float:
 
 
 def _amplitude(result: dict, time: float) -> float:
-    """Largest displacement in the 0.1 s from a time on."""
+    """Return the largest displacement in 0.1 s from a time on."""
     window = (result["time"] >= time) & (result["time"] <= time + 0.1)
     return float(abs(result["tip"][window]).max())
 
 
 def _kinetic_row(done: Outcome, found: dict) -> None:
-    """Figure 4: 1 % kinetic damping at 1e-5 s."""
+    """Compare 1 % kinetic damping at 1e-5 s with figure 4."""
     result, full = found[("kinetic", 0.99)], found[("step", 1e-5)]
-    roots = kinetic_damping_roots(_model().omega[0], 1e-5, 0.99)
+    roots = kinetic_damping_roots(_make_model().omega[0], 1e-5, 0.99)
     slow = float(-np.log(abs(roots).max()) / 1e-5)
     late = (result["time"] > 0.1) & (result["time"] < 0.4)
     fit = np.polynomial.Polynomial.fit(
@@ -229,15 +229,15 @@ def _kinetic_row(done: Outcome, found: dict) -> None:
 
 def _ratio_of_largest_theory() -> float:
     time = np.arange(5001) * _SAMPLING
-    damped, full = (_theory_tip(_model(), time, 1e-5, factor) for factor in (0.99, 1.0))
+    damped, full = (_theory_tip(_make_model(), time, 1e-5, factor) for factor in (0.99, 1.0))
     return float(abs(damped).max() / abs(full).max())
 
 
 def _penalty_rows(done: Outcome, found: dict) -> float:
-    """Figure 6: frequency, damping and largest displacement over the penalty."""
+    """Compare frequency, damping and largest displacement over the penalty with figure 6."""
     worst = 0.0
     for factor in _PENALTIES:
-        model, result = _model(factor), found[("penalty", factor)]
+        model, result = _make_model(factor), found[("penalty", factor)]
         omega, decay = model.omega[0], _decay(result, model)
         theory = float(Scheme().vibration(omega / 2 / np.pi, 1e-5).damping)
         worst = max(worst, abs(decay.damping_exact / theory - 1))
@@ -250,7 +250,7 @@ def _penalty_rows(done: Outcome, found: dict) -> float:
             Compared(f"largest displacement at k = {factor} E (mm)", place, None,
                 1e3 * float(abs(tip).max()), 1e3 * float(abs(result["tip"]).max())),
         ]  # fmt: skip
-    first, last = (_decay(found[("penalty", f)], _model(f)) for f in (1, 100))
+    first, last = (_decay(found[("penalty", f)], _make_model(f)) for f in (1, 100))
     rise = last.damping_exact / last.frequency / (first.damping_exact / first.frequency)
     done.compared.append(
         Compared(
@@ -272,7 +272,7 @@ def _penalty_rows(done: Outcome, found: dict) -> float:
     return worst
 
 
-def _sensitivity(done: Outcome, found: dict) -> None:
+def _sensitivity_rows(done: Outcome, found: dict) -> None:
     forces = [force for kind, force in found if kind == "force"]
     if forces:
         compliance = [abs(found[("force", f)]["tip"]).max() / f for f in forces]
@@ -287,7 +287,7 @@ def _sensitivity(done: Outcome, found: dict) -> None:
                 2,
             )
         )
-    omega = _model().omega[0]
+    omega = _make_model().omega[0]
     for name, scale in (("limestone of Avdat (17 GPa, 2250 kg/m³)", 17e9 / 2250),
                         ("hard rock (50 GPa, 2500 kg/m³)", 50e9 / 2500)):  # fmt: skip
         other = omega * np.sqrt(scale / (_YOUNG / 2643.0))
@@ -305,7 +305,7 @@ def _sensitivity(done: Outcome, found: dict) -> None:
 # ---------------------------------------------------------------------------------------------
 
 
-def _pictures(found: dict) -> list[Picture]:
+def _make_pictures(found: dict) -> list[Picture]:
     return [
         picture("cantilever_fig4", "Figure 4: full dynamic against 1 % kinetic damping.",
                 partial(_draw_kinetic, found=found)),
@@ -333,7 +333,7 @@ def _draw_kinetic(drawing, found) -> None:
 
 
 def _draw_steps(drawing, found) -> None:
-    omega = _model().omega[0]
+    omega = _make_model().omega[0]
     with small_axes(drawing, 2, 1, size=(7.2, 4.6), sharex=True, sharey=True) as axes:
         for axis, step, color in zip(axes, _STEPS, COLORS, strict=False):
             result = found[("step", step)]
@@ -355,9 +355,9 @@ def _maxima(x: np.ndarray) -> np.ndarray:
 
 
 def _draw_penalty(drawing, found) -> None:
-    decays = [_decay(found[("penalty", f)], _model(f)) for f in _PENALTIES]
+    decays = [_decay(found[("penalty", f)], _make_model(f)) for f in _PENALTIES]
     lines = np.geomspace(1, 100, 30)
-    omegas = np.array([_model(float(k)).omega[0] for k in lines])
+    omegas = np.array([_make_model(float(k)).omega[0] for k in lines])
     with small_axes(drawing, 1, 3, size=(8.4, 3.0)) as (low, middle, high):
         low.loglog(lines, omegas / 2 / np.pi, color=RED, lw=1, label="discrete theory")
         low.loglog(_PENALTIES, [d.frequency for d in decays], "o", color=BLUE, label="sitedda")

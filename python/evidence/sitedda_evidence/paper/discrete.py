@@ -21,12 +21,12 @@ from sitedda.engine.simulation import Simulation
 from sitedda.input.changes import changed_input
 from sitedda.input.input_text import groups_by_name
 
-_TOUCHING = 1e-6  # m, a vertex nearer to an edge touches it
+_TOUCHING = 1e-6  # m, a vertex closer to an edge touches it
 
 
 @dataclass(frozen=True)
 class DiscreteModel:
-    """Matrices of a model.
+    """The matrices of a linear model with bonded contacts.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class DiscreteModel:
 
     @classmethod
     def of(cls, file: Path, changes: Mapping | None = None, **more) -> "DiscreteModel":
-        """The model of an input with changes, as for `sitedda.Simulation`."""
+        """Return the model of an input with changes, as for `sitedda.Simulation`."""
         changes = dict(changes or {}) | more
         parsed = groups_by_name(changed_input(Path(file).read_text(), changes))
         with Simulation(file, changes=changes) as simulation:
@@ -96,32 +96,31 @@ class DiscreteModel:
 
     @property
     def stiffness(self) -> np.ndarray:
-        """K with the springs of the supports, shape (6n, 6n)."""
+        """Return K with the springs of the supports, shape (6n, 6n)."""
         return self.elastic + self.support_stiffness * self.supports.T @ self.supports
 
     def _dashpot(self, time_step: float) -> float:
-        """Of each support, on the velocity at the end of the step, N s/m."""
+        """Return the dashpot of each support on the velocity at the end of the step, N s/m."""
         return (1 - self.scheme.chi) * self.support_stiffness * time_step
 
     def _pushed(self, axis: int) -> np.ndarray:
-        """Sum of the support rows along an axis, shape (6n,)."""
+        """Return the sum of the support rows along an axis, shape (6n,)."""
         return self.supports[self.support_axes == axis].sum(0)
 
     def row(self, place, axis: int = 0) -> np.ndarray:
-        """Row that gives the displacement along an axis of a measured point (name), or of a
-        (block, place)."""
+        """Return the row of the displacement of a point, by name or (block, place), on an axis."""
         block, where = self.points[place] if isinstance(place, str) else place
         return _Shape(self.centroids)(block, where)[axis]
 
     @cached_property
-    def _modes(self) -> tuple[np.ndarray, np.ndarray]:
+    def _solve_modes(self) -> tuple[np.ndarray, np.ndarray]:
         square, shapes = eigh(self.stiffness, self.mass)
         return np.sqrt(np.maximum(square, 0.0)), shapes
 
     @property
     def omega(self) -> np.ndarray:
         """Undamped angular frequencies, ascending, rad/s."""
-        return self._modes[0]
+        return self._solve_modes[0]
 
     @property
     def frequencies(self) -> np.ndarray:
@@ -130,20 +129,20 @@ class DiscreteModel:
 
     def mode(self, number: int) -> np.ndarray:
         """Mass-normalised shape of a mode, shape (6n,)."""
-        return self._modes[1][:, number]
+        return self._solve_modes[1][:, number]
 
     def share(self, axis: int) -> np.ndarray:
         """Effective mass of each mode over the total, for motion along an axis."""
         unit = np.zeros(len(self.mass))
         unit[axis::6] = 1.0
-        return (self._modes[1].T @ self.mass @ unit) ** 2 / (unit @ self.mass @ unit)
+        return (self._solve_modes[1].T @ self.mass @ unit) ** 2 / (unit @ self.mass @ unit)
 
     def first(self, axis: int) -> int:
         """The mode with the most mass along an axis."""
         return int(np.argmax(self.share(axis)))
 
     def transfer(self, frequency, time_step: float, surface: str, base: str, loading: str):
-        """Transfer function of the scheme between two points for motion in x.
+        """Return the transfer function of the scheme between two points for motion in x.
 
         With the factors w of `Scheme.steady`: [w_M M + K + (w_e k + w_d c) RᵀR] x = F, R the rows
         of the supports.
@@ -188,7 +187,7 @@ class DiscreteModel:
     def loaded(
         self, row: np.ndarray, force: np.ndarray, series, time_step: float, factor: float = 1.0
     ) -> np.ndarray:
-        """Displacement after each step under force × series, from rest.
+        """Return the displacement after each step under force × series, starting at rest.
 
         Parameters
         ----------
@@ -210,7 +209,7 @@ class DiscreteModel:
         return self._march(row, force, series, np.zeros(len(self.mass)), time_step, factor)
 
     def shaken(self, row: np.ndarray, motion, rate, time_step: float) -> np.ndarray:
-        """Displacement after each step when all fixed points move along x.
+        """Return the displacement after each step when all fixed points move along x.
 
         Parameters
         ----------
@@ -227,11 +226,11 @@ class DiscreteModel:
         """
         chi, dashpot = self.scheme.chi, self._dashpot(time_step)
         motion, rate = np.array(motion, dtype=float), np.array(rate, dtype=float)
-        if chi > 0.5:  # it follows from the displacement as the blocks' velocity does
+        if chi > 0.5:  # the velocity of supports follows from their displacement, as that of blocks
             for n, moved in enumerate(np.diff(motion)):
                 rate[n + 1] = moved / (chi * time_step) - (1 / chi - 1) * rate[n]
         push = self._pushed(0)
-        # the supports take the velocity at the start at once
+        # the supports have the initial velocity from the first step on
         weight = (1 - chi) * dashpot * time_step
         moving = np.linalg.solve(
             self.mass + weight * self.supports.T @ self.supports, weight * rate[0] * push
@@ -240,8 +239,8 @@ class DiscreteModel:
         return self._march(row, push, series, moving, time_step, 1.0)
 
     def _march(self, row, force, series, velocity, time_step: float, factor: float) -> np.ndarray:
-        """Steps in modal coordinates: M and K are diagonal there, supports of low rank."""
-        square, shapes = self.omega**2, self._modes[1]
+        """Compute steps in modal coordinates, in which M and K are diagonal."""
+        square, shapes = self.omega**2, self._solve_modes[1]
         theta, chi = self.scheme.theta, self.scheme.chi
         rows, k, c = self.supports @ shapes, self.support_stiffness, self._dashpot(time_step)
         momentum, back = 1 / (chi * time_step), (1 / chi - 1) * factor
@@ -266,7 +265,7 @@ class DiscreteModel:
 
 @dataclass(frozen=True)
 class _Shape:
-    """Shape matrix T of paper eq. 4 in the unknowns of all blocks."""
+    """The shape matrix T of eq. 4 of the paper in the unknowns of all blocks."""
 
     centroids: np.ndarray
 
@@ -278,7 +277,7 @@ class _Shape:
 
 
 def _materials(parsed, count: int) -> list:
-    """Material of each block, in the order of the groups."""
+    """Return the material of each block, in the order of the groups."""
     materials = parsed.get("material", [])
     if len(materials) == 1:
         return materials * count
@@ -293,7 +292,7 @@ def _materials(parsed, count: int) -> list:
 
 
 def _moments(polygon: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-    """Area, centroid and ∫(r - c)(r - c)ᵀ of a polygon, by triangles from its first vertex."""
+    """Return area, centroid and ∫(r - c)(r - c)ᵀ of a polygon, by triangles."""
     origin = polygon[0]
     a, b = polygon[1:-1] - origin, polygon[2:] - origin
     twice = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
@@ -306,7 +305,7 @@ def _moments(polygon: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
 
 
 def _mass(material, area: float, _centre, second: np.ndarray) -> np.ndarray:
-    """ρ ∫TᵀT about the centroid."""
+    """Return the mass matrix ρ ∫TᵀT about the centroid."""
     (xx, xy), (_, yy) = second
     matrix = np.zeros((6, 6))
     matrix[0, 0] = matrix[1, 1] = area
@@ -318,7 +317,7 @@ def _mass(material, area: float, _centre, second: np.ndarray) -> np.ndarray:
 
 
 def _elastic(material, area: float) -> np.ndarray:
-    """Area × D of plane stress on the strains."""
+    """Return the stiffness of the strains, area × D of plane stress."""
     young, nu = material["young_modulus"], material["poisson_ratio"]
     matrix = np.zeros((6, 6))
     plane = np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]])
@@ -327,7 +326,7 @@ def _elastic(material, area: float) -> np.ndarray:
 
 
 def _add_contacts(stiffness, polygons, contacts, shape: _Shape, springs) -> None:
-    """Normal and shear spring of every vertex that touches an edge, of those the engine lists."""
+    """Add the normal and shear springs of the closed contacts that the engine lists."""
     vertices = np.concatenate(polygons)
     owner = np.repeat(np.arange(len(polygons)), [len(polygon) for polygon in polygons])
     following = np.concatenate([np.roll(polygon, -1, axis=0) for polygon in polygons])
@@ -346,7 +345,7 @@ def _add_contacts(stiffness, polygons, contacts, shape: _Shape, springs) -> None
 
 
 def _supports(parsed, polygons, names, shape: _Shape) -> tuple[np.ndarray, np.ndarray]:
-    """Rows of the fixed directions of all fixed points, and the directions."""
+    """Return the rows of the fixed directions of all fixed points, and the directions."""
     rows, axes = [], []
     for group in parsed.get("fixed_point", []):
         both = shape(_block_of(group, polygons, names), (group["x"], group["y"]))
@@ -358,7 +357,7 @@ def _supports(parsed, polygons, names, shape: _Shape) -> tuple[np.ndarray, np.nd
 
 
 def _block_of(group, polygons, names) -> int:
-    """The block that a point belongs to: by name, or the first that contains it."""
+    """Return the block of a point: by name, or the first block that contains the point."""
     if group.get("block"):
         return names.index(group["block"])
     place = np.array([group["x"], group["y"]])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The paper's discussion: time step, block size and penalty (section 4)."""
+"""Check the discussion of the paper: time step, block size and penalty (section 4)."""
 
 from functools import cache, partial
 
@@ -17,7 +17,7 @@ _YOUNG, _DENSITY, _POISSON = 17e9, 2250.0, 0.22  # Pa, kg/m³, –; printed
 _SIDE, _DIAMETER = 0.5, 0.6  # m, printed: largest side, mean diameter
 _SPEED = 3000.0  # m/s, printed
 _PERIOD = 0.004  # s, printed
-_PAPER_OMEGA = 6.3  # Hz, what the paper takes for ω_max
+_PAPER_OMEGA = 6.3  # Hz, used as ω_max in the paper
 _BEST = {"column": 4e8, "layers": 1.5e12}  # N/m, best fits printed (section 4, table I)
 _PENALTIES = (1e8, 4e8, 1e9, 1e10)  # N/m
 _STEPS = (1e-3, 1e-2)  # s
@@ -25,30 +25,30 @@ _RECOMMENDED = {"1/12 [14]": 1 / 12, "1/16 [8]": 1 / 16, "1/20 [10, 19]": 1 / 20
 
 
 def tasks(quick: bool = False) -> list[Task]:
-    """Frequencies of the column, seen by the engine's springs; no time steps."""
+    """Return the tasks: frequencies of the column from the engine's springs, without time steps."""
     return [Task(k, _spectrum, {"k": k}, 0.3) for k in _PENALTIES]
 
 
 def _spectrum(k: float) -> dict:
-    """First and highest undamped angular frequency of the column with closed joints, rad/s."""
-    omega = _column(k).omega
-    held = _column(k, 1.0).omega
+    """Return first and highest undamped angular frequency with closed joints, rad/s."""
+    omega = _make_column(k).omega
+    held = _make_column(k, 1.0).omega
     return {"first": float(omega[0]), "highest": float(omega[-1]), "without": float(held[-1])}
 
 
 @cache
-def _column(k: float, ratio: float = 100.0) -> DiscreteModel:
+def _make_column(k: float, ratio: float = 100.0) -> DiscreteModel:
     contact = {"normal_stiffness": k, "fixed_point_ratio": ratio}
     return DiscreteModel.of(input_file("avdat.nml"), contact=contact)
 
 
 @study("Discussion: ω_max, CFL, η and the penalty (section 4)", tasks)
 def discussion(found: dict) -> Outcome:
-    """Rows, tables and pictures."""
-    done = Outcome(text=_text())
-    _resolution(done, found)
-    _size(done)
-    _penalty(done)
+    """Compose rows, tables and pictures."""
+    done = Outcome(text=_describe_study())
+    _resolution_rows(done, found)
+    _size_rows(done)
+    _penalty_rows(done)
     done.pictures = [
         picture("discussion_damping", "Damping ratio by the scheme over frequency, and where a mode"
                 " stops swinging (ωΔt = 4, eq. 13).", _draw_damping),
@@ -58,15 +58,15 @@ def discussion(found: dict) -> Outcome:
     return done
 
 
-def _text() -> list[str]:
+def _describe_study() -> list[str]:
     return [
         "The paper checks its time steps with equations 13 and 14 and its blocks with equation 12."
         " Here the same checks with ω_max as it is: the highest frequency of K x = ω² M x."
     ]
 
 
-def _resolution(done: Outcome, found: dict) -> None:
-    """Equations 13 and 14."""
+def _resolution_rows(done: Outcome, found: dict) -> None:
+    """Evaluate equations 13 and 14."""
     at_best = found[_BEST["column"]]
     highest = at_best["highest"] / (2 * np.pi)
     shear = np.sqrt(_YOUNG / 2 / (1 + _POISSON) / _DENSITY)
@@ -113,8 +113,8 @@ def _resolution(done: Outcome, found: dict) -> None:
     )  # fmt: skip
 
 
-def _size(done: Outcome) -> None:
-    """Equation 12."""
+def _size_rows(done: Outcome) -> None:
+    """Evaluate equation 12."""
     modulus = _YOUNG / 2 / (1 + _POISSON)
     length = _PERIOD * np.sqrt(modulus / _DENSITY)
     eta = _SIDE / length
@@ -130,8 +130,8 @@ def _size(done: Outcome) -> None:
     ]  # fmt: skip
 
 
-def _penalty(done: Outcome) -> None:
-    """Best-fit penalties against Shi's k = E·L."""
+def _penalty_rows(done: Outcome) -> None:
+    """Compare best-fit penalties with Shi's k = E·L."""
     shi = _YOUNG * _DIAMETER
     layers = 4.788e9 * 15.0
     done.compared += [
@@ -154,7 +154,7 @@ def _penalty(done: Outcome) -> None:
         f" {per_cent(float(scheme_damping(4.3, 1e-3)))} at 1 ms.",
         "CFL (eq. 14) and 4/ω_max are limits of accuracy for waves and contacts, not of stability:"
         " the scheme is implicit, and Table IV settles at steps far beyond both (ωΔt up to"
-        f" {show(max(_STEPS) * _column(_PENALTIES[-1]).omega[-1], 2)} at 1e10 N/m and 10 ms).",
+        f" {show(max(_STEPS) * _make_column(_PENALTIES[-1]).omega[-1], 2)} at 1e10 N/m and 10 ms).",
     ]
 
 
@@ -164,7 +164,7 @@ def _penalty(done: Outcome) -> None:
 
 
 def _free_damping(frequency, time_step: float) -> np.ndarray:
-    """Damping ratio of modes (Hz) left to themselves, by the DDA scheme at a time step (s)."""
+    """Return the damping ratio of free modes (Hz) by the DDA scheme at a time step (s)."""
     return Scheme().vibration(frequency, time_step).damping
 
 

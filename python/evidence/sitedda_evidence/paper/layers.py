@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The paper's 15 layers against SHAKE (figures 12 to 16, tables I and II)."""
+"""Compare the 15 layers of the paper with SHAKE (figures 12 to 16, tables I and II)."""
 
 from dataclasses import replace
 from functools import cache, partial
@@ -20,49 +20,49 @@ from ..runs import Task, input_file
 from .discrete import DiscreteModel
 
 _STEP = 1e-3  # s, table I
-_BAND = (1.0, 25.0)  # Hz, where the peak is looked for; figures 15 and 16 show about this
+_BAND = (1.0, 25.0)  # Hz, range of the search of the peak, about as in figures 15 and 16
 _TABLES = {
     1: {"input": "layers_table1.nml", "figure": "Fig. 15", "dda": (13.95, 29.07),
         "shake": (14.21, 28.93), "damping": None, "where": "uniform, table I"},
     2: {"input": "layers_table2.nml", "figure": "Fig. 16", "dda": (14.23, 28.76),
         "shake": (14.50, 27.79), "damping": 0.023, "where": "table II"},
 }  # frequency (Hz), amplification and damping as printed in section 2.3  # fmt: skip
-_DDA_LIMITS = (0.002, 0.01)  # frequency, amplification against the paper's DDA
-_SHAKE_LIMITS = (0.003, 0.008)  # likewise against the paper's SHAKE
-_NOISE = {"samples": 3000, "time_step": 0.01, "seed": 4}  # of the made-up motion
+_DDA_LIMITS = (0.002, 0.01)  # errors of frequency and amplification, paper's DDA
+_SHAKE_LIMITS = (0.003, 0.008)  # errors with respect to SHAKE of the paper
+_NOISE = {"samples": 3000, "time_step": 0.01, "seed": 4}  # seed of the synthetic motion
 
 
 def tasks(quick: bool = False) -> list[Task]:
-    """Runs of the study, all of them short."""
+    """Return the runs of the study, all of which are short."""
     cases = [(table, loading) for table in _TABLES for loading in ("displacement", "acceleration")]
     cases.append((1, "noise"))
-    todo = [Task(case, _run, {"table": case[0], "loading": case[1]}, 3.0) for case in cases]
-    return [*todo, Task("ground", _ground, {}, 1.0)]
+    todo = [Task(case, _run_layers, {"table": case[0], "loading": case[1]}, 3.0) for case in cases]
+    return [*todo, Task("ground", _ground_motion, {}, 1.0)]
 
 
-def _run(table: int, loading: str) -> dict:
-    """Accelerations of the points in x (m/s²), and the twin of the model."""
+def _run_layers(table: int, loading: str) -> dict:
+    """Run a model; return accelerations of the points in x (m/s²), and its 1-D column."""
     changes = {}
     if loading == "acceleration":
         changes = {"base_motion_x": "earthquake", "fixed_point[*]": {"motion_x": ""}}
     elif loading == "noise":
-        changes = {"motion": _noise()}
+        changes = {"motion": _make_noise()}
     history = run(input_file(_TABLES[table]["input"]), **changes).history
     points = ("base", "middle", "surface")
     result = {name: history.acceleration.sel(point=name).isel(axis=0).values for name in points}
     return result | {"column": layered_twin(history, "surface", "base")}
 
 
-def _noise() -> dict:
-    """A made-up motion instead of the record: white noise of accelerations."""
+def _make_noise() -> dict:
+    """Return a synthetic motion instead of the record: white noise of accelerations."""
     random = np.random.default_rng(_NOISE["seed"])
     values = random.standard_normal(_NOISE["samples"])
     return {"file": None, "format": None, "unit": "m/s2", "quantity": "acceleration",
             "time_step": _NOISE["time_step"], "values": values.tolist()}  # fmt: skip
 
 
-def _ground() -> dict:
-    """The motion of the ground: acceleration (m/s²) and displacement (m) at each step."""
+def _ground_motion() -> dict:
+    """Return the ground motion: acceleration (m/s²) and displacement (m) at each step."""
     history = run(input_file("ground.nml")).history
     take = {name: -history[name].isel(point=0, axis=0).values
             for name in ("acceleration", "velocity", "displacement")}  # fmt: skip
@@ -70,21 +70,21 @@ def _ground() -> dict:
 
 
 @cache
-def _model(table: int) -> DiscreteModel:
+def _make_model(table: int) -> DiscreteModel:
     return DiscreteModel.of(input_file(_TABLES[table]["input"]))
 
 
 @cache
 def _discrete_peak(table: int, point: str, loading: str = "displacement"):
-    """Peak of the exact discrete transfer function."""
-    model = _model(table)
+    """Return the peak of the exact discrete transfer function."""
+    model = _make_model(table)
     return refined_peak(
         lambda f: model.transfer(f, _STEP, point, "base", loading), (13.0, 15.5), 50
     )
 
 
-def _spectrum(result: dict, point: str, ground: dict | None = None):
-    """Amplification of a point over the base, and its peak."""
+def _amplify(result: dict, point: str, ground: dict | None = None):
+    """Return the amplification of a point over the base, and its peak."""
     above, below = result[point], result["base"]
     if ground is not None:  # in the frame of the base: add its motion
         below = ground["acceleration"]
@@ -99,28 +99,27 @@ def _shake_column(column: Column, damping: float, convention: str = "shake") -> 
 
 
 def _damping(table: int) -> float:
-    """Damping ratio given to SHAKE: the printed one, else the scheme's at the peak, as printed
-    ones are, in tenths of a per cent."""
+    """Return the damping ratio for SHAKE: printed, or rounded from the scheme at the peak."""
     printed = _TABLES[table]["damping"]
     return printed or round(float(scheme_damping(_TABLES[table]["dda"][0], _STEP)), 3)
 
 
 @study("Fifteen layers against SHAKE (section 2.3, figures 12–16, tables I and II)", tasks)
 def layers(found: dict) -> Outcome:
-    """Rows, requirements and pictures from the runs."""
+    """Compose rows, requirements and pictures from the runs."""
     ground = found.pop("ground")
-    done = Outcome(text=_text())
+    done = Outcome(text=_describe_study())
     for table in _TABLES:
         _dda_rows(done, table, found)
         _shake_rows(done, table, found[(table, "displacement")]["column"])
         _loading_row(done, table, found, ground)
-    _sensitivity(done, found)
-    _notes(done, found)
-    done.pictures = _pictures(found, ground)
+    _sensitivity_rows(done, found)
+    _write_notes(done, found)
+    done.pictures = _make_pictures(found, ground)
     return done
 
 
-def _text() -> list[str]:
+def _describe_study() -> list[str]:
     return [
         "Fifteen layers of 15 m × 1 m on a shaken base block, k = 1500 GN/m, Δt = 1 ms, 60,000"
         " steps, damping by the scheme alone. “Theory” is the exact discrete one: K and M of the"
@@ -139,7 +138,7 @@ def _dda_rows(done: Outcome, table: int, found: dict) -> None:
         "surface": "M2 on the surface: the top half layer amplifies a little more",
     }
     for point, why in reasons.items():
-        theory, peak = _discrete_peak(table, point), _spectrum(result, point)[2]
+        theory, peak = _discrete_peak(table, point), _amplify(result, point)[2]
         place = f"{case['figure']}, DDA"
         at = "mid-layer" if point == "middle" else "surface"
         done.compared += [
@@ -148,7 +147,7 @@ def _dda_rows(done: Outcome, table: int, found: dict) -> None:
             Compared(f"amplification, {case['where']}, {at}", place, printed["amplitude"],
                 theory.amplitude, peak.amplitude, "", 5),
         ]  # fmt: skip
-    peak = _spectrum(result, "middle")[2]
+    peak = _amplify(result, "middle")[2]
     for what, limit in zip(("frequency", "amplitude"), _DDA_LIMITS, strict=True):
         done.rows.append(
             relative(f"{case['figure']}: DDA {what} within {per_cent(limit)} of the paper",
@@ -183,7 +182,7 @@ def _shake_rows(done: Outcome, table: int, column: Column) -> None:
 
 
 def _closed_form_peak(column: Column, damping: float):
-    """Peak of paper eq. 10, for a uniform column; else None."""
+    """Return the peak of eq. 10 of the paper for a uniform column; otherwise None."""
     if len({layer.shear_velocity for layer in column.layers}) > 1:
         return None
     speed = column.depth / column.travel_time
@@ -191,10 +190,10 @@ def _closed_form_peak(column: Column, damping: float):
 
 
 def _loading_row(done: Outcome, table: int, found: dict, ground: dict) -> None:
-    """Base displacement against base acceleration."""
+    """Compare loading by base displacement with loading by base acceleration."""
     case = _TABLES[table]
-    frequency, by_force, peak = _spectrum(found[(table, "acceleration")], "middle", ground)
-    _, by_motion, reference = _spectrum(found[(table, "displacement")], "middle")
+    frequency, by_force, peak = _amplify(found[(table, "acceleration")], "middle", ground)
+    _, by_motion, reference = _amplify(found[(table, "displacement")], "middle")
     theory = _discrete_peak(table, "middle", "acceleration")
     strong = (frequency >= _BAND[0]) & (frequency <= _BAND[1])
     apart = np.max(abs(by_force - by_motion)[strong] / by_motion[strong])
@@ -216,8 +215,8 @@ def _loading_row(done: Outcome, table: int, found: dict, ground: dict) -> None:
     )
 
 
-def _sensitivity(done: Outcome, found: dict) -> None:
-    peaks = [_spectrum(found[(1, kind)], "middle")[2] for kind in ("displacement", "noise")]
+def _sensitivity_rows(done: Outcome, found: dict) -> None:
+    peaks = [_amplify(found[(1, kind)], "middle")[2] for kind in ("displacement", "noise")]
     done.compared.append(
         Compared(
             "sensitivity: amplification under a made-up motion (white noise)",
@@ -233,18 +232,18 @@ def _sensitivity(done: Outcome, found: dict) -> None:
 
 
 def _stiff_frequency() -> float:
-    """First frequency of the uniform layers with rigid springs, Hz."""
+    """Return the first frequency of the uniform layers with rigid springs, Hz."""
     stiff = DiscreteModel.of(input_file(_TABLES[1]["input"]), contact={"normal_stiffness": 1.5e15})
     return float(stiff.frequencies[0])
 
 
-def _notes(done: Outcome, found: dict) -> None:
+def _write_notes(done: Outcome, found: dict) -> None:
     uniform, column = (found[(table, "displacement")]["column"] for table in _TABLES)
     turned = _shake_column(replace(column, layers=column.layers[::-1]), _damping(2))
     right = _shake_column(column, _damping(2)).peak()
     done.notes += [
         "DDA resonates lower than SHAKE because the contact springs, two at each of 15 joints, add"
-        f" to the compliance of the layers: {_model(1).frequencies[0]:.2f} Hz undamped at the"
+        f" to the compliance of the layers: {_make_model(1).frequencies[0]:.2f} Hz undamped at the"
         f" paper's k = 1500 GN/m, {_stiff_frequency():.2f} Hz at a thousand times that, the"
         f" continuum's √(G/ρ)/4H being {0.25 / uniform.travel_time:.2f} Hz.",
         "Table II counts its layers from the top: from the base the twin's peak would lie at"
@@ -261,7 +260,7 @@ def _notes(done: Outcome, found: dict) -> None:
 # ---------------------------------------------------------------------------------------------
 
 
-def _pictures(found: dict, ground: dict) -> list[Picture]:
+def _make_pictures(found: dict, ground: dict) -> list[Picture]:
     spectra = [
         picture(
             f"layers_fig{14 + table}",
@@ -294,13 +293,13 @@ def _draw_motion(drawing, ground) -> None:
 def _draw_spectrum(drawing, table, found, ground) -> None:
     case = _TABLES[table]
     result = found[(table, "displacement")]
-    frequency, ratio, peak = _spectrum(result, "middle")
+    frequency, ratio, peak = _amplify(result, "middle")
     band = (frequency >= _BAND[0]) & (frequency <= _BAND[1])
     band[::2] = False
     shake = _shake_column(result["column"], _damping(table))
     with small_axes(drawing, size=(6.8, 3.9)) as axis:
         axis.plot(frequency[band], ratio[band], color=BLUE, lw=2, label="sitedda, displacement")
-        _, other, _ = _spectrum(found[(table, "acceleration")], "middle", ground)
+        _, other, _ = _amplify(found[(table, "acceleration")], "middle", ground)
         axis.plot(frequency[band], other[band], ":", color=COLORS[1], lw=1.6,
                   label="sitedda, acceleration")  # fmt: skip
         axis.plot(frequency[band], abs(shake.transfer(frequency[band])), "--", color=RED,

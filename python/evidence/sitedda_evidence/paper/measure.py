@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measurements on histories that several studies share."""
+"""Measurements on histories shared by several studies."""
 
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 from sitedda.engine.signals import Decrement, log_decrement
 
-_ORDER = 6  # of the Butterworth filter that takes away the higher modes, applied to and fro
+_ORDER = 6  # order of the zero-phase Butterworth filter that removes higher modes
 
 
 def first_mode_decay(time, x, frequency: float, cutoff: float, trim: float = 4.0) -> Decrement:
-    """Decrement of the lowest mode in a free decay (paper eq. 11), higher modes filtered out.
+    """Return the decrement of the lowest mode in a free decay (eq. 11), without higher modes.
 
     A filter without phase leaves the decay rate of a mode as it is; only its ends are cut off.
 
@@ -33,7 +33,7 @@ def first_mode_decay(time, x, frequency: float, cutoff: float, trim: float = 4.0
 
 
 def sub_sample_maximum(time, x) -> tuple[float, float]:
-    """Time and height of the highest sample, refined by a parabola."""
+    """Return time and height of the highest sample, refined by a parabola."""
     x = np.asarray(x)
     i = int(np.argmax(x))
     if i in (0, x.size - 1):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Remarks of the paper without a figure or table of results: each answered by a short run."""
+"""Check remarks of the paper without figure or table, each by a short run."""
 
 from functools import cache
 
@@ -22,27 +22,27 @@ from . import shear_wave
 from .discrete import DiscreteModel
 
 _WIDTH, _HEIGHT, _DRUMS = 0.6, 0.39, 10  # of the column, m
-_YOUNG, _LAYER, _SPEED = 4.788e9, 15.0, 851.3  # Pa, m, m/s: of the layers, table I
-_SHAKE = (14.21, 28.93)  # Hz, amplification: printed for SHAKE
+_YOUNG, _LAYER, _SPEED = 4.788e9, 15.0, 851.3  # Pa, m, m/s: properties of the layers, table I
+_SHAKE = (14.21, 28.93)  # Hz, amplification, printed for SHAKE
 _PRINTED_V = {1e8: (2.3, 2.4), 4e8: (4.2, 4.5), 1e9: (5.9, 6.3)}  # N/m: Hz, table V
 _RATIOS = (10, 12, 16, 20)  # wavelength over block size, section 2.2
 _PER_PERIOD = (20, 100)  # steps in a period, section 2.2
 _FRONT = (1e-4, 1e-5, 1e-6)  # s
-_BANDS = (3.4, 4.75)  # Hz, middles of the two bands of the field
+_BANDS = (3.4, 4.75)  # Hz, middles of the two measured bands
 _NOISE = {"step": 2e-3, "steps": 30000}
 _RIGID = {"normal_stiffness": 1e12, "penetration_tolerance": 1e-10}
 
 
 def tasks(quick: bool = False) -> list[Task]:
-    """Runs of the study."""
+    """Return the runs of the study."""
     waves = [(kind, ratio, 0.004 / n) for kind in "SP" for ratio in _RATIOS for n in _PER_PERIOD]
-    todo = [Task(("wave", *one), _wave, {"case": one}, 0.3) for one in waves]
-    todo += [Task(("wave", "S", 8, step), _wave, {"case": ("S", 8, step)}, 4.0) for step in _FRONT]
-    todo += [Task(("fine", k), _pushed, {"k": k}, 2.0) for k in _PRINTED_V]
-    todo += [Task(("bent", k), _bent, {"k": k}, 4.0) for k in (4e8, 1e9)]
-    todo += [Task(("noise", f), _noise, {"frequency": f}, 1.0) for f in _BANDS]
+    todo = [Task(("wave", *one), _send, {"case": one}, 0.3) for one in waves]
+    todo += [Task(("wave", "S", 8, step), _send, {"case": ("S", 8, step)}, 4.0) for step in _FRONT]
+    todo += [Task(("fine", k), _pushed_frequency, {"k": k}, 2.0) for k in _PRINTED_V]
+    todo += [Task(("bent", k), _bending_frequencies, {"k": k}, 4.0) for k in (4e8, 1e9)]
+    todo += [Task(("noise", f), _noise_peak, {"frequency": f}, 1.0) for f in _BANDS]
     todo += [Task(("solver", one), _layers, {"solver": one}, 2.0) for one in ("direct", "sor")]
-    return [*todo, Task("rigid", _rigid, {}, 1.0)]
+    return [*todo, Task("rigid", _rigid_frequency, {}, 1.0)]
 
 
 # ---------------------------------------------------------------------------------------------
@@ -50,8 +50,8 @@ def tasks(quick: bool = False) -> list[Task]:
 # ---------------------------------------------------------------------------------------------
 
 
-def _wave(case: tuple) -> dict:
-    """The triangle of figure 8 as shear or pressure wave: its loss at M1, and ripple before it."""
+def _send(case: tuple) -> dict:
+    """Run the triangle of figure 8 as shear or pressure wave; return its loss at M1 and ripple."""
     kind, ratio, step = case
     changes = shear_wave.wave_changes(("triangle", ratio, step, 100.0, 0.004))
     if kind == "P":
@@ -64,17 +64,17 @@ def _wave(case: tuple) -> dict:
     return {"loss": 1 - wave.max(), "ripple": -wave[: wave.argmax()].min()}
 
 
-def _pushed(k: float) -> float:
-    """Frequency of the column after a push, at a time step of 1e-4 s, Hz."""
-    return _free(1e-4, 5.0, {"normal_stiffness": k}, (0.5, 20.0))
+def _pushed_frequency(k: float) -> float:
+    """Return the frequency of the column after a push, with a time step of 1e-4 s, Hz."""
+    return _free_vibration(1e-4, 5.0, {"normal_stiffness": k}, (0.5, 20.0))
 
 
-def _rigid() -> float:
-    """The same of joints that an augmented Lagrangian makes rigid."""
-    return _free(1e-4, 0.4, _RIGID, (5.0, 200.0))
+def _rigid_frequency() -> float:
+    """Return this frequency with joints made rigid by an augmented Lagrangian."""
+    return _free_vibration(1e-4, 0.4, _RIGID, (5.0, 200.0))
 
 
-def _free(step: float, duration: float, contact: dict, band: tuple) -> float:
+def _free_vibration(step: float, duration: float, contact: dict, band: tuple) -> float:
     push = {"time": [0, 0, 0.02, 0.02], "force_x": [0.0, 1e3, 1e3, 0.0], "force_y": [0.0] * 4}
     history = run(input_file("avdat.nml"), time_step=step, max_displacement_ratio=1e-3, settle=True,
                   duration=duration, contact=contact, load=push).history  # fmt: skip
@@ -83,7 +83,7 @@ def _free(step: float, duration: float, contact: dict, band: tuple) -> float:
 
 
 def _column(stiffness: float, size: float = 0.0) -> Model:
-    """The column with joints of a stiffness (Pa/m), its drums meshed with a size (m)."""
+    """Return the column with joints of a stiffness (Pa/m) and drums meshed with a size (m)."""
     model = Model("Avdat", time_step=_NOISE["step"], steps=_NOISE["steps"], gravity=(0, -9.81))
     model.contact(normal_stiffness=4e8)
     model.material("limestone", density=2250, young_modulus=17e9, poisson_ratio=0.22)
@@ -98,8 +98,8 @@ def _column(stiffness: float, size: float = 0.0) -> Model:
     return model
 
 
-def _bent(k: float) -> tuple[float, float]:
-    """First frequency of drums that are one block each, and meshed with joints alike, Hz.
+def _bending_frequencies(k: float) -> tuple[float, float]:
+    """Return the first frequency with drums as single blocks and as meshed bodies, Hz.
 
     A joint of n + 1 contacts turns with K Σ sᵢ xᵢ², sᵢ their tributary lengths: K is such that this
     is that of the contacts at both ends.
@@ -114,8 +114,8 @@ def _bent(k: float) -> tuple[float, float]:
     return found[0], found[1]
 
 
-def _noise(frequency: float) -> float:
-    """Peak of the spectrum of the top over that of the base, under noise of the base, Hz."""
+def _noise_peak(frequency: float) -> float:
+    """Return the peak of the top spectrum over the base spectrum under base noise, Hz."""
     model = _column(2.12e8 / (_WIDTH / 2) * (frequency / _BANDS[0]) ** 2)
     values = np.random.default_rng(1).standard_normal(_NOISE["steps"]) * 1e-3
     model.motion("noise", quantity="acceleration", unit="m/s2", time_step=_NOISE["step"],
@@ -132,7 +132,7 @@ def _noise(frequency: float) -> float:
 
 
 def _layers(solver: str) -> np.ndarray:
-    """Acceleration of the top layer of table I during 5 s, m/s²."""
+    """Return the acceleration of the top layer of table I during 5 s, m/s²."""
     history = run(input_file("layers_table1.nml"), solver=solver, steps=5000).history
     return history.acceleration.sel(point="middle").isel(axis=0).values
 
@@ -144,35 +144,35 @@ def _layers(solver: str) -> np.ndarray:
 
 @cache
 def _peak(k: float):
-    """Peak of the exact transfer function of the layers of table I at a penalty."""
+    """Return the peak of the exact transfer function of the layers of table I at a penalty."""
     model = DiscreteModel.of(input_file("layers_table1.nml"), contact={"normal_stiffness": k})
     return refined_peak(lambda f: model.transfer(f, 1e-3, "middle", "base", "displacement"),
                         (11.0, 15.5), 30)  # fmt: skip
 
 
 def _material_peak(step: float):
-    """The same with 2.2 % of damping by the material and none by the scheme, at a time step."""
+    """Return this peak with 2.2 % damping by the material and none by the scheme."""
     return _engine_peak({"time_step": step, "integration": "midpoint",
                          "material.damping_ratio": 0.022,
                          "material.reference_frequency": 14.0})  # fmt: skip
 
 
 def _engine_peak(changes: dict):
-    """Peak of the engine's transfer function of the layers of table I."""
+    """Return the peak of the engine's transfer function of the layers of table I."""
     return refined_peak(
         lambda f: transfer(input_file("layers_table1.nml"), f, "middle", changes=changes),
         (13.0, 15.5), 30,
     )  # fmt: skip
 
 
-def _first(k: float) -> float:
-    """First frequency of the column, Hz."""
+def _first_frequency(k: float) -> float:
+    """Return the first frequency of the column, Hz."""
     contact = {"normal_stiffness": k}
     return float(DiscreteModel.of(input_file("avdat.nml"), contact=contact).frequencies[0])
 
 
 def _chain(stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """K and M of equal masses on springs, the top mass half."""
+    """Return K and M of equal masses on springs, with half the mass at the top."""
     size = len(stiffness)
     matrix = np.diag(stiffness + np.append(stiffness[1:], 0.0))
     matrix -= np.diag(stiffness[1:], 1) + np.diag(stiffness[1:], -1)
@@ -180,8 +180,7 @@ def _chain(stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _non_classical() -> tuple[float, float]:
-    """Damping ratio of the first mode of soft layers of 10 % on stiff ones of 1 %: by its energies,
-    and by its complex eigenvalue."""
+    """Return the damping ratio of soft on stiff layers by energies and by complex eigenvalue."""
     soft = np.arange(15) >= 10
     parts = [_chain(np.where(soft == one, 0.1 if one else 1.0, 0.0)) for one in (False, True)]
     stiffness, mass = parts[0][0] + parts[1][0], parts[0][1]
@@ -197,7 +196,7 @@ def _non_classical() -> tuple[float, float]:
 
 
 def _rebounds(omega: float) -> np.ndarray:
-    """Restitution of a mass on a penalty spring in steps of DDA, over times of impact in a step."""
+    """Return restitutions of a mass on a penalty spring in DDA, over impact times in a step."""
     found = []
     for start in (np.arange(20) + 0.5) / 20:
         gap, velocity = start, -1.0
@@ -219,19 +218,19 @@ def _rebounds(omega: float) -> np.ndarray:
 
 @study("Remarks: what the paper says without showing it", tasks)
 def remarks(found: dict) -> Outcome:
-    """A row for each remark."""
+    """Compose a row for each remark."""
     done = Outcome()
-    _contacts(done, found)
-    _damping(done)
-    _waves(done, found)
-    _field(done, found)
+    _contact_rows(done, found)
+    _damping_rows(done)
+    _wave_rows(done, found)
+    _field_rows(done, found)
     done.pictures = [picture("remarks_rebound", "Restitution of a penalty contact over Ω = Δt"
                              " √(k/m): mean and range over the time of impact within a step.",
                              _draw_rebounds)]  # fmt: skip
     return done
 
 
-def _contacts(done: Outcome, found: dict) -> None:
+def _contact_rows(done: Outcome, found: dict) -> None:
     stiff = DiscreteModel.of(input_file("avdat.nml"), contact={"normal_stiffness": 1e14})
     direct, sor = (found["solver", name] for name in ("direct", "sor"))
     apart = float(abs(sor - direct).max() / abs(direct).max())
@@ -263,7 +262,7 @@ def _contacts(done: Outcome, found: dict) -> None:
     ]  # fmt: skip
 
 
-def _damping(done: Outcome) -> None:
+def _damping_rows(done: Outcome) -> None:
     stiffness, mass = _chain(np.ones(15))
     chain = float(np.sqrt(eigh(stiffness, mass, eigvals_only=True)[0]))
     kh = np.pi / 2 / 15
@@ -289,7 +288,7 @@ def _damping(done: Outcome) -> None:
     )  # fmt: skip
 
 
-def _waves(done: Outcome, found: dict) -> None:
+def _wave_rows(done: Outcome, found: dict) -> None:
     cells = [
         [f"1/{ratio}", *(f"{100 * found['wave', kind, ratio, 0.004 / n]['loss']:.1f}"
                          for kind in "SP" for n in _PER_PERIOD)]
@@ -311,7 +310,7 @@ def _waves(done: Outcome, found: dict) -> None:
     for thickness in (0.5, 1.0, 3.0):
         done.compared.append(
             Compared(f"layers of {thickness:g} m at k = 1500 GN/m: first frequency (Hz)",
-                "section 2.2, k > 100 E", None, _joint_theory(thickness), _joints(thickness),
+                "section 2.2, k > 100 E", None, _joint_theory(thickness), _joint_damping(thickness),
                 "v/4H over √(1 + GW/2k_sΔx): joints per metre count as the penalty does")
         )  # fmt: skip
 
@@ -321,7 +320,7 @@ def _joint_theory(thickness: float) -> float:
     return float(_SPEED / 60 / np.sqrt(1 + shear))
 
 
-def _joints(thickness: float) -> float:
+def _joint_damping(thickness: float) -> float:
     count = round(15 / thickness)
     changes = {"layers.layer": {"thickness": thickness, "count": count},
                "measured_point.middle": {"y": 15 - thickness / 2, "block": f"layer_{count}"},
@@ -329,11 +328,11 @@ def _joints(thickness: float) -> float:
     return float(modes(input_file("layers_table1.nml"), 1, changes=changes).frequency[0])
 
 
-def _field(done: Outcome, found: dict) -> None:
+def _field_rows(done: Outcome, found: dict) -> None:
     for k, printed in _PRINTED_V.items():
         done.compared.append(
             Compared(f"dominant frequency at k = {k:.0e} N/m, Δt = 1e-4 s (Hz)", "Table V, “not"
-                " shown”", printed, _first(k), found["fine", k],
+                " shown”", printed, _first_frequency(k), found["fine", k],
                 "theory without the weight")
         )  # fmt: skip
     for k in (4e8, 1e9):
@@ -359,7 +358,7 @@ def _field(done: Outcome, found: dict) -> None:
             f" {np.sqrt(1.8e9 / 8.3e7):.1f}", "restitution depends on Ω = Δt √(k/m) (picture): a"
             " fitted penalty fits the loss at impacts"),
     ]  # fmt: skip
-    fine = max(abs(found["fine", k] / _first(k) - 1) for k in _PRINTED_V)
+    fine = max(abs(found["fine", k] / _first_frequency(k) - 1) for k in _PRINTED_V)
     stiffer = all(found["bent", k][1] < found["bent", k][0] for k in (4e8, 1e9))
     inside = all(low <= found["noise", f] <= high
                  for f, (low, high) in zip(_BANDS, bands, strict=True))  # fmt: skip

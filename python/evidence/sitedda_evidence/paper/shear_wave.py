@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The paper's shear wave in a stack of layers (figures 7 to 11, equations 12 to 17)."""
+"""Reproduce the shear wave in a stack of layers (figures 7 to 11, equations 12 to 17)."""
 
 from functools import cache, partial
 
@@ -19,51 +19,51 @@ from .measure import sub_sample_maximum
 _INPUT = "shear_wave.nml"
 _PERIOD = 0.004  # s, the only wave period that the paper prints (its discussion)
 _DENSITY, _POISSON, _SIZE, _WIDTH = 2643.0, 0.25, 1.0, 15.0  # of the input
-_DISTANCE = 14.5  # m from the base block, which fixed points make rigid, to M1
-_RATIOS = (4, 8, 16, 32, 64)  # λ/Δx; the paper's four and beyond
+_DISTANCE = 14.5  # m from the base block, made rigid by fixed points, to M1
+_RATIOS = (4, 8, 16, 32, 64)  # λ/Δx: the four ratios of the paper and larger ones
 _WIDE = {"width": 60.0, "penalty": 400.0, "ratios": (32, 64, 128)}  # m, E: for longer waves
 _PRINTED = (4, 8, 16, 32)
 _STEPS = (1e-5, 1e-4)  # s, figure 9
 _AMPLITUDE = 1e-3  # m
 _PENALTY = 100.0  # times Young's modulus
 _PENALTIES = (1.0, 10.0, 40.0, 100.0, 300.0, 1000.0)
-_AFTER = 1.25  # periods recorded after the wave arrives; reflections come back later
+_AFTER = 1.25  # periods recorded after the arrival of the wave, before reflections return
 _PERIODS = (0.004, 0.01, 0.02)  # s, for the sensitivity
 _SLOWER = 32  # λ/Δx at which speed is measured
 
 
 def tasks(quick: bool = False) -> list[Task]:
-    """Runs of the study; `quick` leaves out what the requirements do not need."""
+    """Return the runs of the study; `quick` omits those not needed for the requirements."""
     cases = [("triangle", r, s, _PENALTY, _PERIOD) for r in _RATIOS for s in _STEPS]
     cases += [("sine", r, s, _PENALTY, _PERIOD) for r in _PRINTED for s in _STEPS]
     if not quick:
         cases += [("sine", _SLOWER, 1e-5, p, _PERIOD) for p in _PENALTIES]
         cases += [("triangle", 32, s, _PENALTY, p) for s in _STEPS for p in _PERIODS[1:]]
         cases += [_wide_case(ratio, step) for ratio in _WIDE["ratios"] for step in _STEPS]
-    return [Task(case, _run, {"case": case}, _work(case)) for case in dict.fromkeys(cases)]
+    return [Task(case, _run_case, {"case": case}, _cost_of(case)) for case in dict.fromkeys(cases)]
 
 
 def _wide_case(ratio: int, step: float) -> tuple:
-    """A wider stack with as many springs' stiffness per metre of width."""
+    """Return the case of a wider stack with the same stiffness per metre of width."""
     return ("wide triangle", ratio, step, _WIDE["penalty"], _PERIOD)
 
 
-def _work(case: tuple) -> float:
+def _cost_of(case: tuple) -> float:
     _, ratio, step, _, period = case
-    return _duration(ratio, period) / step * 2e-4
+    return _case_duration(ratio, period) / step * 2e-4
 
 
-def _duration(ratio: float, period: float) -> float:
+def _case_duration(ratio: float, period: float) -> float:
     return (1.3 * _DISTANCE / (ratio * _SIZE) + 1 + _AFTER) * period
 
 
 def _young(ratio: float, period: float) -> float:
-    """Young's modulus that gives a wavelength of ratio × Δx by eq. 17: λ = T √(G/ρ)."""
+    """Return Young's modulus for a wavelength of ratio × Δx by eq. 17: λ = T √(G/ρ)."""
     return 2 * (1 + _POISSON) * _DENSITY * (ratio * _SIZE / period) ** 2
 
 
 def _pulse(shape: str, period: float) -> tuple[np.ndarray, float]:
-    """Samples of the incident motion (m) and the time between them (s)."""
+    """Return samples of the incident motion (m) and their interval (s)."""
     spacing = period / 400
     phase = np.arange(401) / 400
     if shape == "sine":
@@ -71,27 +71,27 @@ def _pulse(shape: str, period: float) -> tuple[np.ndarray, float]:
     return _AMPLITUDE * (1 - abs(2 * phase - 1)), spacing
 
 
-def _width(shape: str) -> dict:
-    """The change of input that a wide stack needs."""
+def _width_changes(shape: str) -> dict:
+    """Return the changes of the input for a wide stack."""
     return {"layers[*].width": _WIDE["width"]} if shape.startswith("wide") else {}
 
 
 def wave_changes(case: tuple) -> dict:
-    """Changes of the input for a case: shape, λ/Δx, Δt (s), penalty (E), period (s)."""
+    """Return the changes of the input: shape, λ/Δx, Δt (s), penalty (E), period (s)."""
     shape, ratio, step, penalty, period = case
     values, spacing = _pulse(shape, period)
     young = _young(ratio, period)
-    return _width(shape) | {
+    return _width_changes(shape) | {
         "time_step": step,
-        "duration": _duration(ratio, period),
+        "duration": _case_duration(ratio, period),
         "contact": {"normal_stiffness": penalty * young},
         "material": {"young_modulus": young},
         "motion": {"values": values.tolist(), "time_step": spacing},
     }
 
 
-def _run(case: tuple) -> dict:
-    """Time and the displacements in x of base and M1, m."""
+def _run_case(case: tuple) -> dict:
+    """Run a case; return time (s) and displacements in x of base and M1 (m)."""
     history = run(input_file(_INPUT), **wave_changes(case)).history
     take = {
         name: history.displacement.sel(point=name).isel(axis=0).values for name in ("base", "M1")
@@ -106,24 +106,24 @@ def _run(case: tuple) -> dict:
 
 @cache
 def _model(penalty: float = _PENALTY, shape: str = "") -> DiscreteModel:
-    """The stack at λ/Δx = 1 in 1 s; stiffness scales with ρ (λ/T)²."""
+    """Return the stack with λ/Δx = 1 in 1 s; its stiffness scales with ρ (λ/T)²."""
     young = _young(1.0, 1.0)
     return DiscreteModel.of(
         input_file(_INPUT),
         contact={"normal_stiffness": penalty * young},
         material={"young_modulus": young},
-        **_width(shape),
+        **_width_changes(shape),
     )
 
 
 def _theory(case: tuple, time: np.ndarray, point: str = "M1") -> np.ndarray:
-    """Displacement of a point by the exact discrete theory, m, at the times of a run."""
+    """Return the displacement of a point by the exact discrete theory at the times of a run, m."""
     return _exact(case, point, time.size - 1)
 
 
 @cache
 def _exact(case: tuple, point: str, steps: int) -> np.ndarray:
-    """All stiffness scales with E: one model serves, with time scaled by ratio/period."""
+    """Compute the exact displacement with a single model and scaled time."""
     shape, ratio, step, penalty, period = case
     model = _model(penalty, shape if shape.startswith("wide") else "")
     values, spacing = _pulse(shape, period)
@@ -135,8 +135,7 @@ def _exact(case: tuple, point: str, steps: int) -> np.ndarray:
 
 
 def _slopes(values: np.ndarray, spacing: float) -> np.ndarray:
-    """Velocity at the samples of a displacement as the engine takes it: differences of fourth
-    order, of second order next to the ends; at rest at both ends."""
+    """Return the velocity at samples of a displacement by the differences of the engine."""
     slope = np.gradient(values, spacing, edge_order=2)
     slope[2:-2] = (values[:-4] - 8 * values[1:-3] + 8 * values[3:-1] - values[4:]) / (12 * spacing)
     slope[[0, -1]] = 0.0
@@ -144,7 +143,7 @@ def _slopes(values: np.ndarray, spacing: float) -> np.ndarray:
 
 
 def _closed_form(ratio: float, step: float, period: float) -> float:
-    """Amplitude lost by a triangle in a continuous column, a fraction.
+    """Return the fraction of the amplitude lost by a triangle in a continuous column.
 
     The scheme attenuates exp(-ω²Δt x/4v): a smoothing by a Gaussian of variance Δt x/2v, which
     takes √(2/π) standard deviations of slope 2A/T from the kink of the triangle:
@@ -154,13 +153,13 @@ def _closed_form(ratio: float, step: float, period: float) -> float:
 
 
 def _speed_loss(penalty: float) -> float:
-    """Long-wave speed of the stack over √(G/ρ): the springs add W/(2 k_s) to each layer's Δx/G."""
+    """Return the long-wave speed over √(G/ρ): springs add W/(2 k_s) to Δx/G of each layer."""
     shear = 1 / (2 * (1 + _POISSON))
     return float(1 / np.sqrt(1 + shear * _WIDTH / (2 * penalty / 2.5 * _SIZE)))
 
 
-def _error(result: dict) -> float:
-    """Eq. 16 for the highest crest at M1, a fraction."""
+def _amplitude_error(result: dict) -> float:
+    """Return the error of eq. 16 for the highest crest at M1, a fraction."""
     return abs(_AMPLITUDE - result["M1"].max()) / _AMPLITUDE
 
 
@@ -171,19 +170,19 @@ def _error(result: dict) -> float:
 
 @study("Shear wave: block size, time step and penalty (section 2.2, figures 7–11)", tasks)
 def shear_wave(found: dict) -> Outcome:
-    """Rows, requirements and pictures from the runs."""
-    done = Outcome(text=_text())
+    """Compose rows, requirements and pictures from the runs."""
+    done = Outcome(text=_describe_study())
     _amplitude_rows(done, found)
-    _gap(done, found)
+    _step_effect(done, found)
     _shape_rows(done, found)
     _speed_rows(done, found)
     _period_rows(done, found)
     _width_rows(done, found)
-    done.pictures = _pictures(found)
+    done.pictures = _make_pictures(found)
     return done
 
 
-def _text() -> list[str]:
+def _describe_study() -> list[str]:
     return [
         f"A base block and 100 layers of 1 m × 15 m; M1 lies {_DISTANCE:g} m above the base block."
         f" Period {_PERIOD:g} s, density and number of interfaces per metre stay, the shear modulus"
@@ -194,14 +193,14 @@ def _text() -> list[str]:
 
 
 def _amplitude_rows(done: Outcome, found: dict) -> None:
-    """Figure 9."""
+    """Compare the results with figure 9."""
     for step in _STEPS:
         errors = []
         for ratio in _RATIOS:
             case = ("triangle", ratio, step, _PENALTY, _PERIOD)
             result = found[case]
-            theory = _error({"M1": _theory(case, result["time"])})
-            errors.append(_error(result))
+            theory = _amplitude_error({"M1": _theory(case, result["time"])})
+            errors.append(_amplitude_error(result))
             done.compared.append(
                 Compared(
                     f"amplitude error at λ/Δx = {ratio}, Δt = {step:g} s (%)",
@@ -224,14 +223,14 @@ def _amplitude_rows(done: Outcome, found: dict) -> None:
         )
 
 
-def _gap(done: Outcome, found: dict) -> None:
-    """Effect of the larger step, by run, exact theory and closed form."""
+def _step_effect(done: Outcome, found: dict) -> None:
+    """Return the effect of the larger step by run, exact theory and closed form."""
     cells, worst, simple = [], 0.0, {}
     for ratio in _RATIOS:
         cases = [("triangle", ratio, step, _PENALTY, _PERIOD) for step in _STEPS]
-        measured = np.subtract(*[_error(found[case]) for case in reversed(cases)])
+        measured = np.subtract(*[_amplitude_error(found[case]) for case in reversed(cases)])
         exact = np.subtract(
-            *[_error({"M1": _theory(c, found[c]["time"])}) for c in reversed(cases)]
+            *[_amplitude_error({"M1": _theory(c, found[c]["time"])}) for c in reversed(cases)]
         )
         closed = np.subtract(*[_closed_form(ratio, s, _PERIOD) for s in reversed(_STEPS)])
         worst = max(worst, abs(measured - exact) / exact)
@@ -264,7 +263,7 @@ def _gap(done: Outcome, found: dict) -> None:
 
 
 def _shape_rows(done: Outcome, found: dict) -> None:
-    """Figures 10 and 11."""
+    """Compare the results with figures 10 and 11."""
     fits = []
     for ratio in _PRINTED:
         case = ("sine", ratio, 1e-4, _PENALTY, _PERIOD)
@@ -296,13 +295,13 @@ def _shape_rows(done: Outcome, found: dict) -> None:
 
 
 def _largest_correlation(result: dict) -> float:
-    """Largest correlation coefficient of M1 with the incident wave over all delays."""
+    """Return the largest correlation coefficient of M1 with the incident wave over delays."""
     wave, incident = result["M1"], result["base"]
     return float(correlate(wave, incident).max() / np.sqrt(np.sum(wave**2) * np.sum(incident**2)))
 
 
 def _speed_rows(done: Outcome, found: dict) -> None:
-    """Wave speed against penalty."""
+    """Compare the wave speed for several penalties."""
     losses = []
     for penalty in _PENALTIES:
         case = ("sine", _SLOWER, 1e-5, penalty, _PERIOD)
@@ -331,7 +330,7 @@ def _speed_rows(done: Outcome, found: dict) -> None:
 
 
 def _speed(result: dict) -> float:
-    """Speed between base and M1 over √(G/ρ), by the delay of best correlation."""
+    """Return the speed between base and M1 over √(G/ρ) by the delay of best correlation."""
     time = result["time"]
     step = time[1] - time[0]
     likeness = correlate(result["M1"], result["base"])
@@ -341,7 +340,7 @@ def _speed(result: dict) -> float:
 
 
 def _period_rows(done: Outcome, found: dict) -> None:
-    """Sensitivity to the period that the paper does not print."""
+    """Compare periods, because the paper does not print its period."""
     for period in _PERIODS[1:]:
         cases = [("triangle", 32, step, _PENALTY, period) for step in _STEPS]
         if any(case not in found for case in cases):
@@ -353,8 +352,8 @@ def _period_rows(done: Outcome, found: dict) -> None:
                     f"sensitivity: error at λ/Δx = 32, T = {period:g} s, Δt = {step:g} s (%)",
                     "assumed",
                     None,
-                    100 * _error({"M1": _theory(case, result["time"])}),
-                    100 * _error(result),
+                    100 * _amplitude_error({"M1": _theory(case, result["time"])}),
+                    100 * _amplitude_error(result),
                     f"√(4Δt·x/πTλ) = {100 * _closed_form(32, step, period):.2f} %:"
                     " only Δt/T and x/λ count",
                 )
@@ -362,7 +361,7 @@ def _period_rows(done: Outcome, found: dict) -> None:
 
 
 def _width_rows(done: Outcome, found: dict) -> None:
-    """Sensitivity to the width, and the way on to longer waves."""
+    """Compare widths and longer waves."""
     for ratio in _WIDE["ratios"]:
         for step in _STEPS:
             case = _wide_case(ratio, step)
@@ -375,16 +374,16 @@ def _width_rows(done: Outcome, found: dict) -> None:
                     f" Δt = {step:g} s (%)",
                     "assumed",
                     None,
-                    100 * _error({"M1": _theory(case, result["time"])}),
-                    100 * _error(result),
+                    100 * _amplitude_error({"M1": _theory(case, result["time"])}),
+                    100 * _amplitude_error(result),
                     f"√(4Δt·x/πTλ) = {100 * _closed_form(ratio, step, _PERIOD):.2f} %",
                 )
             )
     narrow = ("triangle", 128, 1e-5, _PENALTY, _PERIOD)
-    time = np.arange(0.0, _duration(128, _PERIOD), 1e-5)
+    time = np.arange(0.0, _case_duration(128, _PERIOD), 1e-5)
     excess = _theory(narrow, time).max() / _AMPLITUDE - 1
     bent, straight = (
-        100 * _error(found[case])
+        100 * _amplitude_error(found[case])
         for case in (("triangle", 64, 1e-5, _PENALTY, _PERIOD), _wide_case(64, 1e-5))
     )
     done.notes.append(
@@ -402,7 +401,7 @@ def _width_rows(done: Outcome, found: dict) -> None:
 # ---------------------------------------------------------------------------------------------
 
 
-def _pictures(found: dict) -> list[Picture]:
+def _make_pictures(found: dict) -> list[Picture]:
     pictures = [
         picture("shear_wave_fig9", "Figures 8 and 9: triangular wave and relative error of its"
                 " amplitude at M1; the faint points lie beyond the paper's.",
@@ -427,9 +426,9 @@ def _draw_errors(drawing, found) -> None:
         pulse.set(xlabel="time (ms)", ylabel="u (mm)", title="Fig. 8, period assumed")
         for step, color in zip(_STEPS, COLORS, strict=False):
             cases = [("triangle", r, step, _PENALTY, _PERIOD) for r in _RATIOS]
-            exact = [100 * _error({"M1": _theory(c, found[c]["time"])}) for c in cases]
+            exact = [100 * _amplitude_error({"M1": _theory(c, found[c]["time"])}) for c in cases]
             errors.plot(_RATIOS, exact, "-", color=color, lw=1)
-            measured = [100 * _error(found[c]) for c in cases]
+            measured = [100 * _amplitude_error(found[c]) for c in cases]
             errors.plot(_RATIOS[4:], measured[4:], "o", color=color, alpha=0.4)
             errors.plot(_PRINTED, measured[:4], "o", color=color, label=f"Δt = {step:g} s")
             closed = [100 * _closed_form(r, step, _PERIOD) for r in _RATIOS]

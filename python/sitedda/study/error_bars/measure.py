@@ -24,7 +24,7 @@ _CAUSES = (
     "gives them one of their own",
     "contacts slip, open and hit at other times with each time step",
 )
-_UNDAMPED = ("a resonance has the damping of the time integration alone, which falls with Δt; "
+_UNDAMPED = ("a resonance has only the damping of the time integration, which falls with Δt; "
              "&material damping_ratio gives it one of its own")  # fmt: skip
 
 
