@@ -9,8 +9,9 @@ from pathlib import Path
 
 from PIL import Image
 
-from sitedda.drawing.pictures import draw, head
+from sitedda.drawing.pictures import draw
 from sitedda.output.scene import Scene
+from sitedda.report.layout import Head
 from sitedda.report.style import empty_figure, save_picture
 
 WIDTH = 900  # pixels
@@ -51,7 +52,7 @@ def building(file: Path) -> None:
         draw(scene, axes=axes, legend=False)
         axes.set_axis_off()
         axes.texts[-1].set_text("")
-        head(axes, f"{name}.nml", f"{scene.blocks} blocks")
+        Head(axes, f"{name}.nml", [f"{scene.blocks} blocks"])
     save_picture(figure, file, [], dpi=110)
 
 

@@ -50,6 +50,15 @@ def test_without_a_strength_it_turns_about_its_corner():
     assert stands(pressed(0.3, 1.2, "coulomb"))
 
 
+def test_the_shipped_pier_stands_on_a_crushed_bed(root):
+    """At 0.335 m of at most 0.35 m; a load 3 % farther out would turn it over."""
+    file = root / "inputs" / "crushing_pier.nml"
+    with sitedda.Simulation(file) as run:
+        assert run.contacts["crushed"].max() > 0.0
+    with pytest.raises(sitedda.ConvergenceError):
+        sitedda.Simulation(file, changes={"load[roof].x": 0.3714 * 0.36 / 0.335})
+
+
 def test_limit_analysis_has_the_same_hinge():
     """A vertical force that grows at x = t/4: N = σ_c (t − 2e), e = x (N − W)/N."""
     model = pressed(0.3, 0.5)
