@@ -24,12 +24,12 @@ def pulse(x):
     "Impedances of plane waves.",
 )
 def interface(short: bool) -> Outcome:
-    """Twelve cells in the length of the pulse: impulses and the peak of what passes."""
+    """Check impulses and the transmitted peak with twelve cells per length of the pulse."""
     rows, lines = [], []
     for contrast in (0.1, 0.5, 4.0):
         centre, size, velocity = passed_by(contrast)
         beyond = centre > 0
-        back = (centre < 0) & (centre > -2.6 * LENGTH)  # what went the other way is farther off
+        back = (centre < 0) & (centre > -2.6 * LENGTH)  # the other wave is farther away
         impulse = velocity * size / np.where(beyond, contrast, 1.0)
         whole, passes = (pulse(centre) * size)[~beyond].sum(), 2 / (1 + contrast)
         rows += [
@@ -60,7 +60,7 @@ def passed_by(contrast: float):
     for left, right in zip(edges[:-1], edges[1:], strict=True):
         box = [left, 0, right, 0, right, size.min(), left, size.min()]
         model.block(vertices=box, body="bar", material="m0" if left < 0 else "m1")
-    rates = np.zeros((len(centre), 6))  # twice the pulse: half of it goes either way
+    rates = np.zeros((len(centre), 6))  # twice the pulse: each direction gets half
     rates[:, 0] = 2 * pulse(centre)
     rates[:, 3] = 2 * (pulse(centre + size / 2) - pulse(centre - size / 2)) / size
     with Simulation(model) as run:

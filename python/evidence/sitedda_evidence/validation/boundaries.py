@@ -17,7 +17,7 @@ ROCK = {"density": 2200.0, "shear_velocity": 800.0, "pressure_velocity": 1500.0}
 
 
 def _stack(layers: int, height: float, penalty: float, time_step: float) -> Model:
-    """Layers of soil on the half-space of rock, on rollers."""
+    """Return layers of soil on rollers above a half-space of rock."""
     young = 2 * DENSITY * SPEED**2 * (1 + POISSON)
     control = {"integration": "midpoint", "analysis": "plane_strain"}
     model = Model("layers", time_step=time_step, steps=1, **control)
@@ -68,17 +68,17 @@ def half_space(short: bool) -> Outcome:
 
 
 def _discrete(number):
-    """Wave number times thickness in blocks, for that in the continuum at the same frequency."""
+    """Return the wave number times thickness of the blocks for that of the continuum."""
     return np.arccos((6 - 2 * number**2) / (6 + number**2))
 
 
 def _force(number: float, turn: complex) -> complex:
-    """Force of a block on its outer face, over G/h and the displacement there."""
+    """Return the force on the outer face of a block over G/h and the displacement."""
     return 1 - turn - number**2 * (2 + turn) / 6
 
 
 def _reflection(length: float, layers: int = 80) -> float:
-    """Amplitude that matched dashpots reflect: the ripple of the surface over one wave length."""
+    """Return the reflection of matched dashpots by the ripple of the surface over a wavelength."""
     model = _stack(layers, float(layers), 2e5, 1e-6)
     model["boundary"][0](density=DENSITY, shear_velocity=SPEED, pressure_velocity=None)
     centre, width = SPEED / length, SPEED / 2 / layers

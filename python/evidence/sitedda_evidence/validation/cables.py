@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cables past points of several blocks: a machine of Atwood, and a block in a sling."""
+"""Cables over points of several blocks: an Atwood machine, and a block in a sling."""
 
 import math
 
@@ -27,7 +27,7 @@ def square(x: float, y: float, side: float = 1.0) -> list[tuple[float, float]]:
 
 
 def stiff_model(title: str, **control) -> Model:
-    """A model of blocks whose strains do not count."""
+    """Return a model of blocks with negligible strains."""
     model = Model(title, gravity=(0.0, -GRAVITY), **control)
     model.contact(normal_stiffness=1e11)
     model.material("light", density=LIGHT, young_modulus=1e14, poisson_ratio=0.0)
@@ -37,7 +37,7 @@ def stiff_model(title: str, **control) -> Model:
 
 
 def atwood(steps: int | None = 2000, time_step: float = 1e-4, **cable) -> Model:
-    """A heavy and a light block on a cable over two points of a fixed beam."""
+    """Return an Atwood machine: two blocks on a cable over two points of a fixed beam."""
     model = stiff_model("Machine of Atwood", time_step=time_step, steps=steps)
     model.output(history_interval=10)
     model.block([(-3, 9), (3, 9), (3, 10), (-3, 10)], name="beam", material="light")
@@ -53,7 +53,7 @@ def atwood(steps: int | None = 2000, time_step: float = 1e-4, **cable) -> Model:
 
 
 def atwood_force(time: np.ndarray, time_step: float) -> np.ndarray:
-    """Force of its cable under sudden gravity (N/m): T (1 − cos ωt), with the damping ωΔt/4."""
+    """Return the cable force under sudden gravity (N/m): T (1 − cos ωt), with damping ωΔt/4."""
     omega = atwood_frequency()
     return TENSION * (1.0 - np.exp(-0.25 * omega**2 * time_step * time) * np.cos(omega * time))
 
@@ -64,7 +64,7 @@ def atwood_frequency() -> float:
 
 
 def sling(**control) -> Model:
-    """A block hung on a cable that is fixed on both sides above and passes it freely."""
+    """Return a block on a cable that is fixed on both sides and slides freely through the block."""
     model = stiff_model("Sling", time_step=1e-3, settle=True, steps=1, **control)
     for name, x in (("left", -HALF_SPAN), ("right", HALF_SPAN)):
         model.block(square(x, DROP), name=name, material="light")
@@ -85,7 +85,7 @@ def sling(**control) -> Model:
 
 
 def sling_at_rest() -> tuple[float, float]:
-    """Sag (m) and tension (N/m): W = 2 N cos β, N = N₀ + k ΔL."""
+    """Return sag (m) and tension (N/m): W = 2 N cos β, N = N₀ + k ΔL."""
     first = math.hypot(HALF_SPAN, DROP)
 
     def tension(sag: float) -> float:
@@ -100,7 +100,7 @@ def sling_at_rest() -> tuple[float, float]:
 
 
 def sling_frequencies() -> tuple[float, float]:
-    """Sideways, as on an ellipse, ω² = 2 N cos²β/(L m), and upright, Hz."""
+    """Return the horizontal frequency, ω² = 2 N cos²β/(L m), and the vertical one, Hz."""
     sag, tension = sling_at_rest()
     length = math.hypot(HALF_SPAN, DROP + sag)
     cosine = (DROP + sag) / length

@@ -85,12 +85,12 @@ _MEDIANS = {
 }  # Pa/m and Pa  # fmt: skip
 _NOISE = 0.02  # relative error of a frequency
 _COLUMNS = {True: 20, False: 200}  # by the form, short or not
-_COMPARED = {True: 1, False: 6}  # columns that the sampler solves too
+_COMPARED = {True: 1, False: 6}  # columns that are also solved by the sampler
 _TOGETHER = 10  # columns of a task
 
 
 def _column(seed: int, unknowns: tuple[int, int], measured: tuple[int, int]) -> tuple:
-    """A random column, priors, and true values with noisy frequencies that follow from them."""
+    """Draw a column, priors, and true values with noisy frequencies."""
     random = np.random.default_rng(seed)
     model = Model("column", time_step=1e-3, steps=1)
     model.contact(normal_stiffness=1e9)
@@ -111,7 +111,7 @@ def _column(seed: int, unknowns: tuple[int, int], measured: tuple[int, int]) -> 
 
 
 def _bands(first: int, count: int) -> dict:
-    """Whether the band of each unknown holds its true value, and processor time, s."""
+    """Return whether the band of each unknown contains its true value, and processor time, s."""
     begin, inside = time.process_time(), []
     for seed in range(first, first + count):
         model, seen, priors, true = _column(seed, (1, 4), (2, 5))
@@ -122,7 +122,7 @@ def _bands(first: int, count: int) -> dict:
 
 
 def _two_ways(seed: int) -> float:
-    """Largest relative difference of medians and bounds between Laplace and the sampler."""
+    """Return the largest relative difference of medians and bounds between both samplers."""
     model, seen, priors, _ = _column(seed, (1, 2), (4, 5))
     one, two = (calibrate(model, seen, priors, discrepancy=0.0, samples=4000, sampler=sampler)
                 for sampler in ("laplace", "ensemble"))  # fmt: skip

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cases whose figures others published: see `docs/casebook`."""
+"""Cases with published results: see `docs/casebook`."""
 
 from itertools import pairwise
 
@@ -35,9 +35,9 @@ def arch_stereotomy(short: bool) -> Outcome:
     stones, allowed = (40, 4e-4) if short else (160, 1.5e-4)
     rows, (figure, axes) = [], canvas(2, size=(9, 3))
     for axis, (cuts, wanted) in zip(axes, THINNEST.items(), strict=True):
-        low, high = _thinnest(cuts, ROUGH, stones, (0.111, 0.106), 1e-3 if short else 1e-4)
+        low, high = _find_thinnest(cuts, ROUGH, stones, (0.111, 0.106), 1e-3 if short else 1e-4)
         rows.append(absolute(f"{cuts} cuts: least t/R", wanted, 0.5 * (low + high), allowed))
-        blocks = [one.vertices for one in _arch(low, cuts, stones)["block"]]
+        blocks = [one.vertices for one in _make_arch(low, cuts, stones)["block"]]
         draw_blocks(axis, blocks, STONE)
         axis.set_title(f"{cuts}: t/R = {low:.4f}")
         bare(axis)
@@ -51,14 +51,14 @@ def arch_stereotomy(short: bool) -> Outcome:
     "`docs/casebook/arch.md`.",
 )
 def arch_by_friction(short: bool) -> Outcome:
-    """Limit analysis without dilation finds the curve and where it ends."""
+    """Check the curve and its end by limit analysis without dilation."""
     rows, here, (figure, (axis,)) = [], [], canvas(1, size=(5, 3))
     published = list(WITH_FRICTION.items())[:: 2 if short else 1]
     for friction, wanted in published:
-        bracket = _thinnest("radial", friction, 27, (0.2, 0.1), 1e-3 if short else 1e-4)
+        bracket = _find_thinnest("radial", friction, 27, (0.2, 0.1), 1e-3 if short else 1e-4)
         here.append(0.5 * sum(bracket))
         rows.append(absolute(f"μ = {friction:g}: least t/R", wanted, here[-1], 2e-3))
-    low, high = bisect(lambda mu: _stands(0.45, "radial", mu, 27), 0.35, 0.28, 1e-3)
+    low, high = bisect(lambda mu: _is_stable(0.45, "radial", mu, 27), 0.35, 0.28, 1e-3)
     rows.append(absolute("least friction of any arch", 0.309, 0.5 * (low + high), 1e-3))
     axis.plot(*np.transpose(published), "o", label="published")
     axis.plot([friction for friction, _ in published], here, label="here")
@@ -66,20 +66,20 @@ def arch_by_friction(short: bool) -> Outcome:
     return Outcome(rows, figure)
 
 
-def _thinnest(cuts: str, friction: float, stones: int, between, tolerance: float):
-    """Bracket of the least t/R that stands."""
-    return bisect(lambda t: _stands(t, cuts, friction, stones), *between, tolerance)
+def _find_thinnest(cuts: str, friction: float, stones: int, between, tolerance: float):
+    """Return a bracket of the smallest stable t/R."""
+    return bisect(lambda t: _is_stable(t, cuts, friction, stones), *between, tolerance)
 
 
-def _stands(thickness: float, cuts: str, friction: float, stones: int) -> bool:
+def _is_stable(thickness: float, cuts: str, friction: float, stones: int) -> bool:
     try:
-        return limit_analysis(_arch(thickness, cuts, stones, friction)).lower.factor >= 0
-    except InputError:  # no forces balance it
+        return limit_analysis(_make_arch(thickness, cuts, stones, friction)).lower.factor >= 0
+    except InputError:  # no forces are in equilibrium
         return False
 
 
-def _arch(thickness: float, cuts: str, stones: int, friction: float = ROUGH) -> Model:
-    """An arch of mean radius 1 m on two bases."""
+def _make_arch(thickness: float, cuts: str, stones: int, friction: float = ROUGH) -> Model:
+    """Return an arch of mean radius 1 m on two bases."""
     model = Model("arch", time_step=1e-2, gravity=(0.0, -GRAVITY))
     model.material("stone", density=2000.0, young_modulus=1e10, poisson_ratio=0.0)
     model.joint("dry", friction_angle=float(np.degrees(np.arctan(friction))))
@@ -108,7 +108,7 @@ def _arch(thickness: float, cuts: str, stones: int, friction: float = ROUGH) -> 
 )
 def pushed_wall(short: bool) -> Outcome:
     """Limit analysis to the digits that are published; a pushover between its limits."""
-    wall = _wall()
+    wall = _make_wall()
     limits = limit_analysis(wall)
     found = pushover(wall, "top", displacement=0.01 if short else 0.03, steps=60)
     low, high = limits.lower.factor, limits.upper.factor
@@ -119,8 +119,8 @@ def pushed_wall(short: bool) -> Outcome:
     return Outcome(rows, found.draw(limits))
 
 
-def _wall() -> Model:
-    """A wall of 2 × 1.05 m in running bond."""
+def _make_wall() -> Model:
+    """Return a wall of 2 × 1.05 m in running bond."""
     model = Model("wall", time_step=1e-3, gravity=(0.0, -GRAVITY))
     model.material("stone", density=1000.0, young_modulus=1e10, poisson_ratio=0.2)
     model.joint("dry", friction_angle=float(np.degrees(np.arctan(0.65))))
@@ -141,7 +141,7 @@ def _wall() -> Model:
     "`docs/casebook/slope.md`.",
 )
 def block_on_slope(short: bool) -> Outcome:
-    """Every state as published; the displacement of the sliding block."""
+    """Check every published state and the displacement of the sliding block."""
     rows, (figure, axes) = [], canvas(3, size=(9, 3))
     for axis, ((height, friction), wanted) in zip(axes, STATES.items(), strict=True):
         way, turn, polygons = _released_block(height, friction, 1.0 if short else 2.0)
@@ -158,7 +158,7 @@ def block_on_slope(short: bool) -> Outcome:
 
 
 def _released_block(height: float, friction: float, duration: float):
-    """Displacement down the plane (m), rotation (rad) and outlines of a released block."""
+    """Run a released block; return displacement down the plane (m), rotation (rad), outlines."""
     gravity = (-10.0 * np.sin(PSI), -10.0 * np.cos(PSI))
     model = Model("slope", time_step=1e-3, gravity=gravity)
     model.material("rock", density=2000.0, young_modulus=1e10, poisson_ratio=0.2)
@@ -185,7 +185,7 @@ def _released_block(height: float, friction: float, duration: float):
     "`docs/casebook/rocking.md`.",
 )
 def rocking_share(short: bool) -> Outcome:
-    """As rigid theory to 0.15 %; at most 6 % above the measured value."""
+    """Check agreement with rigid theory to 0.15 % and with the measured value to 6 %."""
     rows, (figure, axes) = [], canvas(2, size=(6, 3))
     for axis, (slenderness, measured) in zip(axes, MEASURED.items(), strict=True):
         alpha = np.arctan(1 / slenderness)
@@ -200,7 +200,7 @@ def rocking_share(short: bool) -> Outcome:
 
 
 def _velocity_fraction(slenderness: int):
-    """Angular velocity after over before the first impact; times (s) and angles (rad)."""
+    """Return the velocity ratio of the first impact, times (s) and angles (rad)."""
     width, alpha = 1.0 / slenderness, np.arctan(1 / slenderness)
     tilt = 0.5 * alpha
     model = Model("rocking", time_step=2e-4, duration=1.5, gravity=(0.0, -GRAVITY))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cohesive joints: strength, fracture energy, friction that comes in with damage."""
+"""Cohesive joints: strength, fracture energy, and friction that increases with damage."""
 
 import numpy as np
 
@@ -80,7 +80,7 @@ def of_frames(data, name: str) -> np.ndarray:
 
 
 def bracket_of(data) -> tuple[float, float]:
-    """Bounds of the fracture energy that a run has spent, J/m."""
+    """Return bounds of the fracture energy dissipated in a run, J/m."""
     last = data.contact_frame.values == data.contact_frame.values.max()
     return tuple(
         float((data[f"contact_fracture_energy_{end}"] * data.contact_length).values[last].sum())
@@ -89,7 +89,7 @@ def bracket_of(data) -> tuple[float, float]:
 
 
 def spent_within(name: str, data, energy: float, width: float | None) -> list:
-    """Rows of a joint that has broken: what it has spent (J/m), within bounds that are so close."""
+    """Return rows of a broken joint: dissipated energy (J/m), and width of its bounds."""
     lower, upper = bracket_of(data)
     spent = float(data.energy_fracture[-1])
     return [

@@ -22,7 +22,7 @@ SMALL_SLOPE = ((0.0, 0.0), (16.0, 0.0), (16.0, 8.0), (5.0, 8.0))  # m
 
 
 def _row_on_row(rng: np.random.Generator) -> tuple[Model, tuple[float, float], float]:
-    """A row of blocks on a fixed row, cut by the same cross joints, in axes of their plane.
+    """Return a row of blocks on a fixed row with the same cross joints, in plane axes.
 
     Returns the model, gravity with the slope, and by how much the upper row slides down in `SLIDE`.
     """
@@ -50,8 +50,8 @@ def _row_on_row(rng: np.random.Generator) -> tuple[Model, tuple[float, float], f
     return model, gravity, 0.5 * GRAVITY * pull * SLIDE**2
 
 
-def _slid(model: Model, gravity: tuple[float, float], rest: bool) -> float:
-    """How far the upper row slides after a static stage on level ground, or at once, m."""
+def _slip_of(model: Model, gravity: tuple[float, float], rest: bool) -> float:
+    """Return the slip of the upper row after a static stage on level ground, or at once, m."""
     if rest:
         model.control(gravity=(0.0, gravity[1]))
         model.stage(name="rest", kind="static")
@@ -78,7 +78,7 @@ def crossings(short: bool) -> Outcome:
     found = np.empty((count, 3))
     for one in found:
         model, gravity, one[0] = _row_on_row(rng)
-        one[1:] = [_slid(model.copy(), gravity, rest) for rest in (True, False)]
+        one[1:] = [_slip_of(model.copy(), gravity, rest) for rest in (True, False)]
     begins = ("after a static stage", "released at once")
     figure, axes = canvas(1, size=(6, 4))
     rows = []
@@ -92,7 +92,7 @@ def crossings(short: bool) -> Outcome:
 
 
 def _small_slope() -> Model:
-    """A slope of two joint sets under a few pulses."""
+    """Return a slope of two joint sets under a few pulses."""
     t = np.arange(0.0, 1.0, 0.01)
     model = Model("Slope of two joint sets", time_step=1e-3)
     model.control(gravity=(0.0, -GRAVITY), time_step_control="adaptive")
@@ -124,7 +124,7 @@ def _shipped_slope(folder: Path) -> Model:
     return model
 
 
-def _shaken(model: Model, ramp: float, duration: float) -> np.ndarray:
+def _shaken_slip(model: Model, ramp: float, duration: float) -> np.ndarray:
     """Displacement of the crest relative to the base in the shaking, m, shape (n, 2), after a
     static stage (0) or after gravity that grows for so many seconds."""
     first = {"duration": ramp} if ramp else {"kind": "static"}
@@ -166,7 +166,7 @@ def gravity_ramp(short: bool) -> Outcome:
             with tempfile.TemporaryDirectory() as folder:
                 model = _small_slope() if short else _shipped_slope(Path(folder))
                 model["joint.bedding"].friction_angle += offset
-                slip = np.linalg.norm(_shaken(model, seconds, duration), axis=1)
+                slip = np.linalg.norm(_shaken_slip(model, seconds, duration), axis=1)
             label = begin if not found else None
             axes[0].plot(np.linspace(0.0, duration, len(slip)), slip, color=color, label=label)
             found.append(float(slip[-1]))

@@ -46,7 +46,7 @@ def free_decay(short: bool) -> Outcome:
     for ratio, color in zip(ratios, COLORS, strict=False):
         for frequency in frequencies:
             body = {"damping_ratio": ratio, "reference_frequency": frequency}
-            time, strain, left_over = _swing(frequency, body)
+            time, strain, left_over = _free_swing(frequency, body)
             found = _decrement(time, strain)
             share = 2 / np.pi * np.arcsin(found)
             asked = 0.5 * np.tan(np.pi * share / (1 + share))
@@ -66,7 +66,7 @@ def free_decay(short: bool) -> Outcome:
     for frequency in probed:
         omega = 2 * np.pi * frequency
         exact = 0.5 * (rayleigh.alpha / omega + rayleigh.beta * omega)
-        time, strain, left_over = _swing(frequency, values)
+        time, strain, left_over = _free_swing(frequency, values)
         found.append(_decrement(time, strain))
         rows += [
             relative(f"Rayleigh, {frequency:g} Hz", exact, found[-1], 0.005),
@@ -80,8 +80,8 @@ def free_decay(short: bool) -> Outcome:
     return Outcome(rows, figure)
 
 
-def _swing(frequency: float, damping: dict) -> tuple[np.ndarray, np.ndarray, float]:
-    """Times (s) and shear strain of a free block of 1 m × 1 m, and the energy that is left over."""
+def _free_swing(frequency: float, damping: dict) -> tuple[np.ndarray, np.ndarray, float]:
+    """Return times (s) and shear strain of a free block, and the remaining energy."""
     shear = (2 * np.pi * frequency) ** 2 * DENSITY / 24
     step, steps = 1 / (400 * frequency), 2800
     text = nml.text(
@@ -107,7 +107,7 @@ def _swing(frequency: float, damping: dict) -> tuple[np.ndarray, np.ndarray, flo
 
 
 def _decrement(time: np.ndarray, strain: np.ndarray) -> float:
-    """Damping ratio from swings from one extremum to the next, which no creeping middle enters."""
+    """Return the damping ratio from half cycles, which a drifting mean does not affect."""
     inner = abs(strain[1:-1])
     at = np.flatnonzero((inner > abs(strain[:-2])) & (inner >= abs(strain[2:]))) + 1
     y0, y1, y2 = (strain[at + k] for k in (-1, 0, 1))
@@ -168,8 +168,8 @@ def material_damping(short: bool) -> Outcome:
     return Outcome(rows, figure)
 
 
-def _damped(text: str, ratio: float) -> str:
-    """An input text whose material has a constant damping ratio."""
+def _with_damping(text: str, ratio: float) -> str:
+    """Return an input text whose material has a constant damping ratio."""
     return _with_body(text, damping_ratio=ratio, reference_frequency=REFERENCE)
 
 
@@ -180,12 +180,12 @@ def _with_body(text: str, **variables: float) -> str:
 
 
 def _peaks(ratio: float, step: float):
-    """Peaks by `transfer` and by time stepping, energy left over, and the stepped curve."""
+    """Return peaks by `transfer` and time stepping, remaining energy, and stepped curve."""
     text = column_text(15, ROCK, (step, round(60 / step)), recorded(), integration="midpoint")
     text = text.replace(nml.contact(PENALTY * ROCK[1]), nml.contact(1.5e12))  # that of Table I
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "case.nml"
-        file.write_text(_damped(text, ratio))
+        file.write_text(_with_damping(text, ratio))
         fine = np.linspace(13.5, 14.5, 10001)
         curve = abs(transfer(file, fine))
         history = run(file).history

@@ -30,7 +30,7 @@ SLIDE = f"""
 
 
 def slip() -> float:
-    """Of a rigid block by Newmark's equation, m; the record falls to zero in its last interval."""
+    """Return the slip of a rigid block by Newmark's equation, m."""
     grip, ramp = G * math.tan(math.radians(FRICTION)), 0.01
     held = LAST - ramp
     speed = (PUSH - grip) * held
@@ -46,7 +46,7 @@ def slip() -> float:
     "Newmark (1965); docs/accuracy.md.",
 )
 def error_bars(short: bool) -> Outcome:
-    """The slip within its bar, which is less than 5 % of it."""
+    """Check that the slip lies within an error bar of less than 5 %."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "slide.nml"
         file.write_text(SLIDE)

@@ -59,14 +59,14 @@ def bounce(short: bool) -> Outcome:
 
 
 def _restitution(step: float) -> float:
-    """Speed after over before half a period with the scheme's damping, Ω = ωΔt."""
+    """Return the restitution of half a period with the damping of the scheme, Ω = ωΔt."""
     phase = np.arccos((4 - step**2) / (2 * (2 + step**2)) * np.sqrt(1 + step**2 / 2))
     decay = 0.5 * np.log(1 + step**2 / 2)
     return float(np.exp(-np.pi * decay / phase))
 
 
 def _rebound(time, height) -> float:
-    """Top of the flight after the first contact, m, by a parabola through the three highest."""
+    """Return the height of the flight after the first contact, m, by a parabola."""
     first = int(np.argmax(height < 0))
     after = first + int(np.argmax(height[first:] > 0))
     top = after + int(np.argmax(height[after:]))
@@ -144,7 +144,7 @@ def _bounce_figure(runs, table):
 def rotation(short: bool) -> Outcome:
     """Area, edge lengths and angular momentum after 100 turns."""
     rows, pictures = [], []
-    for name, shape in _spinners().items():
+    for name, shape in _run_spinners().items():
         for steps_per_turn in (40,) if short else (20, 200):
             found = _spin(shape, 100, steps_per_turn)
             pictures.append((f"{name}, {steps_per_turn}", found))
@@ -158,17 +158,17 @@ def rotation(short: bool) -> Outcome:
     return Outcome(rows, _spin_figure(pictures))
 
 
-def _spinners():
+def _run_spinners():
     ell = np.array([[0, 0], [3, 0], [3, 1], [1, 1], [1, 2], [0, 2]], dtype=float)
     return {"rectangle": nml.rectangle(0, 0, 2, 1), "L": ell}
 
 
-def _area(polygon) -> float:
+def _area_of(polygon) -> float:
     x, y = polygon.T
     return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
 
 
-def _edges(polygon) -> np.ndarray:
+def _edge_lengths(polygon) -> np.ndarray:
     return np.linalg.norm(np.roll(polygon, -1, axis=0) - polygon, axis=1)
 
 
@@ -189,7 +189,7 @@ def _spin(shape, turns: int, steps_per_turn: int) -> dict:
     )
     with nml.simulation(text) as flight:
         start = flight.polygons[0]
-        area, edges = _area(start), _edges(start)
+        area, edges = _area_of(start), _edge_lengths(start)
         path, changes = [start], []
         for _ in range(4 * turns):
             flight.advance(steps_per_turn // 4)
@@ -197,8 +197,8 @@ def _spin(shape, turns: int, steps_per_turn: int) -> dict:
             path.append(now)
             changes.append(
                 (
-                    abs(_area(now) / area - 1),
-                    np.abs(_edges(now) / edges - 1).max(),
+                    abs(_area_of(now) / area - 1),
+                    np.abs(_edge_lengths(now) / edges - 1).max(),
                     abs(flight.rates[0, 2] / rate - 1),
                 )
             )
@@ -343,7 +343,7 @@ def _tipping_block() -> dict:
     """
     half = 0.5 * HEIGHT
     inertia = (WIDTH**2 + HEIGHT**2) / 12
-    start = 0.5 / SPEED  # the centre begins at −0.5 m
+    start = 0.5 / SPEED  # the centre starts at −0.5 m
 
     def rates(_, z):
         s, angle, ds, turn = z
@@ -361,7 +361,7 @@ def _tipping_block() -> dict:
         return 2 * ds * turn + s * bend - half * turn**2 + nml.GRAVITY * np.cos(angle)
 
     def off(t, z):
-        """Rear corner passes the edge, or the force vanishes."""
+        """Return 0 if the rear corner passes the edge or the force vanishes."""
         return min(0.5 * WIDTH - z[0], force(t, z))
 
     off.terminal, off.direction = True, -1

@@ -28,7 +28,7 @@ def restitution(short: bool) -> Outcome:
     rows, figure = [], canvas(1, size=(7, 4))
     for i, asked in enumerate((0.0, 0.2, 0.5, 0.8)):
         runs = [
-            (omega, *_bounce(omega, asked, random.random(), stiff))
+            (omega, *_run_bounce(omega, asked, random.random(), stiff))
             for omega in omegas
             for stiff in random.integers(0, 2, count)
         ]
@@ -45,8 +45,8 @@ def restitution(short: bool) -> Outcome:
     return Outcome(rows, figure[0])
 
 
-def _bounce(omega, asked, phase, stiff) -> tuple[float, float, float]:
-    """Restitution, growth of the energy, audit; `stiff`: penalty of 40 E, else far below E."""
+def _run_bounce(omega, asked, phase, stiff) -> tuple[float, float, float]:
+    """Return restitution, energy growth and audit; `stiff`: penalty of 40 E, else far below E."""
     time_step = 1e-3
     penalty = 0.5 * DENSITY * (omega / time_step) ** 2
     modulus = penalty / 40 if stiff else max(1e12, 1e3 * penalty)
@@ -85,7 +85,7 @@ def rocking_times(short: bool) -> Outcome:
     figure, (axes,) = canvas(1, size=(8, 4))
     for penalty in penalties:
         for time_step in steps:
-            time, angle, audit = _rock(penalty, time_step)
+            time, angle, audit = _run_rock(penalty, time_step)
             at = np.flatnonzero(angle[1:] * angle[:-1] < 0)
             times = (time[at] - angle[at] * time_step / (angle[at + 1] - angle[at]))[:4]
             error = abs(times / theory - 1).max() if len(times) == 4 else np.inf
@@ -98,20 +98,22 @@ def rocking_times(short: bool) -> Outcome:
         axes.axvline(t, color=INK, lw=0.8, ls="--")
     axes.set(xlabel="time (s)", ylabel="angle (rad)", title="dashed: Housner's impacts")
     if not short:
-        times = _rock(1e10, 5e-4, scale=2.0)
+        times = _run_rock(1e10, 5e-4, scale=2.0)
         at = np.flatnonzero(times[1][1:] * times[1][:-1] < 0)[:4]
         error = abs(times[0][at] / (np.sqrt(2) * theory) - 1).max()
         rows.append(at_most("twice the size: largest error of four impact times", error, 0.02))
     for ratio, pulse in ((3.0, 0.107748),) if short else ((1.5, 0.290795), (3.0, 0.107748)):
         for share, falls in ((0.98, False), (1.02, True)):
-            _, angle, _ = _rock(1e10, 5e-4, duration=2.5, angle=0.0, pulse=(ratio, share * pulse))
+            _, angle, _ = _run_rock(
+                1e10, 5e-4, duration=2.5, angle=0.0, pulse=(ratio, share * pulse)
+            )
             fell = bool(abs(angle).max() > 1.0)
             rows.append(true(f"a/(g tan α) {ratio:g}, {share:g} of the pulse: falls", falls, fell))
     head = ("k_n (N/m)", "Δt (s)", "first (s)", "second", "third", "fourth")
     return Outcome(rows, figure, [Table("Impact times.", head, table)])
 
 
-def _rock(penalty, time_step, duration=1.9, angle=None, pulse=None, scale=1.0):
+def _run_rock(penalty, time_step, duration=1.9, angle=None, pulse=None, scale=1.0):
     """Time (s), angle (rad) and audit of a block that rocks from an angle, or by a pulse."""
     width, height = 0.25 * scale, 1.0 * scale
     slender = np.arctan2(width, height)
@@ -203,7 +205,7 @@ class _Corner:
 
     @classmethod
     def drawn(cls, random, near_limit: bool) -> "_Corner | None":
-        """A random one; None if it hardly descends, or if the law has several solutions."""
+        """Draw a corner impact; None if it hardly descends or the law has several solutions."""
         size, tilt = random.uniform(0.3, 2.0, 2), np.radians(random.uniform(3.0, 87.0))
         before = np.array([random.uniform(-1, 1), -random.uniform(0.3, 1.5), random.uniform(-1, 1)])
         restitution = float(random.choice([0.0, 0.0, 0.3, 0.8]))
@@ -220,14 +222,14 @@ class _Corner:
             if len(answers) != 1:
                 return None
             (body.kind, impulse), speed = answers[0], rows @ before
-            if impulse @ (2 * speed + softness @ impulse) <= 0.0:  # twice the energy it gives
+            if impulse @ (2 * speed + softness @ impulse) <= 0.0:  # twice the transferred energy
                 break
         body.after = before + body.softness @ rows.T @ impulse
         return body
 
     @property
     def softness(self) -> np.ndarray:
-        """M⁻¹."""
+        """Return M⁻¹."""
         mass = DENSITY * np.prod(self.size)
         return np.diag([1 / mass, 1 / mass, 12 / (mass * np.sum(self.size**2))])
 
@@ -243,7 +245,7 @@ class _Corner:
         return rows, rows @ self.softness @ rows.T
 
     def impulses(self, restitution: float) -> list[tuple[str, np.ndarray]]:
-        """All solutions of the impact law: stick or slip, and p, q."""
+        """Return all solutions of the impact law: stick or slip, and impulses p, q."""
         rows, softness = self.contact()
         speed = rows @ self.before
         wanted = -(1 + restitution) * speed[0]

@@ -81,7 +81,7 @@ def soil_column_text(time_step: float, duration: float, **more) -> str:
 
 
 def _run_text(text: str, ask=None):
-    """History of an input text, and what a function says of its file."""
+    """Return the history of an input text, and the result of a function of its file."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "case.nml"
         file.write_text(text)
@@ -89,7 +89,7 @@ def _run_text(text: str, ask=None):
 
 
 def _accelerations(history) -> tuple[np.ndarray, np.ndarray]:
-    """Of surface and base along x, m/s²."""
+    """Return the accelerations of surface and base along x, m/s²."""
     values = history.acceleration.isel(axis=0)
     return values.sel(point="surface").values, values.sel(point="base").values
 
@@ -239,7 +239,7 @@ class Audited(NamedTuple):
 
 
 def audited(text: str, every: int = 1) -> Audited:
-    """Run an input on which nothing but gravity does work, and look at its energies.
+    """Run an input on which only gravity does work, and return its energies.
 
     That is the most that gravity has done or that was kinetic.
     """
@@ -284,7 +284,7 @@ def collision_text(time_step: float, **more) -> str:
 
 
 def _energy_texts(integration: str, short: bool) -> dict[str, tuple[str, int]]:
-    """Inputs by name, with the steps between looks at them."""
+    """Return inputs by name, with the number of steps between checks."""
     member = {"integration": integration}
     sizes = (50,) if short else (50, 200)
     steps = TIME_STEPS[:2] if short else TIME_STEPS

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Waves through joints – elastic, in series, slipping, closing – and a slope that is released."""
+"""Waves through elastic, serial, slipping and closing joints, and a released slope."""
 
 import functools
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ from ..case import Outcome, Table, absolute, at_most, case, observed_order, rela
 DENSITY, YOUNG = 2650.0, 60e9  # kg/m³, Pa, ν = 0
 PENALTY = 100 * YOUNG  # N/m
 GLUE = {"cohesion": 1e12, "tensile_strength": 1e12}  # Pa
-PER_STEP = 0.25  # Δt over the time a wave takes through a block
+PER_STEP = 0.25  # Δt over the travel time of a wave through a block
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Bar:
         return PER_STEP * self.size / self.speed
 
     def stiffer(self) -> float:
-        """Young's modulus (Pa) of blocks that have that of the bar with the springs between them.
+        """Return Young's modulus (Pa) of blocks that, with springs, gives that of the bar.
 
         Two contacts, k_n along and k_n/2.5 across, stand in series with each block.
         """
@@ -110,12 +110,12 @@ def _step_of(bar: Bar, width: float):
     return 1e-7 * (1 + erf((time - duration / 2) / spread / np.sqrt(2))), float(time[1])
 
 
-def _spectrum(values: np.ndarray) -> np.ndarray:
+def _compute_spectrum(values: np.ndarray) -> np.ndarray:
     return np.fft.rfft(values, 16 * len(values))
 
 
 @functools.cache
-def _incident(bar: Bar, width: float):
+def _incident_wave(bar: Bar, width: float):
     """Time and velocities of the bar without joints."""
     way, spacing = _step_of(bar, width)
     steps = int(2.45 * min(bar.before, bar.after) / PER_STEP)
@@ -126,13 +126,13 @@ def _incident(bar: Bar, width: float):
 def _coefficients(bar: Bar, width: float, joints: Sequence[int], stiffness: float):
     """Angular frequencies (rad/s), T and R (complex) of elastic joints, and the history."""
     way, spacing = _step_of(bar, width)
-    time, before, after = _incident(bar, width)
+    time, before, after = _incident_wave(bar, width)
     stiff = {"normal_stiffness_per_area": stiffness, "shear_stiffness_per_area": stiffness}
     data, at, beyond = bar.run(len(time) - 1, way - way[0], spacing, joints, **GLUE, **stiff)
     omega = 2 * np.pi * np.fft.rfftfreq(16 * len(time), bar.time_step)
     with np.errstate(divide="ignore", invalid="ignore"):
-        passed = _spectrum(beyond) / _spectrum(after)
-        back = _spectrum(at - before) / _spectrum(before)
+        passed = _compute_spectrum(beyond) / _compute_spectrum(after)
+        back = _compute_spectrum(at - before) / _compute_spectrum(before)
     return omega, passed, back, data
 
 
@@ -219,7 +219,7 @@ def joints_in_series(short: bool) -> Outcome:
     spacings = (0.1,) if short else (0.02, 0.1, 0.3, 0.5)
     rows, kept = [], {}
     for spacing in spacings:
-        # Far joints send the wave to and fro for long, the more so near the stop band.
+        # Distant joints reflect the wave for a long time, especially near the stop band.
         wave, length = {0.3: (50, 800), 0.5: (40, 1000)}.get(spacing, (50, 130 if short else 250))
         bar = Bar("P", before=length, after=length)
         stiffness = 2 * np.pi * bar.speed / (wave * bar.size) * bar.impedance
@@ -316,18 +316,18 @@ def plastic_joint(short: bool) -> Outcome:
         passed = np.sum(after**2) / incident
         back = np.sum((before - base_before) ** 2) / np.sum(base_before**2)
         got = np.sqrt([passed, back, 1 - passed - back])
-        for name, theory, value in zip("TRA", _clipped(share), got, strict=True):
+        for name, theory, value in zip("TRA", _run_clipped(share), got, strict=True):
             rows.append(relative(f"{name}, a = {share:g}", theory, value, 1e-2))
         energy = bar.impedance * np.sum(base_after**2) * bar.time_step
         work = float(data.energy_friction[-1]) / energy
-        rows.append(relative(f"friction, a = {share:g}", _clipped(share)[2] ** 2, work, 5e-3))
+        rows.append(relative(f"friction, a = {share:g}", _run_clipped(share)[2] ** 2, work, 5e-3))
         rows.append(at_most(f"audit, a = {share:g}", nml.residual(data), 1e-6))
         drawn = data.time.values, base_after, after, share
     return Outcome(rows, _slip_figure(drawn, speed, rows))
 
 
-def _clipped(share: float) -> np.ndarray:
-    """T, R and A for a strength of `share` times the incident stress."""
+def _run_clipped(share: float) -> np.ndarray:
+    """Return T, R and A for a strength of `share` times the incident stress."""
     theta = np.arcsin(share)
     passed = theta / 2 - np.sin(2 * theta) / 4 + share**2 * (np.pi / 2 - theta)
     # ∫ (sin − a)² from θ to π/2, of ∫ sin² = π/4
@@ -344,7 +344,7 @@ def _slip_figure(drawn, speed: float, rows):
     left.plot(1e3 * time, passed / speed, color=BLUE, label=f"a = {share:g}")
     left.set(xlabel="time (ms)", ylabel="v / v₀", title="transmitted wave")
     fine = np.linspace(0.01, 0.99, 99)
-    theory = np.array([_clipped(a) for a in fine])
+    theory = np.array([_run_clipped(a) for a in fine])
     for i, (name, color) in enumerate(zip("TRA", COLORS, strict=False)):
         right.plot(fine, theory[:, i], color=color, label=name)
         found = [row for row in rows if row.quantity.startswith(f"{name},")]
@@ -420,7 +420,7 @@ def _transmitted_velocity(bar: Bar, speed: float, period: float, stiffness: floa
     "Coulomb friction.",
 )
 def released_slope(short: bool) -> Outcome:
-    """At rest before the push, the acceleration after it."""
+    """Check equilibrium before the push and the acceleration after it."""
     rows, lines = [], []
     for angle, peak, rest in (
         ((30.0, 40.0, 20.0),)

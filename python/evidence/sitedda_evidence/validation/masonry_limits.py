@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Masonry at its limit: an arch that friction holds, walls on a tilting table."""
+"""Masonry at its limit: an arch limited by friction, and walls on a tilting table."""
 
 import math
 from functools import partial
@@ -22,7 +22,7 @@ FRICTION = 0.65  # of the walls
 def arch(friction: float, thickness: float) -> Model:
     """A half-circle arch of 27 voussoirs, of a thickness over its radius, on two bases."""
     model = Model("Arch held by friction", time_step=1e-2, gravity=(0.0, -GRAVITY))
-    _stone(model, friction, shear_ratio=0.1)
+    _add_stone(model, friction, shear_ratio=0.1)
     for stone in voussoirs(27, thickness * RADIUS):
         model.block(stone)
     for left in (-1.2 * RADIUS, 0.8 * RADIUS):
@@ -38,7 +38,7 @@ def tilted_wall(bricks: int, courses: int, angle: float) -> Model:
     tilt = math.radians(angle)
     model = Model("Wall on a tilting table", time_step=1e-2)
     model.control(gravity=(GRAVITY * math.sin(tilt), -GRAVITY * math.cos(tilt)))
-    _stone(model, FRICTION, shear_ratio=0.1)
+    _add_stone(model, FRICTION, shear_ratio=0.1)
     model.block(rectangle(-1.0, -0.1, 0.2 * bricks + 2.0, 0.1), name="table")
     model.wall(brick_length=0.2, brick_height=0.1, bricks=bricks, courses=courses)
     model.fixed_point(-1.0, -0.1)
@@ -47,7 +47,7 @@ def tilted_wall(bricks: int, courses: int, angle: float) -> Model:
     return model
 
 
-def _stone(model: Model, friction: float, shear_ratio: float) -> None:
+def _add_stone(model: Model, friction: float, shear_ratio: float) -> None:
     model.contact(normal_stiffness=1e11, shear_ratio=shear_ratio)
     model.material("stone", density=2000.0, young_modulus=1e12, poisson_ratio=0.0)
     model.joint("dry", friction_angle=math.degrees(math.atan(friction)))
@@ -60,7 +60,7 @@ def _stone(model: Model, friction: float, shear_ratio: float) -> None:
     "Limit analysis with friction, by linear programming.",
 )
 def arch_friction(short: bool) -> Outcome:
-    """Stands at μ = 0.40, falls at 0.30."""
+    """Check that the arch stands at μ = 0.40 and collapses at 0.30."""
     high = rest_of(arch(0.40, 0.112))
     rows = [
         true("t/R 0.112 stands at μ 0.40", True, high is not None and high.moved < 1e-3),
@@ -77,7 +77,7 @@ def arch_friction(short: bool) -> Outcome:
 
 
 def _arch_rests(rest: Rest | None) -> bool:
-    """At rest, no vertex having moved by 5 mm."""
+    """Return whether the arch is in equilibrium and no vertex has moved by 5 mm."""
     return rest is not None and rest.moved < 5e-3
 
 
@@ -92,7 +92,7 @@ def _wall_holds(bricks: int, courses: int, angle: float) -> bool:
     "Limit analysis by linear programming.",
 )
 def tilting_wall(short: bool) -> Outcome:
-    """The angle at which a wall no longer rests."""
+    """Find the angle at which a wall collapses."""
     rows = []
     figure, axes = canvas(2, size=(9, 4))
     for at, (size, limit) in zip(axes, TILT.items(), strict=True):

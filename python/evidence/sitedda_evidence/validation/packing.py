@@ -13,10 +13,10 @@ from ..case import Outcome, Table, at_most, case, true
 from .stability import centre_and_area
 
 DENSITY, YOUNG, PENALTY, TIME_STEP = 2500.0, 1e9, 1e9, 5e-4  # kg/m³, Pa, N/m, s
-SPACING = 0.25  # m, of the grid that the polygons fall from
-# m: allowed at rest, where wedges stay locked; piles of other seeds or roundings have 15 to 200 µm
+SPACING = 0.25  # m, spacing of the grid of polygons
+# m, largest overlap at rest with locked wedges; piles of other seeds have 15 to 200 µm
 DEEPEST = 5e-4
-DEEPEST_EVER = 2e-3  # m: at any time, in impacts of up to 7 m/s
+DEEPEST_EVER = 2e-3  # m, largest overlap at any time, with impacts of up to 7 m/s
 
 
 def polygons(count: int, columns: int, seed: int = 5) -> list[np.ndarray]:
@@ -61,7 +61,7 @@ def overlap(first: np.ndarray, second: np.ndarray) -> float:
 
 
 def deepest_overlap(shapes: list[np.ndarray]) -> float:
-    """Largest overlap (m) of any two of many convex polygons."""
+    """Return the largest overlap (m) of any two of many convex polygons."""
     centres = np.array([shape.mean(axis=0) for shape in shapes])
     radii = np.array(
         [np.linalg.norm(s - c, axis=1).max() for s, c in zip(shapes, centres, strict=True)]
@@ -122,7 +122,7 @@ def pile_text(count: int, columns: int, duration: float, **more) -> str:
 
 
 def _dropped_packing(count: int, columns: int, duration: float) -> dict:
-    """One run, looked at twenty times a second."""
+    """Run the packing and record it twenty times a second."""
     kinds = ("kinetic", "strain", "contact", "support", "gravity")
     found: dict = {
         key: [] for key in ("time", "kinetic", "total", "work", "balance", "depth", "marks")

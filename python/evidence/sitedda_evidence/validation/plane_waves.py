@@ -12,14 +12,14 @@ from ..case import Outcome, Table, absolute, at_most, case, observed_order, rela
 
 DENSITY, SPEED, POISSON = 2000.0, 200.0, 0.25  # kg/m³, m/s, -
 SPEEDS = np.array([np.sqrt(2 * (1 - POISSON) / (1 - 2 * POISSON)), 1.0]) * SPEED  # P, S
-AMPLITUDE = 1e-5  # m: strains that the geometry does not feel
+AMPLITUDE = 1e-5  # m, amplitude with negligible effect on the geometry
 _LARGEST = 2 * np.sqrt(2)  # amplitude on the faces of a ridge, of waves of amplitude 1
 _SHARP = 60  # steps in the period of a wavelet
 _BODY = "ground"
 
 
 def _ground(title: str, poisson: float, **control) -> Model:
-    """A model of ground without blocks."""
+    """Return a model of ground without blocks."""
     model = Model(title, integration="midpoint", analysis="plane_strain", **control)
     young = 2 * DENSITY * SPEED**2 * (1 + poisson)
     model.material("rock", density=DENSITY, young_modulus=young, poisson_ratio=poisson)
@@ -27,7 +27,7 @@ def _ground(title: str, poisson: float, **control) -> Model:
     return model
 
 
-def _square(x: float, y: float, side: float = 1.0) -> list[float]:
+def _square_at(x: float, y: float, side: float = 1.0) -> list[float]:
     return [x, y, x + side, y, x + side, y + side, x, y + side]
 
 
@@ -76,7 +76,7 @@ def _lame(count: int, poisson: float) -> float:
     side = 1.0 / count
     for j in range(count):
         for i in range(count):
-            model.block(_square(i * side, j * side, side), body=_BODY)
+            model.block(_square_at(i * side, j * side, side), body=_BODY)
     found = modes(model, 12)
     x, y = np.pi * _centres(count)
     shape = np.stack([np.cos(x) * np.sin(y), -np.sin(x) * np.cos(y)], axis=-1)
@@ -99,7 +99,7 @@ def _centres(count: int) -> np.ndarray:
     "Superposition of plane SV waves; `docs/boundaries.md`.",
 )
 def ridge(short: bool) -> Outcome:
-    """A prism as high as a wave length, its base moved so: crest and faces."""
+    """Check crest and faces of a prism as high as a wavelength."""
     rows, series, lines = [], [], []
     for length, poisson in ((12, 0.25),) if short else ((12, 0.25), (12, 0.4), (24, 0.25)):
         place, found, exact, crest = _prism(length, poisson)
@@ -139,7 +139,7 @@ def _prism(length: int, poisson: float):
     for j in range(length):
         half, y = length - j, float(j - length)
         for i in range(-half, half):
-            corners = np.reshape(_square(float(i), y), (4, 2))
+            corners = np.reshape(_square_at(float(i), y), (4, 2))
             cut = {-half: 3, half - 1: 2}.get(i)
             outline = corners if cut is None else np.delete(corners, cut, axis=0)
             model.block(outline.ravel().tolist(), name=f"b_{j}_{i}", body=_BODY)
@@ -171,7 +171,7 @@ def _prism(length: int, poisson: float):
     "Lysmer and Kuhlemeyer (1969); `docs/boundaries.md`.",
 )
 def oblique_waves(short: bool) -> Outcome:
-    """Periodic ground moved at its top; the field splits into waves that come and go."""
+    """Check reflections in periodic ground driven at its top."""
     asked = [(wave, angle) for wave in (0, 1) for angle in (30.0, 60.0)]
     rows, lines = [], []
     for columns in (24,) if short else (24, 36):
@@ -227,7 +227,7 @@ def _reflections(columns: int, asked) -> list[float]:
     shares = []
     for i, ((wave, _), rate) in enumerate(zip(asked, rates, strict=True)):
         found = np.array([_amplitudes(field[i], number, rate) for field in fields])
-        # Rows are the two drives; what goes back is a matrix times what comes.
+        # Rows are the two drives; reflected waves are a matrix times the incident waves.
         come, back = found[:, :2].T, found[:, 2:].T
         matrix = back @ np.linalg.inv(come)
         flux = SPEEDS * _normals(number / rate, SPEEDS).real
@@ -236,7 +236,7 @@ def _reflections(columns: int, asked) -> list[float]:
 
 
 def _amplitudes(field, number: float, rate: float) -> np.ndarray:
-    """P and S waves that go down and up in a field, shape (rows, 2): four amplitudes."""
+    """Return the amplitudes of down- and upgoing P and S waves of a field, shape (rows, 2)."""
     height = np.arange(len(field)) + 0.5
     cosine = _normals(number / rate, SPEEDS)
     waves = []
@@ -258,7 +258,7 @@ def _field(columns: int, axis: str, number: float, rates) -> list[np.ndarray]:
     model = _ground("oblique", POISSON, time_step=step, duration=duration)
     for j in range(rows):
         for i in range(columns):
-            model.block(_square(i, j), name=f"b_{j}_{i}", body=_BODY)
+            model.block(_square_at(i, j), name=f"b_{j}_{i}", body=_BODY)
     wavelet = _wavelet(frequency, np.arange(0.0, 3 / frequency, step) - 1.5 / frequency)[1]
     for i in range(columns + 1):
         values = np.cos(number * i) * wavelet

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pushed past their peak: a block that rocks or slides, walls with openings."""
+"""Pushover past the peak: a rocking or sliding block, and walls with openings."""
 
 import math
 
@@ -36,7 +36,7 @@ def tower(friction=40.0) -> Model:
     "Statics of a rigid block.",
 )
 def pushed_block(short: bool) -> Outcome:
-    """Every way to push; the path over the way of the top."""
+    """Check every kind of load, and the load over the displacement of the top."""
     rows, turn = [], np.linspace(0, 0.5, 5000)
     way = -WIDTH / 2 * (np.cos(turn) - 1) + HEIGHT * np.sin(turn)
     pushes = [(load, sense) for load in ("horizontal", "tilt", "mode") for sense in (1, -1)]

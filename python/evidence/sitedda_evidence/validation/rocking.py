@@ -55,7 +55,7 @@ def housner(duration, angle=0.0, base=None, step=1e-3):
                 break
         else:
             sign = np.sign(state[0]) if abs(state[0]) > 1e-14 else np.sign(state[1])
-        part = _rock(t, duration, state, sign, base, step)
+        part = _integrate_rocking(t, duration, state, sign, base, step)
         times += list(part.t[1:])
         angles += list(part.y[0, 1:])
         t, state = part.t[-1], part.y[:, -1]
@@ -66,7 +66,7 @@ def housner(duration, angle=0.0, base=None, step=1e-3):
     return np.array(times), np.array(angles), impacts
 
 
-def _rock(t, duration, state, sign, base, step):
+def _integrate_rocking(t, duration, state, sign, base, step):
     """Integrate until impact or overturning."""
 
     def rates(time, z):
@@ -94,7 +94,7 @@ def _rock(t, duration, state, sign, base, step):
 
 
 def _wait_for_uplift(t, duration, base, step):
-    """First time at which |a| > g tan α, and the sense of turning."""
+    """Return the first time at which |a| > g tan α, and the sense of rotation."""
     while t < duration:
         if abs(base(t)) > nml.GRAVITY * np.tan(SLENDER):
             return t, -np.sign(base(t))
@@ -133,7 +133,7 @@ def tower_text(
     )
 
 
-def _rocked(time_step, duration, angle=0.0, base=None, penalty=PENALTY):
+def _run_tower(time_step, duration, angle=0.0, base=None, penalty=PENALTY):
     """Time (s), angle (rad, clockwise positive) and audit residual."""
     time, turn = [0.0], [angle]
     with nml.simulation(tower_text(time_step, duration, angle, base, penalty)) as tower:
@@ -163,7 +163,7 @@ def rocking_decay(short: bool) -> Outcome:
     angle, duration = 0.6 * SLENDER, 3.0
     time, theory, impacts = housner(duration, angle)
     steps = (1e-4,) if short else (5e-4, 2e-4, 1e-4, 5e-5, 2.5e-5)
-    runs = {dt: _rocked(dt, duration, angle) for dt in steps}
+    runs = {dt: _run_tower(dt, duration, angle) for dt in steps}
     errors = []
     for run_time, turn, *_ in runs.values():
         until = run_time <= impacts[2]
@@ -178,7 +178,7 @@ def rocking_decay(short: bool) -> Outcome:
             1e-2,
         ),
         *(relative(f"time of impact {i + 1}", impacts[i], third[i], 1e-2, "s") for i in range(3)),
-        relative("ratio of angular velocities at the first impact", RATIO, _ratio(run), 1e-2),
+        relative("ratio of angular velocities at the first impact", RATIO, _ratio_of(run), 1e-2),
         at_most("audit", run[2], 1e-6),
     ]
     tables = []
@@ -200,7 +200,7 @@ def _zero_times(time, angle) -> list[float]:
     return list(time[at] + share * (time[at + 1] - time[at]))
 
 
-def _ratio(run) -> float:
+def _ratio_of(run) -> float:
     """Angular velocity after over before the first impact, from the energy of the two swings.
 
     Between impacts θ'²/2 = p² [cos(α − θmax) − cos α] when the block passes the upright.
@@ -294,14 +294,14 @@ def _corner_forces(contacts, first_corner) -> dict[int, float]:
     "Housner (1963); Zhang & Makris (2001), J. Eng. Mech. 127(5).",
 )
 def overturning(short: bool) -> Outcome:
-    """Both sides of the overturning boundary."""
+    """Check both sides of the overturning boundary."""
     ratios = (3.0,) if short else (2.0, 3.0, 4.0, 5.0)
     rows, drawn = [], []
     for ratio in ratios:
         limit = _least_amplitude(ratio)
         for side, falls in ((0.95, False), (1.05, True)):
             base, duration = _one_cycle(side * limit, ratio)
-            run = _rocked(2e-4, duration, 0.0, base, 1e13)
+            run = _run_tower(2e-4, duration, 0.0, base, 1e13)
             fell = bool(abs(run[1]).max() > 0.5 * np.pi - 0.3)
             label = (
                 f"ω/p {ratio:g}, {side:g} of the limit {limit / nml.GRAVITY:.3f} g: it overturns"
@@ -382,14 +382,14 @@ def pulse_duration(width: float, height: float, acceleration: float) -> float:
     def time_per_root(root):  # θ = root², as θ' begins with √θ
         angle = max(root, 1e-6) ** 2
         half, mean = np.sin(angle / 2), slender - angle / 2
-        energy = 2 * half * (share * np.cos(mean) - np.sin(mean))  # of differences, not to cancel
+        energy = 2 * half * (share * np.cos(mean) - np.sin(mean))  # avoids cancellation
         return 2 * np.sqrt(angle / (2 * energy))
 
     return quad(time_per_root, 0.0, np.sqrt(last))[0] / rate
 
 
 def housner_duration(width: float, height: float, acceleration: float) -> float:
-    """The same by Housner's linear equation: cosh pt = 1 + 1/(2 q (q − 1)), q = a/(g tan α)."""
+    """Return this duration by Housner: cosh pt = 1 + 1/(2 q (q − 1)), q = a/(g tan α)."""
     slender, rate = _slenderness(width, height)
     ratio = acceleration / (nml.GRAVITY * np.tan(slender))
     return float(np.arccosh(1 + 0.5 / (ratio * (ratio - 1))) / rate)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Walls under sudden gravity: energy never grows, and every joule is explained."""
+"""Walls under sudden gravity: the energy does not increase, and its budget balances."""
 
 from itertools import product
 from typing import NamedTuple
@@ -100,7 +100,7 @@ class Settled(NamedTuple):
 
 
 def _settle(size: int, penalty: float, time_step: float, steps: int) -> Settled:
-    """One wall at one penalty and Δt."""
+    """Run a wall at a penalty and a Δt."""
     courses = WALLS[size][1]
     with nml.simulation(wall_text(size, penalty, time_step, steps)) as wall:
         time, total, work, balance, iterations = [0.0], [0.0], [0.0], [0.0], 0

@@ -95,7 +95,7 @@ def incline(short: bool) -> Outcome:
 
 
 def _elastic_settlement(friction_angle: float, stiffness: float) -> float:
-    """Bound on the settlement down the slope: weight over shear springs, and the sheared block."""
+    """Return a bound on the elastic settlement down the slope."""
     weight = ROCK["density"] * 0.5 * nml.GRAVITY * np.sin(np.radians(30.0))
     shear_modulus = 0.5 * ROCK["young_modulus"] / (1 + ROCK["poisson_ratio"])
     return 2.0 * weight * (2.5 / (2 * stiffness) + 0.5 / shear_modulus)
@@ -159,7 +159,7 @@ def _incline_figure(runs, tables):
 
 
 def rigid_slide(time, base, slope: float, friction_angle: float) -> tuple[np.ndarray, np.ndarray]:
-    """Newmark's block: slip and slip velocity on a base that accelerates horizontally.
+    """Return slip and slip velocity of Newmark's block on a horizontally accelerated base.
 
     Parameters
     ----------
@@ -195,7 +195,7 @@ def rigid_slide(time, base, slope: float, friction_angle: float) -> tuple[np.nda
 
 
 def _slide_interval(s: float, v: float, push: float, bound: float, left: float):
-    """One interval of constant push and friction bound, m/s²; it may stop and start inside."""
+    """Integrate an interval of constant push and friction bound, m/s², with stops within it."""
     for _ in range(2):
         if v == 0.0 and abs(push) <= bound:
             return s, 0.0
@@ -220,7 +220,7 @@ def record_file() -> Path:
 
 
 def read_smc(file: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Time (s) and acceleration (m/s²) of an SMC file, read apart from the engine."""
+    """Read time (s) and acceleration (m/s²) of an SMC file without the engine."""
     lines = file.read_text().splitlines()
     integers = [int(number) for line in lines[11:17] for number in line.split()]
     rate = float(lines[17].split()[1])
@@ -332,7 +332,7 @@ def shaking_base(short: bool) -> Outcome:
     shaking = amplitude * np.sin(2 * np.pi * time)
     fine, base = _interpolated(time, shaking, 1e-3)
     slip, _ = rigid_slide(fine, base, 0.0, friction)
-    runs = {dt: _shaken(dt, duration, friction, shaking) for dt in steps}
+    runs = {dt: _run_shaken(dt, duration, friction, shaking) for dt in steps}
     errors = [
         np.abs(_relative_slip(runs[dt]) - np.interp(runs[dt].time, fine, slip)).max()
         / np.abs(slip).max()
@@ -357,7 +357,7 @@ def shaking_base(short: bool) -> Outcome:
     return Outcome(rows, _shaking_figure(data, fine, base, slip, friction), tables)
 
 
-def _shaken(time_step: float, duration: float, friction: float, shaking):
+def _run_shaken(time_step: float, duration: float, friction: float, shaking):
     """Run a block of 1 m x 0.5 m on a base with the acceleration `shaking` every 1 ms."""
     rider = nml.rectangle(-0.5, 0.0, 1.0, 0.5)
     text = nml.text(
@@ -403,7 +403,7 @@ def _shaking_figure(data, fine, base, slip, friction):
     "A standard case of the field.",
 )
 def tilt(short: bool) -> Outcome:
-    """Angles at which all contacts of one block slide and the upper corner of the other lifts."""
+    """Check the angles of sliding of a block and of lifting of another block."""
     rate, duration = np.radians(2.0 if short else 1.0), (9.0 if short else 18.0)
     text = _tilting_table(rate, duration, 1e-3)
     slide_at = topple_at = 0.0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Slopes at their limit: blocks that slide, topple or stand, and the strength that decides it."""
+"""Slopes at their limit: sliding, toppling or stable blocks, and their limiting strength."""
 
 import math
 from typing import NamedTuple
@@ -62,7 +62,7 @@ def goodman_bray(friction: float, bolt: float = 0.0) -> Model:
 
 
 class Rest(NamedTuple):
-    """A model of one static stage that has come to rest."""
+    """The equilibrium of a model with a static stage."""
 
     forces: dict[tuple[int, int], float]  # normal force between two blocks, N/m
     polygons: list[np.ndarray]
@@ -70,8 +70,8 @@ class Rest(NamedTuple):
 
 
 def rest_of(model: Model) -> Rest | None:
-    """Rest of a model with one static stage; None if it does not rest."""
-    with released(model, 1.0, None, 1.0, 1) as first:  # before anything has moved
+    """Return the equilibrium of a model with a static stage; None if there is none."""
+    with released(model, 1.0, None, 1.0, 1) as first:  # before any block has moved
         starts = first.polygons
     try:
         with Simulation(model) as simulation:
@@ -123,7 +123,7 @@ def goodman_bray_case(short: bool) -> Outcome:
 
 
 def _stands(model: Model) -> bool:
-    """At rest, and no vertex has moved by a tenth of a metre."""
+    """Return whether a model is in equilibrium and no vertex has moved by 0.1 m."""
     rest = rest_of(model)
     return rest is not None and rest.moved < 0.1
 

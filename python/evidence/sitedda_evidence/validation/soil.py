@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Soil with a hysteretic law: loops of Masing, a wave whose strains travel at their own speeds."""
+"""Soil with a hysteretic law: Masing loops, and a simple wave."""
 
 import numpy as np
 
@@ -72,7 +72,7 @@ def sheared_block(strain, soil, integration="midpoint"):
 
 
 def hold_sheared(model, values):
-    """Add a block of 1 m whose top follows displacements, m."""
+    """Add a block of 1 m whose top follows prescribed displacements, m."""
     model.block(vertices=[0, 0, 1, 0, 1, 1, 0, 1], name="block", material="soil")
     model.motion(name="top", values=values.tolist(), quantity="displacement", time_step=1e-2)
     for x in (0.0, 1.0):
@@ -118,7 +118,7 @@ def hysteretic_loops(short: bool) -> Outcome:
     "Characteristics of the wave equation with a tangent modulus G₀/(1 + x)².",
 )
 def simple_wave(short: bool) -> Outcome:
-    """Strain after 20 m in cells that only shear."""
+    """Check the strain after 20 m in cells that only shear."""
     rows, lines = [], []
     for x, cells, height in WAVES:
         time, strain, wanted = travelled(x, cells, height)
@@ -131,7 +131,7 @@ def simple_wave(short: bool) -> Outcome:
 
 
 def travelled(x: float, cells: int, height: float):
-    """Times (s), strains over γ_r after 20 m, and those by the method of characteristics."""
+    """Return times (s), strains over γ_r after 20 m, and those by characteristics."""
     speed, reference, rise, step = 300.0, 1e-3, 0.04, 5e-4
     until = 20.0 / speed * (1 + x) + 1.1 * rise
     time = step * np.arange(round(until / step) + 1)

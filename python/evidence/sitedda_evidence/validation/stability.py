@@ -64,7 +64,7 @@ def stands(polygons, joints, friction: float) -> bool:
 
 
 def bisect(low: float, high: float, holds, accuracy: float = 1e-6) -> float:
-    """Value at which a condition, false at `low` and true at `high`, becomes true."""
+    """Return the value at which a condition becomes true between `low` and `high`."""
     while high - low > accuracy * high:
         middle = 0.5 * (low + high)
         low, high = (low, middle) if holds(middle) else (middle, high)
@@ -131,7 +131,7 @@ def arch(short: bool) -> Outcome:
 
 
 def _load_arch(count: int, thickness: float, time_step: float = 2e-3, duration: float = 8.0):
-    """Put gravity on an arch; it fell if the crown sank by the thickness."""
+    """Apply gravity to an arch; return whether its crown sank by the thickness."""
     shapes = voussoirs(count, thickness)
     springing = RADIUS + 0.5 * thickness + 0.5
     ground = np.array([[-springing, -1], [springing, -1], [springing, 0], [-springing, 0]])
@@ -188,7 +188,7 @@ HEIGHTS = np.array([4.0 * n for n in range(1, 11)] + [40.0 - 6.0 * n for n in ra
 
 
 def goodman_bray(friction: float) -> float:
-    """Force (N/m) that Goodman & Bray's example needs at the toe; ≤ 0 where it stands.
+    """Return the toe force (N/m) required in Goodman & Bray's example; ≤ 0 if stable.
 
     Blocks from the top down: toppling requires P = [P' (M − Δx μ) + ½ W (y sin ψ − Δx cos ψ)]/L,
     sliding for P = P' − W (μ cos ψ − sin ψ)/(1 − μ²), from a force P' from above; the greater one
@@ -283,7 +283,7 @@ def toppling(short: bool) -> Outcome:
 
 
 def _load_slope(friction: float, time_step: float = 2e-3, duration: float = 10.0) -> dict:
-    """Put gravity on the slope; it fell if a column moved by more than 1 m."""
+    """Apply gravity to the slope; return whether a column moved by more than 1 m."""
     shapes, ground = _columns()
     text = nml.text(
         nml.control(time_step, round(duration / time_step)),

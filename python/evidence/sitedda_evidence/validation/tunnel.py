@@ -41,7 +41,7 @@ VARIANTS = {
     "Goodman and Shi (1985), removability of wedges; `docs/boundaries.md`.",
 )
 def tunnel(short: bool) -> Outcome:
-    """All variants to their ends."""
+    """Run all variants to their ends."""
     rows: list[Row] = []
     names = ("bolts", "no bolts") if short else tuple(VARIANTS)
     figure, axes = canvas(2)
@@ -58,7 +58,7 @@ def tunnel(short: bool) -> Outcome:
 
 
 def _rows(name: str, data, duration: float) -> list[Row]:
-    """The run ends, its energies balance, and the loose blocks have fallen."""
+    """Return rows: the run ends, its energies balance, and the loose blocks have fallen."""
     scene = Scene.of(data)
     wedge = scene.names.index(_wedge(scene))
     fallen = np.linalg.norm(scene.displacement(scene.frames - 1)[wedge]) > 0.1
@@ -82,7 +82,7 @@ def _wedge(scene: Scene) -> str:
 
 
 def _tunnel(name: str, duration: float) -> Model:
-    """A variant; without bolts the opening is made when the shaking begins."""
+    """Return a variant; without bolts, the opening is excavated when shaking begins."""
     control = {"integration": "theta", "analysis": "plane_strain"} | VARIANTS[name]
     model = Model(name, time_step=1e-3, gravity=(0.0, -GRAVITY), **control)
     model.material("rock", damping_ratio=0.02, reference_frequency=3.0, **ROCK)

@@ -39,11 +39,11 @@ def damping(short: bool) -> Outcome:
     rows, ratios = [], {}
     for name, member in MEMBERS.items():
         for omega_dt in steps:
-            found = _matrix_of(_glued(omega_dt, name))
+            found = _matrix_of(_run_glued(omega_dt, name))
             rows += _matrix_rows(f"{name}, Ω = {omega_dt:g}", found, _matrix(*member, omega_dt))
             ratios[name, omega_dt] = _damping_ratio(*found)
         for omega_dt in steps[1::2]:
-            found = _matrix_of(_supported(omega_dt, name))
+            found = _matrix_of(_run_supported(omega_dt, name))
             label = f"{name}, on a support, Ω = {omega_dt:g}"
             rows += _matrix_rows(label, found, _matrix(1.0, 1.0, omega_dt))
     figure, (left, right) = canvas()
@@ -52,7 +52,7 @@ def damping(short: bool) -> Outcome:
         theory = [_damping_ratio(*_matrix(*member, turn)) for turn in fine]
         right.loglog(fine, theory, color=color, lw=1, label=name)
         right.loglog(steps, [ratios[name, s] for s in steps], "o", color=color, ms=4)
-        x = _glued(5.0, name)
+        x = _run_glued(5.0, name)
         left.plot(x / np.abs(x).max(), ".-", color=color, lw=0.8, label=name)
     right.set(
         xlabel="Ω = ωΔt", ylabel="damping ratio ζ", ylim=(1e-3, 1.5), title="lines: closed form"
@@ -68,7 +68,7 @@ def _matrix(theta: float, chi: float, turn: float) -> tuple[float, float]:
 
 
 def _matrix_of(x: np.ndarray) -> tuple[float, float]:
-    """The same from displacements step by step, which obey x₂ = trace x₁ − determinant x₀."""
+    """Fit trace and determinant to displacements with x₂ = trace x₁ − determinant x₀."""
     trace, negative = np.linalg.lstsq(np.column_stack([x[1:-1], x[:-2]]), x[2:], rcond=None)[0]
     return float(trace), -float(negative)
 
@@ -81,13 +81,13 @@ def _matrix_rows(label: str, found, expected) -> list:
     ]
 
 
-def _free(time_step: float, integration: str) -> str:
+def _free_vibration(time_step: float, integration: str) -> str:
     """60 steps without gravity."""
     settings = {"max_displacement_ratio": 1.0, "integration": integration}
     return nml.control(time_step, 60, gravity=(0, 0), **settings)
 
 
-def _glued(omega_dt: float, integration: str) -> np.ndarray:
+def _run_glued(omega_dt: float, integration: str) -> np.ndarray:
     """Displacement (m) of one of two rigid blocks of 1 m x 1 m that part at 1 mm/s each.
 
     Relative to each other they have half a mass on the two springs of their joint.
@@ -95,7 +95,7 @@ def _glued(omega_dt: float, integration: str) -> np.ndarray:
     omega = 100.0
     mass, speed = DENSITY, 1e-3
     text = nml.text(
-        _free(omega_dt / omega, integration),
+        _free_vibration(omega_dt / omega, integration),
         nml.contact(0.25 * mass * omega**2),
         nml.material("up", DENSITY, nml.STIFF, velocity=(0, speed, 0)),
         nml.material("down", DENSITY, nml.STIFF, velocity=(0, -speed, 0)),
@@ -107,12 +107,12 @@ def _glued(omega_dt: float, integration: str) -> np.ndarray:
     return nml.history(text).displacement.values[:, 0, 1]
 
 
-def _supported(omega_dt: float, integration: str) -> np.ndarray:
+def _run_supported(omega_dt: float, integration: str) -> np.ndarray:
     """Displacement (m) of a rigid 1 m x 1 m block held by one fixed point at its centre."""
     omega = 100.0
     stiffness = DENSITY * omega**2
     text = nml.text(
-        _free(omega_dt / omega, integration),
+        _free_vibration(omega_dt / omega, integration),
         nml.contact(stiffness / 100, fixed_point_ratio=100.0),
         nml.material("stiff", DENSITY, nml.STIFF, velocity=(1e-3, 0, 0)),
         nml.joint("j", 30),
@@ -232,7 +232,7 @@ def _timed_pulse(wave: str, length: float, speed: float):
 
 
 def _delay_samples(first: np.ndarray, second: np.ndarray) -> float:
-    """Samples by which the second series is later, by the top of their correlation."""
+    """Return the delay of the second series in samples by the peak of the correlation."""
     size = 2 ** int(np.ceil(np.log2(2 * len(first))))
     product = np.fft.irfft(np.fft.rfft(second, size) * np.conj(np.fft.rfft(first, size)), size)
     top = int(np.argmax(product[: len(first)]))
@@ -252,11 +252,11 @@ def _delay_samples(first: np.ndarray, second: np.ndarray) -> float:
     "A standard case; springs of a joint: derived here.",
 )
 def cantilever(short: bool) -> Outcome:
-    """First frequency of 10 blocks, and its way to the continuum."""
+    """Check the first frequency of 10 blocks and its convergence to the continuum."""
     counts = (10,) if short else (10, 20, 40)
     rows, lines = [], []
     for count in counts:
-        found, theory, shape, data = _swing(count)
+        found, theory, shape, data = _run_swing(count)
         beam = _beam_frequency(count)
         if count == 10:
             rows = [
@@ -318,8 +318,8 @@ def _chain_mode(count: int) -> tuple[float, np.ndarray]:
     return float(np.sqrt(values[0]) / (2 * np.pi)), shapes[:, 0] / np.abs(shapes[:, 0]).max()
 
 
-def _swing(count: int):
-    """Frequency (Hz) of the engine and of the chain, the mode, and the history."""
+def _run_swing(count: int):
+    """Return the frequencies (Hz) of engine and chain, the mode, and the history."""
     theory, shape = _chain_mode(count)
     h, cycles = 10.0 / count, 4
     step = 1 / theory / 400
@@ -360,16 +360,16 @@ def slip_joint(short: bool) -> Outcome:
     ratios = (3.0,) if short else (1.25, 1.5, 2.0, 3.0, 5.0, 8.0)
     per_wave = 20 if short else 40
     base, strength = _joint_run(0.5, per_wave)
-    incident = _flux(base, "above", per_wave)
+    incident = _energy_flux(base, "above", per_wave)
     arriving = _incoming_stress(base, strength, per_wave) / 0.5
     rows, lines, drawn = [], [], None
     for ratio in ratios:
         data, _ = _joint_run(ratio, per_wave)
-        passed = _flux(data, "above", per_wave) / incident / (ratio / 0.5) ** 2
-        back = _reflected(data, base, ratio / 0.5)
+        passed = _energy_flux(data, "above", per_wave) / incident / (ratio / 0.5) ** 2
+        back = _reflected_velocity(data, base, ratio / 0.5)
         returned = _energy(back, data, per_wave) / incident / (ratio / 0.5) ** 2
         got = np.sqrt([passed, returned, max(0.0, 1 - passed - returned)])
-        expected = _clipped(ratio * arriving)
+        expected = _clipped_sine(ratio * arriving)
         for name, a, b in zip(("T", "R", "A"), expected, got, strict=True):
             label = f"{name} at τ/τ_s = {ratio * arriving:.3f}"
             rows.append(absolute(label, a, b, 1e-2))
@@ -379,23 +379,23 @@ def slip_joint(short: bool) -> Outcome:
 
 
 def _incoming_stress(base, strength: float, per_wave: int) -> float:
-    """Stress that arrives at the joint over its strength in the run without slip.
+    """Return the incident stress over the strength of the joint in the run without slip.
 
     The scheme damps the wave evenly on its way: the mean of two points on both sides.
     """
-    squares = [_flux(base, point, per_wave) for point in ("below", "above")]
+    squares = [_energy_flux(base, point, per_wave) for point in ("below", "above")]
     period = per_wave / _bar_speed("S")
-    samples = np.count_nonzero(_window(base, period))
+    samples = np.count_nonzero(_energy_window(base, period))
     amplitude = np.sqrt(2 * np.sqrt(squares[0] * squares[1]) / samples)
     return float(DENSITY * _bar_speed("S") * amplitude / strength)
 
 
-def _window(data, period: float) -> np.ndarray:
+def _energy_window(data, period: float) -> np.ndarray:
     """Samples of the one period over which energies are taken."""
     return (data.time.values > 5.5 * period) & (data.time.values <= 6.5 * period)
 
 
-def _clipped(ratio: float) -> np.ndarray:
+def _clipped_sine(ratio: float) -> np.ndarray:
     """T, R and A of a sine whose amplitude is `ratio` times the strength."""
     wave = ratio * np.sin(2 * np.pi * (np.arange(100000) + 0.5) / 100000)
     passed = np.clip(wave, -1, 1)
@@ -423,7 +423,7 @@ def _joint_run(ratio: float, per_wave: int):
     text = nml.text(
         nml.control(period / steps, 7 * steps, gravity=(0, 0)),
         nml.contact(PENALTY, fixed_point_ratio=1e4),
-        *(_stressed(f"m{i}", pressure) for i, pressure in enumerate(pressures)),
+        *(_stressed_material(f"m{i}", pressure) for i, pressure in enumerate(pressures)),
         nml.joint("rough", 30.0),
         nml.motion("wave", wave, period / 100, "displacement"),
         _column(count, ["rough"] * count, [f"m{i}" for i in range(count)], "x", True),
@@ -435,7 +435,7 @@ def _joint_run(ratio: float, per_wave: int):
 
 
 def _pressures(count: int, weak: int, stress: float) -> np.ndarray:
-    """Pressure (Pa) at the start of each block, so that the joints press as they should.
+    """Return the initial pressure (Pa) of each block for the required joint stress.
 
     Joint j between blocks j and j+1 presses with F_j = k_n h (ε_j + ε_j+1), two contacts; a block
     is in balance if its stress is −(F_below + F_above)/2w = −p + E ε.
@@ -452,7 +452,7 @@ def _pressures(count: int, weak: int, stress: float) -> np.ndarray:
     return 0.5 * (ends[:-1] + ends[1:]) + YOUNG * strain
 
 
-def _stressed(name: str, pressure: float) -> str:
+def _stressed_material(name: str, pressure: float) -> str:
     return nml.group(
         "material",
         name=name,
@@ -470,15 +470,15 @@ def _velocity(data, point: str) -> np.ndarray:
 def _energy(velocity, data, per_wave: int) -> float:
     """∫ v² dt over the sixth period after the start."""
     period = per_wave / _bar_speed("S")
-    return float(np.sum(velocity[_window(data, period)] ** 2))
+    return float(np.sum(velocity[_energy_window(data, period)] ** 2))
 
 
-def _flux(data, point: str, per_wave: int) -> float:
+def _energy_flux(data, point: str, per_wave: int) -> float:
     return _energy(_velocity(data, point), data, per_wave)
 
 
-def _reflected(data, base, scale: float) -> np.ndarray:
-    """What the joint sends back, m/s: the difference to the scaled run without slip."""
+def _reflected_velocity(data, base, scale: float) -> np.ndarray:
+    """Return the reflected velocity, m/s: the difference to the scaled run without slip."""
     return _velocity(data, "below") - scale * _velocity(base, "below")
 
 
@@ -498,7 +498,7 @@ def _joint_figure(lines, drawn, strength, per_wave):
         left.axhline(side, color=RED, lw=0.8, ls="--")
     left.set(xlabel="time / period", ylabel="τ / τ_s", title=f"τ/τ_s = {ratio:g}", xlim=(3.5, 7))
     fine = np.geomspace(1.001, 12, 60)
-    theory = np.array([_clipped(x) for x in fine])
+    theory = np.array([_clipped_sine(x) for x in fine])
     got = np.array(lines)
     for i, (name, color) in enumerate((("T", BLUE), ("R", ORANGE), ("A", GREEN))):
         right.semilogx(fine, theory[:, i], color=color, lw=1)

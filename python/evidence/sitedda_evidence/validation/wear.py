@@ -8,7 +8,7 @@ from ..case import Outcome, at_most, case, curves, relative, true
 
 GRAVITY = 10.0  # m/s²
 CYCLE, EVERY = 2000, 10  # steps of a cycle, and between two samples of its motion
-# At the peaks of three cycles: shear force (N/m) and what is left of the angle (degrees).
+# At the peaks of three cycles: shear force (N/m) and remaining angle (degrees).
 PEAKS = ((0.9875e6, 14.639), (0.9579e6, 13.769), (0.9311e6, 12.957))
 
 
@@ -40,7 +40,7 @@ def worn(cycles: float = 2.25) -> str:
     "Plesha (1987).",
 )
 def asperities(short: bool) -> Outcome:
-    """Force and angle at the peaks of three cycles, the climb to the first."""
+    """Check force and angle at the peaks of three cycles, and the climb to the first."""
     data = nml.history(worn())
     frame = data.contact_frame.values
     shear = np.abs(np.bincount(frame, data.contact_shear_force.values))[1::4]

@@ -52,7 +52,7 @@ def clay(cells: int) -> Model:
 
 
 def cut(cells: int) -> Model:
-    """A vertical cut of clay, of the strength at which limit analysis has it fail."""
+    """Return a vertical cut of clay with the strength of failure by limit analysis."""
     outline = [-2, -1, 1, -1, 1, 0, 0, 0, 0, 1, -2, 1]
     return _soil(
         outline, cells, 0.49, ("left", "right"), cohesion=WEIGHT * HEIGHT / CUT,
@@ -61,7 +61,7 @@ def cut(cells: int) -> Model:
 
 
 def factor(model: Model) -> Safety:
-    """By strength reduction at small strains."""
+    """Return the factor of safety by strength reduction at small strains."""
     return safety(model, tolerance=4e-3, displacement=SMALL)
 
 
@@ -74,7 +74,7 @@ def factor(model: Model) -> Safety:
     "finite elements: 1.45; 1.47 is Taylor's, 1937); limit analysis for the cut.",
 )
 def slopes_that_yield(short: bool) -> Outcome:
-    """Two sizes of cells each; the short form is the cut with large ones."""
+    """Check each case with two sizes of cells; the short form is the cut with large cells."""
     rows, table = [], []
     cases = [("vertical cut", cut, 1.0, 0.06 if short else 0.03, 0.02, (4,) if short else (8, 16))]
     if not short:
@@ -151,7 +151,7 @@ def prandtl(angle):
     "Prandtl (1920); Reissner (1924).",
 )
 def footing(short: bool) -> Outcome:
-    """Four cells a half-width; the pressure has come to rest, and no energy is gained."""
+    """Check the final pressure with four cells per half-width, and that no energy is gained."""
     rows, lines = [], []
     for angle, sink, steps, size, error in FOOTINGS:
         history = strip(4, sink, size, angle, young=1e10, steps=steps).run().history
