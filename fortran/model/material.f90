@@ -12,7 +12,7 @@ module dda_material
    !> Block material: isotropic and linear elastic, or viscoelastic.
    type, extends(material_values) :: material_type
       logical :: has_velocities = .false.      !< moduli are given by velocities of S and P waves
-      type(damping_type) :: damping
+      type(damping_type) :: damping = damping_type()
       class(material_law_type), allocatable :: own_law  !< none: linear elastic
    contains
       procedure :: has_law
