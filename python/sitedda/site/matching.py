@@ -27,7 +27,8 @@ _SPREAD = 1.0  # s, standard deviation of the window of the envelope
 _FLOOR = 0.02  # of the envelope, over its largest value
 _ENOUGH = 0.95  # fraction of the tolerance at which the rounds end
 _STAGE = 4  # rounds between two linear problems
-_RIDGE = 1e-2  # of the diagonal of the dual problem, added to it
+_RIDGE = 1e-2  # fraction of the diagonal of the dual problem, added to it
+_LESS = 0.5  # factor of the ridge from one linear problem to the next
 
 
 def matched(
@@ -161,7 +162,8 @@ class _Matching:
             kernels, waves = (np.array(one) for one in zip(*map(self._known, bounds), strict=True))
             level = [sampled[one.oscillator] * (1 - margin if one.lower else -1 - margin)
                      for one in bounds]  # fmt: skip
-            share = _dual(kernels @ waves.T, level - kernels @ start)
+            ridge = _RIDGE * _LESS ** (number // _STAGE)
+            share = _dual(kernels @ waves.T, level - kernels @ start, ridge)
             series = start + share @ waves
             bounds = [one for one, size in zip(bounds, share, strict=True) if size > 0]
         return best, least
@@ -247,10 +249,10 @@ class _Matching:
         return series - np.linalg.solve(np.array(ends[1:]).T, ends[0]) @ self.drifts
 
 
-def _dual(product, lack) -> NDArray[np.float64]:
+def _dual(product, lack, ridge: float) -> NDArray[np.float64]:
     """Return the λ ≥ 0 that maximises λ · lack − λᵀ product λ/2."""
     from scipy.optimize import nnls
 
-    ridge = _RIDGE * np.diag(np.diag(product))
-    lower = np.linalg.cholesky((product + product.T) / 2 + ridge)
+    added = ridge * np.diag(np.diag(product))
+    lower = np.linalg.cholesky((product + product.T) / 2 + added)
     return nnls(lower.T, np.linalg.solve(lower, lack), maxiter=30 * lack.size)[0]
