@@ -59,7 +59,7 @@ class Ground(schema.GroundValues):
         joints = [("joint", dict(friction_angle=_ANGLE, cohesion=_STRENGTH, name=name,
                                  tensile_strength=_STRENGTH, **more))
                   for name, more in self._ties(others).items()]  # fmt: skip
-        found = joints + self._bodies() + self._boundaries()
+        found = joints + self._bodies() + self._make_boundaries()
         if self.outline is not None:
             values = {"name": self.core_name, "outline": self.core, "joint": f"{self.name} tie"}
             material = self.core_material or self.material
@@ -138,7 +138,7 @@ class Ground(schema.GroundValues):
             values["edge_joints"] = tuple(tie if one else side for one in at_core)
         return values
 
-    def _boundaries(self) -> list[tuple[str, dict]]:
+    def _make_boundaries(self) -> list[tuple[str, dict]]:
         moved = {"motion_x": self.motion_x, "motion_y": self.motion_y}
         found: list[tuple[str, dict]] = []
         if self.base != "none":

@@ -154,7 +154,7 @@ def _check_lines(file: Path, lines) -> Iterator[Outline]:
 # --- Formats -------------------------------------------------------------------------------------
 
 
-def _text(file: Path) -> str:
+def _decode(file: Path) -> str:
     try:
         return file.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
@@ -164,7 +164,7 @@ def _text(file: Path) -> str:
 def _read_csv(file: Path, scale):
     """Read a CSV file: one line per sequence of equal names."""
     try:
-        rows = [row for row in csv.reader(_text(file).splitlines()) if row and row[0][:1] != "#"]
+        rows = [row for row in csv.reader(_decode(file).splitlines()) if row and row[0][:1] != "#"]
     except csv.Error as trouble:
         raise InputError(f"{file} cannot be read as CSV: {trouble}") from None
     rows = [[cell.strip() for cell in row] for row in rows]
@@ -196,7 +196,7 @@ def _read_wkt(file: Path, scale):
     """Read a WKT file with one geometry per line."""
     import shapely
 
-    for number, line in enumerate(_text(file).splitlines(), 1):
+    for number, line in enumerate(_decode(file).splitlines(), 1):
         if not line.strip() or line.lstrip()[0] == "#":
             continue
         if _nesting_depth(line, "(") > DEEPEST:
@@ -236,7 +236,7 @@ def _lines_of_shape(file: Path, shape, scale: float, name: str, layer: str, dept
 
 def _read_geojson(file: Path, scale):
     """Read GeoJSON: features, collections of features, or geometries."""
-    text = _text(file)
+    text = _decode(file)
     if _nesting_depth(text, "([{") > 4 * DEEPEST:
         raise InputError(f"{file}: nested too deeply")
     try:

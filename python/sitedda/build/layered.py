@@ -44,8 +44,8 @@ class LayeredGround(schema.ProfileValues):
         if sum(cells) * self.columns > _MOST:
             raise InputError(f"{sum(cells) * self.columns} blocks exceed the limit of {_MOST}; "
                              "lower highest_frequency")  # fmt: skip
-        found = self._materials(profile) + self._joints(profile, cells)
-        found += self._blocks(profile, cells) + self._boundaries(profile)
+        found = self._make_materials(profile) + self._joints(profile, cells)
+        found += self._blocks(profile, cells) + self._make_boundaries(profile)
         notes = []
         if rigid:
             notes = [f"{self.file} ends without a half-space, so its base is rigid and sends all "
@@ -75,7 +75,7 @@ class LayeredGround(schema.ProfileValues):
         """Return the material of the block under the layers."""
         return profile.half_space or profile.layers[-1]
 
-    def _materials(self, profile: SoilProfile) -> list[tuple[str, dict]]:
+    def _make_materials(self, profile: SoilProfile) -> list[tuple[str, dict]]:
         ground = (*profile.layers, self._base_material(profile))
         laws = [*self._laws(profile), {}]
         found = []
@@ -144,7 +144,7 @@ class LayeredGround(schema.ProfileValues):
             yield "block", {"vertices": corners, "name": name, "material": material, "joint": weld,
                             "edge_joints": (weld, side, weld, side)}  # fmt: skip
 
-    def _boundaries(self, profile: SoilProfile) -> list[tuple[str, dict]]:
+    def _make_boundaries(self, profile: SoilProfile) -> list[tuple[str, dict]]:
         moved = {"motion_x": self.motion_x, "motion_y": self.motion_y}
         moved = {name: motion for name, motion in moved.items() if motion}
         if moved and self.base == "none":

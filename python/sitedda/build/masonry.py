@@ -130,11 +130,11 @@ class Arch(schema.ArchValues):
         found = _number_stones(self.name, polygons, self.material, self.joint)
         if self.abutment:
             for side, i in (("left", -1), ("right", 0)):
-                block = self._abutment(inner[i], outer[i])
+                block = self._build_abutment(inner[i], outer[i])
                 found.append(Stone(f"{self.name}_{side}", block, self.material, self.joint))
         return found
 
-    def _abutment(self, inner, outer) -> np.ndarray:
+    def _build_abutment(self, inner, outer) -> np.ndarray:
         bottom = min(inner[1], outer[1]) - self.abutment
         beyond = outer[0] + np.copysign(self.abutment, outer[0] - inner[0])
         corners = [inner, (inner[0], bottom), (beyond, bottom), (beyond, outer[1]), outer]
@@ -192,10 +192,12 @@ class Colonnade(schema.ColonnadeValues):
                 block = _rectangle(axis - wide, top, axis + wide, top + self.capital_height)
                 found.append(Stone(f"{name}_capital", block, self.material, self.joint))
         if self.beam_height:
-            found += _number_stones(f"{self.name}_beam", self._beams(), self.material, self.joint)
+            found += _number_stones(
+                f"{self.name}_beam", self._build_beams(), self.material, self.joint
+            )
         return found
 
-    def _beams(self) -> Iterator[np.ndarray]:
+    def _build_beams(self) -> Iterator[np.ndarray]:
         low = self.bottom + self.height + self.capital_height
         over = 0.5 * (self.capital_width or self.top_width)
         for i in range(max(1, self.columns - 1)):

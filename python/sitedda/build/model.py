@@ -335,9 +335,9 @@ class Model(Groups):
                     f"motion {group.name!r} has {count} values, more than the {_LONGEST} that an "
                     "input holds; write(file) puts them into a file of their own"
                 )
-        return self._text()
+        return self._to_text()
 
-    def _text(self, moved: dict | None = None, put=blocks_text) -> str:
+    def _to_text(self, moved: dict | None = None, put=blocks_text) -> str:
         groups = [one for one in self._once.values() if one._values] + self.groups
         moved, parts = moved or {}, []
         for kind, same in groupby(groups, key=lambda group: group._name):
@@ -361,7 +361,7 @@ class Model(Groups):
         """
         file = check_target(file, OWN_INPUT)
         moved = self._files_from(file.parent, f"{file.stem}.")
-        text = self._text(moved, block_writer(file, block_file, self._named_files()))
+        text = self._to_text(moved, block_writer(file, block_file, self._named_files()))
         return write(file, f"! written by sitedda\n{text}", OWN_INPUT)
 
     def _named_files(self) -> list[Path]:
@@ -413,7 +413,7 @@ class Model(Groups):
                 values["file"] = str((Path(folder) / values["file"]).resolve())
             file = self.folder / "model.nml"
             try:
-                yield file, self._text(moved)
+                yield file, self._to_text(moved)
             except InputError as error:
                 error.args = (self._cited(str(error), file),)
                 raise

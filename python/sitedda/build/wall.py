@@ -96,14 +96,14 @@ class Opening(schema.OpeningValues):
             return []
         _, box = self.gaps()
         if self.head == "lintel":
-            return [(f"{self.name}_lintel", _rectangle(*box))]
+            return [(f"{self.name}_lintel", _make_rectangle(*box))]
         half, centre = 0.5 * self.width, self.left + 0.5 * self.width
         radius = (half**2 + self.rise**2) / (2 * self.rise)
         middle = np.array([centre, self.springing + self.rise - radius])
         first = math.atan2(self.springing - middle[1], half)
         angle = np.linspace(first, math.pi - first, self.voussoirs + 1)
         rays = np.column_stack([np.cos(angle), np.sin(angle)])
-        ends, whole = middle + radius * rays, _rectangle(*box)
+        ends, whole = middle + radius * rays, _make_rectangle(*box)
         found = []
         for i in range(self.voussoirs):
             stone = _left_part(whole, middle, rays[i])
@@ -115,7 +115,7 @@ class Opening(schema.OpeningValues):
             stone = _left_part(whole, middle, -ray)
             sign = 1.0 if side == "right" else -1.0
             stone = _left_part(stone, end, np.array([0.0, -sign]))
-            if len(stone) > 2 and _area(stone) > 1e-6 * _area(whole):
+            if len(stone) > 2 and _area_of(stone) > 1e-6 * _area_of(whole):
                 found.append((f"{self.name}_{side}", stone))
         return found
 
@@ -141,16 +141,16 @@ class MasonryWall(schema.MasonryWallValues):
         """
         own = [values for kind, values in others
                if kind == "opening" and values.get("wall", Opening.wall) == self.name]  # fmt: skip
-        openings = [self._opening(values) for values in own]
+        openings = [self._make_opening(values) for values in own]
         _require_apart(openings)
         stones = [(f"{self.name}_{i}", corners, self.material, self.joint)
                   for i, corners in enumerate(self._stones(openings), 1)]  # fmt: skip
         for one in openings:
             stones += [(name, corners, one.material, one.joint) for name, corners in one.blocks()]
-        found = [("block", _block(*stone)) for stone in stones]
+        found = [("block", _block_group(*stone)) for stone in stones]
         return found + self._rods(stones), []
 
-    def _opening(self, values: dict) -> Opening:
+    def _make_opening(self, values: dict) -> Opening:
         try:
             return Opening(**values).fitted(self)
         except InputError as error:
@@ -185,7 +185,7 @@ class MasonryWall(schema.MasonryWallValues):
                 laid += self._stones_between(at, left, joints)
                 at = max(at, right)
             below = [right for _, right in laid]
-            yield from (_rectangle(a, low, b, high) for a, b in laid)
+            yield from (_make_rectangle(a, low, b, high) for a, b in laid)
 
     def _joints(self, course: int, below: list[float]) -> np.ndarray:
         """Places of the upright joints of a course without openings, m."""
@@ -249,12 +249,12 @@ def _require_apart(openings: list[Opening]) -> None:
                                          "heads, overlap")  # fmt: skip
 
 
-def _block(name: str, corners: np.ndarray, material: str, joint: str) -> dict:
+def _block_group(name: str, corners: np.ndarray, material: str, joint: str) -> dict:
     values = {"vertices": corners, "name": name, "material": material, "joint": joint}
     return {key: value for key, value in values.items() if not isinstance(value, str) or value}
 
 
-def _rectangle(left, bottom, right, top) -> np.ndarray:
+def _make_rectangle(left, bottom, right, top) -> np.ndarray:
     return np.array([[left, bottom], [right, bottom], [right, top], [left, top]], dtype=float)
 
 
@@ -276,7 +276,7 @@ def _left_part(polygon: np.ndarray, place: np.ndarray, along: np.ndarray) -> np.
     return np.array(found).reshape(-1, 2)
 
 
-def _area(polygon: np.ndarray) -> float:
+def _area_of(polygon: np.ndarray) -> float:
     x, y = (polygon - polygon[0]).T
     return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
 

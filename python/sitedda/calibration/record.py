@@ -75,9 +75,9 @@ class Ambient:
             names = [f"{p}.{a}" for p in part.point.values for a in part.axis.values]
             found = cls(_step(part.time.values), names, part.values.reshape(len(part), -1))
         elif Path(source).suffix.lower() in (".csv", ".txt", ""):
-            found = cls._of_csv(source)
+            found = cls._read_csv(source)
         else:
-            return cls._of_obspy(source, dict(channels or {}))
+            return cls._read_obspy(source, dict(channels or {}))
         if channels is None:
             return found
         if lacking := sorted(set(channels) - set(found.names)):
@@ -86,7 +86,7 @@ class Ambient:
         return cls(found.step, list(channels.values()), found.values[:, kept])
 
     @classmethod
-    def _of_csv(cls, file) -> Ambient:
+    def _read_csv(cls, file) -> Ambient:
         lines = read_bounded(Path(file), _LARGEST).decode("utf-8-sig", "replace").splitlines()
         kept = [(i, line) for i, line in enumerate(lines, 1) if line.strip() and line[0] != "#"]
         names = [name.strip() for name in kept[0][1].split(",")] if kept else []
@@ -102,7 +102,7 @@ class Ambient:
         return cls(_step(values[:, 0]), names[1:], values[:, 1:])
 
     @classmethod
-    def _of_obspy(cls, file, channels: dict) -> Ambient:
+    def _read_obspy(cls, file, channels: dict) -> Ambient:
         try:
             import obspy
         except ImportError:

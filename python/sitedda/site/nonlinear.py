@@ -256,7 +256,7 @@ class NonlinearResponse(SiteResponse):
             bar = "" if np.isnan(change) else f" ± {scale * change:.2g}"
             lines.append(f"{_LABELS.get(name, _words_of(name)):22s}{scale * value:9.4g}{bar}{unit}")
         if self.unconverged:
-            names = ", ".join(map(_label, self.unconverged))
+            names = ", ".join(map(_label_of, self.unconverged))
             lines.append(
                 f"does not converge with cells and steps: {names}; "
                 "short periods are numerical noise of yielding at small strains. Give the soil "
@@ -322,7 +322,7 @@ def _words_of(name: str) -> str:
     return f"surface Sa({name.removeprefix('sa_')} s)"
 
 
-def _label(name: str) -> str:
+def _label_of(name: str) -> str:
     return _LABELS.get(name, _words_of(name))
 
 
@@ -435,7 +435,7 @@ class _Run:
             self._branches(),
             *self._bodies(),
             self.reference,
-            self._dashpot(),
+            self._find_dashpot(),
             self.motion.time_step / every,
             base,
             every,
@@ -485,7 +485,7 @@ class _Run:
             limits.append(np.finfo(float).max if soil is None else soil.body_strain)
         return ratios, limits
 
-    def _dashpot(self) -> float:
+    def _find_dashpot(self) -> float:
         base = self.column.base
         if self.kind == "within" or not isinstance(base, HalfSpace):
             return 0.0

@@ -72,7 +72,7 @@ def latin_hypercube(count: int, distributions: Mapping, seed: int = 0, name="sam
     """
     from scipy.stats import qmc
 
-    unit = qmc.LatinHypercube(len(distributions), seed=_generator(seed)).random(_check_count(count))
+    unit = qmc.LatinHypercube(len(distributions), seed=_make_rng(seed)).random(_check_count(count))
     return Points(name, _to_values(distributions, unit))
 
 
@@ -166,7 +166,7 @@ def _draw_sobol(count: int, width: int, seed: int) -> np.ndarray:
         near = 1 << (count.bit_length() - 1)
         raise InputError(f"a Sobol' sample needs a power of two, such as {near} or {2 * near}, "
                          f"not {count}")  # fmt: skip
-    return qmc.Sobol(width, seed=_generator(seed)).random(count)
+    return qmc.Sobol(width, seed=_make_rng(seed)).random(count)
 
 
 def _check_count(count: int) -> int:
@@ -175,7 +175,7 @@ def _check_count(count: int) -> int:
     return int(count)
 
 
-def _generator(seed: int) -> np.random.Generator:
+def _make_rng(seed: int) -> np.random.Generator:
     return np.random.Generator(np.random.PCG64(seed))
 
 

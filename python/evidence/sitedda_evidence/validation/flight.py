@@ -55,7 +55,7 @@ def bounce(short: bool) -> Outcome:
             rows.append(at_most("energy above the start, of m g h", gain, 1e-6))
             rows.append(at_most("audit", audit, 1e-6))
     tables = [] if short else [_bounce_table(steps, table)]
-    return Outcome(rows, _bounce_figure(runs, table), tables)
+    return Outcome(rows, _draw_bounce(runs, table), tables)
 
 
 def _restitution(step: float) -> float:
@@ -107,7 +107,7 @@ def _bounce_table(steps, table) -> Table:
     )
 
 
-def _bounce_figure(runs, table):
+def _draw_bounce(runs, table):
     figure, (left, right) = canvas()
     for (dt, (time, height, *_)), color in zip(
         runs.items(), "0.8 0.65 0.5 0.3 b".split(), strict=False
@@ -155,7 +155,7 @@ def rotation(short: bool) -> Outcome:
                 at_most(f"relative change of an edge, {label}", found["edge"], 1e-10),
                 at_most(f"relative change of angular momentum, {label}", found["momentum"], 1e-6),
             ]
-    return Outcome(rows, _spin_figure(pictures))
+    return Outcome(rows, _draw_spin(pictures))
 
 
 def _run_spinners():
@@ -214,7 +214,7 @@ def _spin(shape, turns: int, steps_per_turn: int) -> dict:
     }
 
 
-def _spin_figure(pictures):
+def _draw_spin(pictures):
     figure, (left, right) = canvas(size=(11, 4.4), width_ratios=[3, 2])
     for i, (name, found) in enumerate(pictures):
         color = COLORS[i % len(COLORS)]
@@ -278,7 +278,7 @@ def edge(short: bool) -> Outcome:
                 list(zip(steps, errors, observed_order(steps, errors), strict=True)),
             )
         )
-    return Outcome(rows, _edge_figure(run, truth), tables)
+    return Outcome(rows, _draw_edge(run, truth), tables)
 
 
 WIDTH, HEIGHT, SPEED, TABLE = 1.0, 0.4, 2.0, 2.0  # m, m, m/s, m
@@ -388,7 +388,7 @@ def _tipping_block() -> dict:
     }
 
 
-def _edge_figure(run, truth):
+def _draw_edge(run, truth):
     figure, (left, right) = canvas(width_ratios=[3, 2])
     draw_blocks(left, [nml.rectangle(-2, 0, 2, TABLE), nml.rectangle(-2, -0.3, 6, 0.3)], GROUND)
     shown = [int(i) for i in np.linspace(0, np.searchsorted(run["time"], truth["t"][-1]), 10)]

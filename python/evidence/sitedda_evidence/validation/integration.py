@@ -137,7 +137,7 @@ def supports(short: bool) -> Outcome:
             at_most(f"{name}: rms of the base after the record, of its peak", rest, 1e-6),
         ]
         drawn[name] = history.time.values[1:], base, record
-    return Outcome(rows, _supports_figure(drawn))
+    return Outcome(rows, _draw_supports(drawn))
 
 
 def _with_transfer(text: str):
@@ -169,7 +169,7 @@ def _base_and_record(history):
     return _accelerations(history)[1][1:], np.diff(velocity) / np.diff(time), time[1:] > end
 
 
-def _supports_figure(drawn):
+def _draw_supports(drawn):
     figure, axes = canvas(2, size=(12, 4.2))
     name = list(drawn)[-1]
     time, base, record = drawn[name]
@@ -333,10 +333,10 @@ def integration(short: bool) -> Outcome:
         ("member", "model", "above the start", "growth in a step", "lowest", "audit"),
         lines,
     )
-    return Outcome(rows, _integration_figure(drawn, curves), [table])
+    return Outcome(rows, _draw_integration(drawn, curves), [table])
 
 
-def _integration_figure(drawn, curves):
+def _draw_integration(drawn, curves):
     figure, (left, right) = canvas(2, size=(12, 4.2))
     for (name, found), color in zip(drawn.items(), COLORS, strict=False):
         left.plot(found.time, found.total, color=color, label=name)

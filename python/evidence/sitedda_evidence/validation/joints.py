@@ -323,7 +323,7 @@ def plastic_joint(short: bool) -> Outcome:
         rows.append(relative(f"friction, a = {share:g}", _run_clipped(share)[2] ** 2, work, 5e-3))
         rows.append(at_most(f"audit, a = {share:g}", nml.residual(data), 1e-6))
         drawn = data.time.values, base_after, after, share
-    return Outcome(rows, _slip_figure(drawn, speed, rows))
+    return Outcome(rows, _draw_slip(drawn, speed, rows))
 
 
 def _run_clipped(share: float) -> np.ndarray:
@@ -337,7 +337,7 @@ def _run_clipped(share: float) -> np.ndarray:
     return np.sqrt([passed, back, 1 - passed - back])
 
 
-def _slip_figure(drawn, speed: float, rows):
+def _draw_slip(drawn, speed: float, rows):
     figure, (left, right) = canvas()
     time, incident, passed, share = drawn
     left.plot(1e3 * time, incident / speed, color="0.7", label="without the joint")

@@ -81,7 +81,7 @@ def _arch_rests(rest: Rest | None) -> bool:
     return rest is not None and rest.moved < 5e-3
 
 
-def _wall_holds(bricks: int, courses: int, angle: float) -> bool:
+def _stands(bricks: int, courses: int, angle: float) -> bool:
     return _arch_rests(rest_of(tilted_wall(bricks, courses, angle)))
 
 
@@ -98,7 +98,7 @@ def tilting_wall(short: bool) -> Outcome:
     for at, (size, limit) in zip(axes, TILT.items(), strict=True):
         if short and size != (3, 6):
             continue
-        holds = partial(_wall_holds, *size)
+        holds = partial(_stands, *size)
         low, high = 0.95 * limit, limit
         if short:
             low, high = (low if holds(low) else 0.0), (2 * limit if holds(high) else high)

@@ -102,7 +102,7 @@ def packing(short: bool) -> Outcome:
         ("blocks", "Δt (s)", "time (s)", "steps and iterations"),
         [(count, TIME_STEP, first["time"][-1], first["summary"])],
     )
-    return Outcome(rows, _packing_figure(first), [table])
+    return Outcome(rows, _draw_packing(first), [table])
 
 
 def pile_text(count: int, columns: int, duration: float, **more) -> str:
@@ -162,7 +162,7 @@ def _dropped_packing(count: int, columns: int, duration: float) -> dict:
     }
 
 
-def _packing_figure(found):
+def _draw_packing(found):
     figure, (start, end, right) = canvas(3, size=(13, 5), width_ratios=[2, 2, 2])
     spread = np.random.default_rng(1).uniform(0.0, 1.0, len(found["polygons"]) - 3)
     tint = [(0.72 + 0.2 * s, 0.64 + 0.2 * s, 0.5 + 0.25 * s) for s in spread]

@@ -190,7 +190,7 @@ def rocking_decay(short: bool) -> Outcome:
                 list(zip(steps, errors, observed_order(steps, errors), strict=True)),
             )
         )
-    return Outcome(rows, _decay_figure(run, time, theory, impacts), tables)
+    return Outcome(rows, _draw_decay(run, time, theory, impacts), tables)
 
 
 def _zero_times(time, angle) -> list[float]:
@@ -212,7 +212,7 @@ def _ratio_of(run) -> float:
     return float(np.sqrt(energy[1] / energy[0]))
 
 
-def _decay_figure(run, time, theory, impacts):
+def _draw_decay(run, time, theory, impacts):
     figure, (left, right) = canvas(width_ratios=[1, 3])
     draw_blocks(left, [nml.rectangle(-1, -0.2, 2, 0.2)], GROUND)
     draw_blocks(
@@ -311,7 +311,7 @@ def overturning(short: bool) -> Outcome:
             drawn.append((ratio, side, run, housner(duration, 0.0, base)))
         limit_row = limit / (nml.GRAVITY * np.tan(SLENDER))
         rows.append(at_most(f"limit at ω/p {ratio:g} over g tan α (shown)", limit_row, None))
-    return Outcome(rows, _overturning_figure(drawn, len(ratios)))
+    return Outcome(rows, _draw_overturning(drawn, len(ratios)))
 
 
 def _one_cycle(amplitude, ratio):
@@ -343,7 +343,7 @@ def _least_amplitude(ratio) -> float:
     return 0.5 * (low + high)
 
 
-def _overturning_figure(drawn, columns):
+def _draw_overturning(drawn, columns):
     figure, axes = canvas(columns, 2, size=(max(6, 3.2 * columns), 5.5))
     for i, (ratio, side, run, theory) in enumerate(drawn):
         one = axes[i // 2 + (i % 2) * columns]
@@ -486,10 +486,10 @@ def pulses(short: bool) -> Outcome:
             rows.append(at_most(f"{label}: audit", max(audit, other), 1e-6))
             table.append((f"{slender:.3f}", ratio, exact, linear, floor, force))
     heads = ("α", "a/(g tan α)", "exact (s)", "Housner (s)", "floor (s)", "body force (s)")
-    return Outcome(rows, _pulse_figure(table), [Table("Least durations.", heads, table)])
+    return Outcome(rows, _draw_pulse(table), [Table("Least durations.", heads, table)])
 
 
-def _pulse_figure(table):
+def _draw_pulse(table):
     figure, (axes,) = canvas(1, size=(8, 4))
     place = np.arange(len(table))
     exact = np.array([row[2] for row in table])

@@ -60,7 +60,7 @@ def settlement(short: bool) -> Outcome:
             [(*key, *value[:3]) for key, value in found.items()],
         )
     ]
-    return Outcome(rows, _settlement_figure(found, sizes), tables)
+    return Outcome(rows, _draw_settlement(found, sizes), tables)
 
 
 def wall_text(size: int, penalty: float, time_step: float, steps: int, **more) -> str:
@@ -127,7 +127,7 @@ def _settle(size: int, penalty: float, time_step: float, steps: int) -> Settled:
     return Settled(above.max(), rest, iterations, np.array(time), above, picture, trouble)
 
 
-def _settlement_figure(found, sizes):
+def _draw_settlement(found, sizes):
     figure, axes = canvas(3, size=(13, 4.2), width_ratios=[1, 1.3, 1.3])
     size = sizes[-1]
     picture = found[size, PENALTIES[0], 1e-3].picture

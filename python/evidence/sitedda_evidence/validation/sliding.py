@@ -91,7 +91,7 @@ def incline(short: bool) -> Outcome:
         elastic = _elastic_settlement(35.0, factor * young)
         rows.append(at_most(f"elastic settlement, φ 35°, {factor} E", moved[-1], elastic, "m"))
     tables = [] if short else _incline_tables(young)
-    return Outcome(rows, _incline_figure(runs, tables), tables)
+    return Outcome(rows, _draw_incline(runs, tables), tables)
 
 
 def _elastic_settlement(friction_angle: float, stiffness: float) -> float:
@@ -131,7 +131,7 @@ def _incline_tables(young: float) -> list[Table]:
     ]
 
 
-def _incline_figure(runs, tables):
+def _draw_incline(runs, tables):
     figure, (left, right) = style.canvas()
     for color, friction in zip(style.COLORS, (0.0, 10.0, 20.0), strict=False):
         data = runs[1, friction]
@@ -272,7 +272,7 @@ def newmark(short: bool) -> Outcome:
             )
         )
     return Outcome(
-        rows, _newmark_figure(fine, base, slip, velocity, data, got, slope, friction), tables
+        rows, _draw_newmark(fine, base, slip, velocity, data, got, slope, friction), tables
     )
 
 
@@ -295,7 +295,7 @@ def _newmark_run(time_step, duration, slope, friction, scale, stiffness=ROCK["yo
     return data, _slip_down(data, slope)
 
 
-def _newmark_figure(fine, base, slip, velocity, data, got, slope, friction):
+def _draw_newmark(fine, base, slip, velocity, data, got, slope, friction):
     figure, (top, middle, below) = style.canvas(1, 3, size=(9, 7), sharex=True)
     top.plot(fine[::10], -base[::10] / nml.GRAVITY, color="0.45", lw=0.6)
     limit = np.tan(np.radians(friction - slope))
@@ -354,7 +354,7 @@ def shaking_base(short: bool) -> Outcome:
                 list(zip(steps, errors, observed_order(steps, errors), strict=True)),
             )
         )
-    return Outcome(rows, _shaking_figure(data, fine, base, slip, friction), tables)
+    return Outcome(rows, _draw_shaking(data, fine, base, slip, friction), tables)
 
 
 def _run_shaken(time_step: float, duration: float, friction: float, shaking):
@@ -380,7 +380,7 @@ def _relative_slip(data) -> np.ndarray:
     return (x.sel(point="centre") - x.sel(point="base")).values
 
 
-def _shaking_figure(data, fine, base, slip, friction):
+def _draw_shaking(data, fine, base, slip, friction):
     figure, (left, right) = style.canvas()
     v = data.velocity.isel(axis=0)
     left.plot(data.time, v.sel(point="base"), color="0.6", label="base")
@@ -428,7 +428,7 @@ def tilt(short: bool) -> Outcome:
         relative("angle at which the slender block begins to topple", limit, toppling, 2e-3, "°"),
         at_most("audit at the end", audit, 1e-6),
     ]
-    return Outcome(rows, _tilt_figure(frames, rate))
+    return Outcome(rows, _draw_tilt(frames, rate))
 
 
 def _states(contacts, owner) -> dict[int, list[int]]:
@@ -475,7 +475,7 @@ def _tilting_table(rate: float, duration: float, time_step: float) -> str:
     )
 
 
-def _tilt_figure(frames, rate):
+def _draw_tilt(frames, rate):
     figure, axes = style.canvas(len(frames), size=(12, 3.4), sharex=True, sharey=True)
     for one, (time, polygons) in zip(axes, frames, strict=True):
         style.draw_blocks(one, polygons, [style.GROUND, style.COLORS[0], style.STONE])
@@ -528,10 +528,10 @@ def many_blocks(short: bool) -> Outcome:
         ),
         at_most("audit", abs(energies["balance"] / energies["gravity"]), 1e-6),
     ]
-    return Outcome(rows, _sliding_figure(first, last, friction, expected, got))
+    return Outcome(rows, _draw_sliding(first, last, friction, expected, got))
 
 
-def _sliding_figure(first, last, friction, expected, got):
+def _draw_sliding(first, last, friction, expected, got):
     figure, (left, right) = style.canvas(width_ratios=[3, 2])
     style.draw_blocks(left, first[1:], "none", edge="0.6")
     style.draw_blocks(left, last, [style.GROUND, *([style.STONE] * (len(last) - 1))])

@@ -127,7 +127,7 @@ def arch(short: bool) -> Outcome:
         ("voussoirs", "limit analysis", "continuum", "relative difference"),
         lines,
     )
-    return Outcome(rows, _arch_figure(drawn), [table])
+    return Outcome(rows, _draw_arch(drawn), [table])
 
 
 def _load_arch(count: int, thickness: float, time_step: float = 2e-3, duration: float = 8.0):
@@ -165,7 +165,7 @@ def _load_arch(count: int, thickness: float, time_step: float = 2e-3, duration: 
     }
 
 
-def _arch_figure(drawn):
+def _draw_arch(drawn):
     figure, axes = canvas(len(drawn), 2, size=(3.4 * len(drawn), 5), height_ratios=[3, 2])
     for i, (label, found) in enumerate(drawn):
         top, below = axes[i], axes[i + len(drawn)]
@@ -279,7 +279,7 @@ def toppling(short: bool) -> Outcome:
             ("engine", 0.5 * (low + high)),
         ]
         tables = [Table("Least tan φ with which the slope stands.", ("by", "tan φ"), lines)]
-    return Outcome(rows, _slope_figure(drawn), tables)
+    return Outcome(rows, _draw_slope(drawn), tables)
 
 
 def _load_slope(friction: float, time_step: float = 2e-3, duration: float = 10.0) -> dict:
@@ -309,7 +309,7 @@ def _load_slope(friction: float, time_step: float = 2e-3, duration: float = 10.0
         }
 
 
-def _slope_figure(drawn):
+def _draw_slope(drawn):
     figure, axes = canvas(len(drawn), size=(6 * len(drawn), 5))
     for one, (label, found) in zip(axes, drawn, strict=True):
         draw_blocks(one, found["start"], "none", edge="0.6")

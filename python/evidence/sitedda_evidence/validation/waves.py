@@ -375,7 +375,7 @@ def slip_joint(short: bool) -> Outcome:
             rows.append(absolute(label, a, b, 1e-2))
         lines.append((ratio * arriving, *got))
         drawn = drawn if drawn and ratio != 3.0 else (data, ratio)
-    return Outcome(rows, _joint_figure(lines, drawn, strength, per_wave))
+    return Outcome(rows, _draw_joint(lines, drawn, strength, per_wave))
 
 
 def _incoming_stress(base, strength: float, per_wave: int) -> float:
@@ -482,7 +482,7 @@ def _reflected_velocity(data, base, scale: float) -> np.ndarray:
     return _velocity(data, "below") - scale * _velocity(base, "below")
 
 
-def _joint_figure(lines, drawn, strength, per_wave):
+def _draw_joint(lines, drawn, strength, per_wave):
     figure, (left, right) = canvas()
     data, ratio = drawn
     period = per_wave / _bar_speed("S")

@@ -147,7 +147,7 @@ def _candidate_pairs(network: Network, tolerance: float):
         yield one[keep][order], other[keep][order]
 
 
-def _cross(a, b):
+def _cross_product(a, b):
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
@@ -225,7 +225,7 @@ def _find_touching(network, edge, node, tolerance):
     along, to = b - a, network.nodes[node] - a
     squared = (along**2).sum(axis=1)
     share = (to * along).sum(axis=1) / squared
-    away = abs(_cross(along, to)) / np.sqrt(squared)
+    away = abs(_cross_product(along, to)) / np.sqrt(squared)
     foreign = (network.edges[edge] != node[:, None]).all(axis=1)
     hit = np.flatnonzero(foreign & (share > 0) & (share < 1) & (away <= tolerance))
     return hit, share[hit], a[hit] + share[hit, None] * along[hit]
@@ -238,10 +238,10 @@ def _find_crossings(network, one, other, wanted):
     a, b = network.nodes[network.edges[one[pairs]]].swapaxes(0, 1)
     c, d = network.nodes[network.edges[other[pairs]]].swapaxes(0, 1)
     r, s, between = b - a, d - c, c - a
-    sine = _cross(r, s)
+    sine = _cross_product(r, s)
     parallel = sine == 0
     sine = np.where(parallel, 1.0, sine)
-    t, u = _cross(between, s) / sine, _cross(between, r) / sine
+    t, u = _cross_product(between, s) / sine, _cross_product(between, r) / sine
     apart = ~(_is_collinear(r, c - a, network) & _is_collinear(r, d - a, network))
     apart &= ~(_is_collinear(s, a - c, network) & _is_collinear(s, b - c, network))
     hit = np.flatnonzero(~parallel & apart & (t > 0) & (t < 1) & (u > 0) & (u < 1))
@@ -255,7 +255,7 @@ def _is_collinear(along, to, network) -> np.ndarray:
     crossing is undefined.
     """
     rounding = _ROUNDING * abs(network.nodes).max()
-    return abs(_cross(along, to)) <= rounding * (np.hypot(*along.T) + np.hypot(*to.T))
+    return abs(_cross_product(along, to)) <= rounding * (np.hypot(*along.T) + np.hypot(*to.T))
 
 
 def _split_edges(network, edge, share, node, places, kinds, moved, targets) -> Network:

@@ -102,7 +102,7 @@ def _estimate(pieces, meshes, materials: dict[str, dict], placed) -> None:
                     size = mesh.size_of(material, materials.get(material, {}))
                     expected += max(1.0, _area(values) / size / size)
             if expected > MOST_CELLS:
-                raise _too_many(size, expected)
+                raise _too_many_error(size, expected)
         except InputError as error:
             raise placed(place, error) from None
     if expected > _MANY:
@@ -121,12 +121,12 @@ def refuse_far_too_many(regions, meshes, materials: dict[str, dict], placed) -> 
             meshed = (one.outline for one in regions if is_listed(one.name, mesh.regions))
             cells = sum(shapely.Polygon(outline).area for outline in meshed) / size / size
             if cells > _FAR * MOST_CELLS:
-                raise _too_many(size, cells)
+                raise _too_many_error(size, cells)
         except InputError as error:
             raise placed(place, error) from None
 
 
-def _too_many(size: float, cells: float) -> InputError:
+def _too_many_error(size: float, cells: float) -> InputError:
     return InputError(
         f"cells of {size:.4g} m would be about {cells:.2g}, more than {MOST_CELLS}; "
         "choose a larger size, a lower frequency or a smaller region"
@@ -163,19 +163,19 @@ def _bodies(mesh: Mesh, pieces: Sequence[Piece]) -> Iterator[tuple[str, list[int
             )
     members = [i for i, piece in enumerate(pieces) if is_listed(_key(piece, what), patterns)]
     if mesh.body:
-        yield _checked(mesh.body), members
+        yield _check_name(mesh.body), members
         return
     for i in members:
         if not pieces[i].name:
             raise InputError(f"{what} = {patterns!r} matches a block without a name; name it")
-        yield _checked(pieces[i].name), [i]
+        yield _check_name(pieces[i].name), [i]
 
 
 def _key(piece: Piece, what: str) -> str:
     return piece.region if what == "regions" else piece.name
 
 
-def _checked(name: str) -> str:
+def _check_name(name: str) -> str:
     if len(name.encode()) > LONGEST_NAME:
         raise InputError(f"body {name!r} must have at most {LONGEST_NAME} bytes")
     return name
