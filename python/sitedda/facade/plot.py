@@ -243,10 +243,8 @@ def _draw_accelerations(panels, history, series: dict) -> None:
     for axes, (name, values), color in zip(panels, series.items(), (BLUE, GREY), strict=False):
         axes.plot(history.time, values, color=color, lw=0.6)
         axes.set(xlim=(0, float(history.time[-1])), ylim=(-1.08 * most, 1.08 * most))
-        axes.set_title(
-            f"{plain(name)}: largest {abs(values).max():.3g} m/s²", loc="left", fontsize=9
-        )
-        axes.set_ylabel("m/s²")
+        words = f"acceleration of {plain(name)} (m/s²), largest {abs(values).max():.3g}"
+        axes.set_title(words, loc="left", fontsize=9)
     panels[0].tick_params(labelbottom=False)
     panels[-1].set_xlabel("time (s)")
 

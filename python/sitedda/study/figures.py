@@ -27,9 +27,21 @@ _NUMBERS = ("threshold", "level", "confidence", "seed", "design")
 def known_kind(kind) -> str:
     """Return a kind of figure; raise an error if it is unknown."""
     if not isinstance(kind, str) or kind not in KINDS:
-        raise InputError(f"[[figures]] kind = {kind!r}{nearest(str(kind), KINDS)}; use "
-                         f"{', '.join(KINDS)}")  # fmt: skip
+        raise InputError(f"[[figures]] kind = {kind!r} is not {', '.join(KINDS)}"
+                         f"{nearest(str(kind), KINDS)}")  # fmt: skip
     return kind
+
+
+def arguments_of(kind: str, values: Mapping) -> inspect.BoundArguments:
+    """Return the arguments of a kind of figure; the table is left out."""
+    signature = inspect.signature(KINDS[kind])
+    try:
+        return signature.bind(None, **values)
+    except TypeError:
+        known = list(signature.parameters)[1:]
+        unknown = next((name for name in values if name not in known), None)
+        wrong = f"there is no {unknown!r}" if unknown else "a value is missing"
+        raise InputError(f"kind {kind!r}: {wrong}; it has {', '.join(known)}") from None
 
 
 def check_figures(figures, plan) -> list[dict]:
@@ -66,10 +78,7 @@ def _check_figure(values: dict, plan) -> None:
         raise InputError(f"select = {select!r}: give values by dimension, as {{scale = 1.0}}")
     for name, value in select.items():
         _check_selection(name, value, plan)
-    try:
-        asked = inspect.signature(KINDS[kind]).bind(None, **values)
-    except TypeError as trouble:
-        raise InputError(f"kind {kind!r}: {trouble}") from None
+    asked = arguments_of(kind, values)
     asked.apply_defaults()
     for name, value in list(asked.arguments.items())[1:]:
         _check_argument(name, value, select, plan)

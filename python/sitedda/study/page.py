@@ -9,7 +9,7 @@ import numpy as np
 from ..base.errors import InputError
 from ..base.numbers import counted, number, titled, with_bar
 from ..report import Facts, Page, Paragraph, Picture, Table, provenance, write_html
-from .figures import KINDS, known_kind
+from .figures import KINDS, arguments_of, known_kind
 from .table import BAR, counts
 
 _MOST = 60  # largest number of rows of a table
@@ -114,8 +114,10 @@ def _add_figure(page: Page, table, values: dict) -> str:
     """Add a figure; what it means in a sentence, if it answers whether the model stands."""
     kind = known_kind(values.pop("kind", None))
     title = values.pop("title", "") or _HEADS.get(kind, kind.capitalize())
+    select = values.pop("select", {})
+    arguments_of(kind, values)
     try:
-        selected = table.sel(**values.pop("select", {}))
+        selected = table.sel(**select)
         found = KINDS[kind](selected, **values)
     except KeyError as trouble:
         raise InputError(f"[[figures]] of kind {kind!r}: the table has no {trouble}") from None
