@@ -2,6 +2,7 @@
 """Layout of pictures: no text over another one or outside, in models of random content."""
 
 import re
+from contextlib import suppress
 from itertools import combinations
 
 import pytest
@@ -18,7 +19,7 @@ from sitedda.report.html import _write_table
 from sitedda.style import new_figure
 
 _TOUCH = 1.0  # pixels that boxes of letters may share
-_MODELS = 30
+_MODELS = 40
 _VARIABLE = re.compile(r"[a-z]+_[a-z]+")  # names of the models have none
 _LOOKS = [{"color": color, "contacts": contacts, "arrows": arrows}
           for color in ("material", "displacement", "rotation", "compression", "velocity")
@@ -45,7 +46,7 @@ def raw_words(figure) -> list[str]:
     quantities = [words for axes in figure.findobj(Axes) for words in
                   (axes.get_xlabel(), axes.get_ylabel(),
                    axes.get_title(loc="left") if hasattr(axes, "_colorbar") else "")]  # fmt: skip
-    found = [words for words in quantities if words and not re.search(r" ?\(.+\)$", words)]
+    found = [words for words in quantities if words and not re.search(r" ?\(.+\)$| / ", words)]
     texts = (text.get_text() for text in _shown(figure))
     return list(dict.fromkeys([words for words in texts if _VARIABLE.search(words)] + found))
 
@@ -78,7 +79,9 @@ def runs(tmp_path_factory) -> list:
     for seed in range(_MODELS):
         file = folder / f"model_{seed}.nml"
         file.write_text(random_model(seed), encoding="utf-8")
-        found.append(sitedda.run(file, output=False))
+        with suppress(sitedda.ConvergenceError):  # some fail or do not come to rest
+            found.append(sitedda.run(file, output=False))
+    assert len(found) > 0.7 * _MODELS
     return found
 
 
