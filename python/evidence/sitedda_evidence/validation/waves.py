@@ -468,7 +468,7 @@ def _velocity(data, point: str) -> np.ndarray:
 
 
 def _energy(velocity, data, per_wave: int) -> float:
-    """∫ v² dt over the sixth period after the start."""
+    """Return ∫ v² dt over the sixth period after the start."""
     period = per_wave / _bar_speed("S")
     return float(np.sum(velocity[_energy_window(data, period)] ** 2))
 

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blocks divided into cells, which are welded into bodies that bend."""
+"""Divide blocks into cells that are welded into deformable bodies."""

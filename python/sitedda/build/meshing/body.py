@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A body of one or several parts divided into convex cells."""
+"""Divide a body of one or several parts into convex cells."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -32,9 +32,9 @@ _ROUNDING = 1e-9  # of the size of a body
 _BITS = 8  # error of coordinates far from (0, 0), in last bits
 _STRAIGHT = 1e-13  # of the size of a body: corners closer to a straight line are left out
 _ORDER = 1e-6  # of the size of a body: centroids closer in height count as level
-_CLOSE = 0.1  # of the smallest size: nodes closer than this become one
-_HOLE = 0.5  # of the width of a hole: cells beside it are no larger
-_SHORTEST, _LONGEST = 0.05, 1.6  # of the local size: faces beyond are named
+_CLOSE = 0.1  # nodes closer than this fraction of the smallest size are merged
+_HOLE = 0.5  # largest size of cells beside a hole over its width
+_SHORTEST, _LONGEST = 0.05, 1.6  # fractions of the local size beyond which faces are reported
 _CORNER_REACH = {"quadrilateral": 0.75, "voronoi": 0.25}  # of the local size, see `fitted`
 _LINE_REACH = {"quadrilateral": 0.3, "voronoi": 0.2}
 
@@ -68,7 +68,7 @@ class Part:
 
 @dataclass
 class Cut:
-    """Cells of a body, in an order that does not depend on that of the input.
+    """Cells of a body, in an order independent of the input.
 
     Attributes
     ----------
@@ -164,7 +164,7 @@ class _Body:
     # --- Edges -----------------------------------------------------------------------------------
 
     def _graphs(self) -> list[Graph]:
-        """Lines that divide the body: one graph for all of it, or polygons of each part."""
+        """Return the lines that divide the body: a common graph, or polygons of each part."""
         if self.cells == "voronoi":
             return [polygons(shape, self.sizes, self.seed) for shape in self.shapes]
         if len(self.parts) == 1 and not self.sizes.varies:
@@ -174,7 +174,7 @@ class _Body:
         return [squares(shapely.multipolygons(self.shapes), self.sizes, self._direction())]
 
     def _direction(self) -> float:
-        """Direction of the longest straight side of the body, between 0 and 90°, rad."""
+        """Return the direction of the longest straight side, between 0 and 90°, rad."""
         ring = np.concatenate(
             [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in self.rings]
         )
@@ -187,7 +187,7 @@ class _Body:
         return float(angle[longest].min())
 
     def _network(self) -> Network:
-        """Outlines and dividing lines of the body, split at their crossings."""
+        """Return outlines and dividing lines of the body, split at their crossings."""
         self.names = sorted(
             {name for part in self.parts for _, names in part.rings for name in names}
         )
@@ -219,13 +219,13 @@ class _Body:
         return self._without_short_edges(network)
 
     def _clipped_network(self, network: Network) -> Network:
-        """The network without edges outside the body."""
+        """Remove the edges outside the body from a network."""
         ends = network.nodes[network.edges]
         inside = shapely.contains_xy(self.domain, *ends.mean(axis=1).T)
         return network.subset(inside | network.outline)
 
     def _without_short_edges(self, network: Network) -> Network:
-        """The network with inner nodes that are close to each other or to outlines made one."""
+        """Merge inner nodes that are close to each other or to outlines."""
         for share in (1.0, 0.5, 0.25):
             reach = share * _CLOSE * self.sizes.smallest
             try:
@@ -236,7 +236,7 @@ class _Body:
         return network
 
     def _kinds(self, network: Network, cycles) -> np.ndarray:
-        """The part that each face lies in, −1 for none."""
+        """Return the part of each face, −1 for none."""
         owner = np.repeat(np.arange(len(cycles)), list(map(len, cycles)))
         corners = network.nodes[np.concatenate(cycles)]
         faces = shapely.polygons(shapely.linearrings(corners, indices=owner))
@@ -259,7 +259,7 @@ class _Body:
             )
 
     def _finished(self, cells: Cells) -> Cut:
-        """Corners, joints of the edges and parts, in an order of their own."""
+        """Return corners, edge joints and parts in a canonical order."""
         near = max(_STRAIGHT * self.size, self.rounding)
         kept = [i for i, cycle in enumerate(cells.cycles) if cycle]
         cycles = [cells.cycles[i] for i in kept]
@@ -291,7 +291,7 @@ class _Body:
         )
 
     def _placed(self, places) -> np.ndarray:
-        """Positions as given: corners of the outlines to the last bit."""
+        """Restore positions as given: corners of outlines are exact."""
         given = np.concatenate([ring for part in self.parts for ring, _ in part.rings])
         away, which = cKDTree(given - self.centre).query(places)
         found = places + self.centre
@@ -300,7 +300,7 @@ class _Body:
         return found
 
     def _check_whole(self, cells: Cells, kept) -> None:
-        """Refuse a body in several pieces."""
+        """Reject a body of several unconnected pieces."""
         place = {i: k for k, i in enumerate(kept)}
         links = np.array(
             [
@@ -317,7 +317,7 @@ class _Body:
             )
 
     def _unusual_faces(self, rings: Rings) -> tuple[np.ndarray, np.ndarray]:
-        """Middles of faces that are shorter or longer than they should be, m."""
+        """Return the middles of faces that are too short or too long, m."""
         length = rings.edge_lengths()
         middle = 0.5 * (rings.corners + rings.corners[rings.after])
         local = self.sizes.at(middle)
@@ -326,7 +326,7 @@ class _Body:
 
 
 def _in_order(part: Part) -> Part:
-    """A part whose rings begin at their lowest, leftmost corner, wherever they began."""
+    """Return a part whose rings begin at their lowest, leftmost corner."""
     rings = []
     for k, (ring, joints) in enumerate(part.rings):
         ring, joints = np.asarray(ring, dtype=float), list(joints)
@@ -338,7 +338,7 @@ def _in_order(part: Part) -> Part:
 
 
 def _clipped(graph: Graph, shape) -> Graph:
-    """The parts of the edges of a graph within a shape."""
+    """Clip the edges of a graph to a shape."""
     lines = shapely.linestrings(graph.nodes[graph.edges])
     whole = shapely.contains_properly(shape, lines)
     cut = shapely.intersection(lines[~whole], shape)
@@ -352,7 +352,7 @@ def _clipped(graph: Graph, shape) -> Graph:
 
 
 def _compact(network: Network) -> Network:
-    """The network without nodes that no edge has."""
+    """Remove the nodes without edges from a network."""
     used, where = np.unique(network.edges, return_inverse=True)
     edges = np.sort(where.reshape(-1, 2), axis=1)
     return Network(network.nodes[used], network.kinds[used], edges, network.labels, network.outline)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cells of a mesh: split until all are convex, small ones merged where the union is convex."""
+"""Split cells of a mesh until all are convex; merge small cells into convex unions."""
 
 import heapq
 from collections.abc import Sequence
@@ -8,9 +8,9 @@ from math import hypot, pi
 import numpy as np
 
 _FLAT = 1e-7  # sine of a right turn that counts as round-off
-_SMALL = 0.35  # of the square of the local size: smaller cells join a neighbour
-_DIGITS = 6  # of compared fractions: round-off must not decide
-_NEAR = 0.15  # of the local size: a split does not end closer to a corner than this
+_SMALL = 0.35  # smallest area of a cell over the square of the local size
+_DIGITS = 6  # digits of compared fractions, so that round-off has no effect
+_NEAR = 0.15  # smallest distance of a split from a corner over the local size
 
 
 class Cells:
@@ -51,7 +51,7 @@ class Cells:
         return sine if ux * vx + uy * vy >= 0 else (1.0 if sine >= 0 else -1.0)
 
     def reflex(self, cycle: list[int]) -> list[int]:
-        """Places in a cycle where it turns to the right."""
+        """Return the indices in a cycle at which it turns to the right."""
         count = len(cycle)
         return [
             k
@@ -82,7 +82,7 @@ class Cells:
         return sum(hypot(x - a, y - b) for (x, y), (a, b) in zip(places, ends, strict=True))
 
     def roundness(self, cycle: list[int]) -> float:
-        """Area over that of a circle of the same perimeter: 1 at most, 0 of a sliver."""
+        """Return the area over that of a circle of the same perimeter, 0 … 1."""
         return 4 * pi * self.area(cycle) / self.perimeter(cycle) ** 2
 
     # --- Splitting -------------------------------------------------------------------------------
@@ -97,7 +97,7 @@ class Cells:
                 waiting += self._split(i, *found)
 
     def _best_split(self, i: int, reflex: list[int], local):
-        """From which corner to which, or to which place on an edge, a cell is split best."""
+        """Return the best split of a cell: from a corner to a corner or a point on an edge."""
         cycle = self.cycles[i]
         size = float(local(np.array([self.nodes[cycle[reflex[0]]]]))[0])
         best, found = -np.inf, None
@@ -113,7 +113,7 @@ class Cells:
         return found
 
     def _quality(self, cycle, place, size: float) -> float:
-        """How good a half is: round, not small, with few corners that turn to the right."""
+        """Rate a half: round, not small, with few reflex corners."""
         nodes = self.nodes
         self.nodes = [*nodes, place] if place is not None else nodes
         cycle = [len(nodes) if node < 0 else node for node in cycle]
@@ -125,7 +125,7 @@ class Cells:
 
     @staticmethod
     def _halves(cycle, k, end, place):
-        """The two cycles of a split from corner k to corner `end` or the edge after it."""
+        """Return the two cycles of a split from corner k to corner `end` or the edge after it."""
         turned = cycle[k:] + cycle[:k]
         at = (end - k) % len(cycle)
         if place is None:
@@ -133,7 +133,7 @@ class Cells:
         return turned[: at + 1] + [-1], [-1] + turned[at + 1 :] + turned[:1]
 
     def _corners(self, cycle, k):
-        """Corners that can be seen from corner k, not beside it."""
+        """Return the corners visible from corner k, except its neighbours."""
         count = len(cycle)
         for end in range(count):
             if end in (k, (k - 1) % count, (k + 1) % count):
@@ -142,7 +142,7 @@ class Cells:
                 yield end, None
 
     def _edges(self, cycle, k, near: float):
-        """Places on edges that rays from corner k meet: along both sides, between them, upright."""
+        """Return points of edges on rays from corner k: along both sides, between them, upright."""
         count = len(cycle)
         px, py = self.nodes[cycle[k]]
         before, after = (self.nodes[cycle[(k + step) % count]] for step in (-1, 1))
@@ -167,7 +167,7 @@ class Cells:
                 yield best[3], best[4]
 
     def _is_visible(self, cycle, k, target, beside) -> bool:
-        """Whether the way from corner k to a place crosses no edge and lies within the cell."""
+        """Return whether the line from corner k to a point lies within the cell."""
         count = len(cycle)
         p = self.nodes[cycle[k]]
 
@@ -187,7 +187,7 @@ class Cells:
         return side(p, after, target) > 0 or side(before, p, target) > 0
 
     def _split(self, i: int, k: int, end: int, place) -> tuple[int, int]:
-        """Split a cell, and say which two it became."""
+        """Split a cell and return the two new cells."""
         cycle = self.cycles[i]
         one, other = self._halves(cycle, k, end, place)
         if place is not None:
@@ -203,7 +203,7 @@ class Cells:
         return i, len(self.cycles) - 1
 
     def _insert(self, a: int, b: int, new: int) -> None:
-        """Put a node on an edge: in the cell beyond it, and in its label."""
+        """Insert a node into an edge, its neighbour cell and its label."""
         label = self.labels.pop((min(a, b), max(a, b)), None)
         if label is not None:
             self.labels[min(a, new), max(a, new)] = label
@@ -218,7 +218,7 @@ class Cells:
     # --- Merging ---------------------------------------------------------------------------------
 
     def merge_small(self, local) -> int:
-        """Merge small cells where the union is convex, the smallest first; how many were."""
+        """Merge small cells into convex unions, the smallest first; return their number."""
         middles = np.array(
             [np.mean([self.nodes[k] for k in cycle], axis=0) for cycle in self.cycles]
         )
@@ -265,7 +265,7 @@ class Cells:
         return into
 
     def _union(self, i: int, other: int) -> list[int] | None:
-        """The cycle around two cells, if it is one convex polygon."""
+        """Return the cycle around two cells, if it is one convex polygon."""
         rest, more = self._rest(i, other), self._rest(other, i)
         if rest is None or more is None:
             return None
@@ -275,7 +275,7 @@ class Cells:
         return union
 
     def _rest(self, i: int, other: int) -> list[int] | None:
-        """The nodes of a cell from the end of the edges common with another to their beginning."""
+        """Return the nodes of a cell that are not inside its common edges with another cell."""
         cycle = self.cycles[i]
         count = len(cycle)
         common = [self.owner.get((cycle[(k + 1) % count], cycle[k])) == other for k in range(count)]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Nodes near outlines moved onto them, so that no small cell is cut off."""
+"""Move nodes near outlines onto the outlines, which avoids small cells."""
 
 import numpy as np
 import shapely
@@ -12,7 +12,7 @@ _LEVEL = 1e-6  # of the size: distances that differ by less are equal
 
 
 def fitted(graph: Graph, rings, corner_share: float, line_share: float) -> Graph:
-    """The graph with its nodes near corners and sides of outlines moved onto them.
+    """Move the nodes of a graph near outlines onto their corners and sides.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def fitted(graph: Graph, rings, corner_share: float, line_share: float) -> Graph
 
 
 def _turning_angles(ring) -> np.ndarray:
-    """By how much an outline turns at each corner, rad, shape (corners,)."""
+    """Return the turning angle of an outline at each corner, rad, shape (corners,)."""
     after, before = np.roll(ring, -1, axis=0) - ring, ring - np.roll(ring, 1, axis=0)
     cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
     return abs(np.arctan2(cross, (before * after).sum(axis=1)))

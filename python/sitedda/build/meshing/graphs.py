@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Plane graphs whose faces become cells: squares of one size or several, and even polygons."""
+"""Plane graphs whose faces become cells: squares of several sizes, or even polygons."""
 
 from dataclasses import dataclass
 
@@ -24,7 +24,7 @@ _FINEST = 2**29  # smallest squares over the body: places are whole numbers of t
 
 @dataclass
 class Graph:
-    """Nodes and straight edges that cross nowhere.
+    """Nodes and straight edges without crossings.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ def counted(lengths: np.ndarray, size: float) -> np.ndarray:
 
 
 def _leaves(low, high, sizes: Sizes, turn, shape):
-    """Squares of a tree over a box: corner and side in units of the finest, and that unit.
+    """Return the squares of a quadtree over a box: corners and sides in units of the finest.
 
     A square is cut in four until it is no larger than wanted at its middle.  Sizes grow so slowly
     with the distance that neighbours differ by no more than a factor of two.
@@ -85,7 +85,7 @@ def _leaves(low, high, sizes: Sizes, turn, shape):
 
 
 def squares(shape, sizes: Sizes, angle: float) -> Graph:
-    """Squares over a shape, with sides at an angle (rad) to the axes."""
+    """Return squares over a shape, with sides at an angle (rad) to the axes."""
     turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
     own = shapely.get_coordinates(shape) @ turn.T
     low, high = own.min(axis=0), own.max(axis=0)
@@ -97,7 +97,7 @@ def squares(shape, sizes: Sizes, angle: float) -> Graph:
     where = where.reshape(keys.shape)
     local = np.full(len(nodes), np.inf)
     np.minimum.at(local, where, (leaves[:, 2:] * unit.max()) + np.zeros((1, 4)))
-    # A side that a smaller neighbour halves is two edges.
+    # A side next to smaller squares becomes two edges.
     after = np.roll(where, -1, axis=1)
     middle = ((corners + np.roll(corners, -1, axis=1)) // 2) @ np.array([2**32, 1])
     at = np.minimum(np.searchsorted(nodes, middle), len(nodes) - 1)
@@ -118,7 +118,7 @@ def squares(shape, sizes: Sizes, angle: float) -> Graph:
 
 
 def polygons(shape, sizes: Sizes, seed: int) -> Graph:
-    """Even polygons: of a Voronoi diagram whose seeds moved to the middles of their cells."""
+    """Return even polygons of a Voronoi diagram with relaxed seeds."""
     low, high = np.reshape(shape.bounds, (2, 2))
     leaves, unit = _leaves(low, high, sizes, np.eye(2), shape)
     share = uniform(seed, (11,), 2 * len(leaves)).reshape(-1, 2) - 0.5
@@ -136,7 +136,7 @@ def polygons(shape, sizes: Sizes, seed: int) -> Graph:
 
 
 def _diagram(seeds, shape) -> Voronoi:
-    """The diagram of seeds, bounded by four far ones."""
+    """Return the Voronoi diagram of seeds, bounded by four distant seeds."""
     x, y = np.reshape(shape.bounds, (2, 2)).mean(axis=0)
     far = 20 * shapely.length(shapely.envelope(shape))
     frame = [[x - far, y], [x + far, y], [x, y - far], [x, y + far]]
@@ -144,7 +144,7 @@ def _diagram(seeds, shape) -> Voronoi:
 
 
 def _relaxed(seeds, shape, sizes: Sizes) -> np.ndarray:
-    """Seeds at the middles of their cells within a shape, weighted towards small sizes."""
+    """Move seeds to the middles of their cells, weighted towards small sizes."""
     diagram = _diagram(seeds, shape)
     regions = [diagram.regions[i] for i in diagram.point_region[: len(seeds)]]
     owner = np.repeat(np.arange(len(seeds)), [len(region) for region in regions])
@@ -172,7 +172,7 @@ def _relaxed(seeds, shape, sizes: Sizes) -> np.ndarray:
 
 
 def _without_short_sides(vertices, sides, sizes: Sizes) -> Graph:
-    """The graph with the ends of short sides made one."""
+    """Merge the ends of short sides of a graph."""
     used, where = np.unique(sides, return_inverse=True)
     nodes, sides = vertices[used], where.reshape(-1, 2)
     local = sizes.at(nodes)

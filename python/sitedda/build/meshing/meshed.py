@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blocks of an input turned into the cells of bodies."""
+"""Convert blocks of an input into the cells of bodies."""
 
 import warnings
 from collections.abc import Callable, Iterator, Sequence
@@ -50,7 +50,7 @@ def mesh_blocks(
     materials: dict[str, dict],
     placed: Callable[[str, InputError], InputError],
 ) -> tuple[list[dict], list[int], list[str]]:
-    """The cells of the blocks that are meshed.
+    """Return the cells of the meshed blocks.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def _estimate(pieces, meshes, materials: dict[str, dict], placed) -> None:
 
 
 def refuse_far_too_many(regions, meshes, materials: dict[str, dict], placed) -> None:
-    """Refuse a multiple of the cells that can be made before regions are cut; holes may be most."""
+    """Reject far too many cells before regions are cut; holes may be most of the area."""
     for mesh, place in meshes:
         if not mesh.regions:
             continue
@@ -134,7 +134,7 @@ def _too_many_error(size: float, cells: float) -> InputError:
 
 
 def _area(values: dict) -> float:
-    """Area that the outline of a block bounds, m²."""
+    """Return the area within the outline of a block, m²."""
     outline = shapely.Polygon(np.reshape(values["vertices"], (-1, 2)))
     if outline.is_valid and outline.area > _FLAT * outline.length**2:
         return outline.area
@@ -145,7 +145,7 @@ def _area(values: dict) -> float:
 
 
 def _bodies(mesh: Mesh, pieces: Sequence[Piece]) -> Iterator[tuple[str, list[int]]]:
-    """Names of bodies, and the pieces that each consists of."""
+    """Return the names of bodies and their pieces."""
     what = "regions" if mesh.regions else "blocks"
     patterns = mesh.regions or mesh.blocks
     for one in filter(None, map(str.strip, patterns.split(","))):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shapes with four corners divided along their sides."""
+"""Divide shapes with four corners along their sides."""
 
 import numpy as np
 import shapely
@@ -12,7 +12,7 @@ _UNEVEN = 2.0  # opposite sides may differ by this factor
 
 
 def divided(shape, size: float) -> Graph | None:
-    """Lines between opposite sides of a convex shape with four corners; None for others."""
+    """Return lines between opposite sides of a convex quadrangle; None for other shapes."""
     if len(shape.interiors):
         return None
     ring = shapely.get_coordinates(shape.exterior)[:-1]

@@ -39,7 +39,7 @@ class Sizes:
 
     @property
     def varies(self) -> bool:
-        """Whether the size is not the same everywhere."""
+        """Return whether the size varies."""
         return bool(self._near)
 
     def bound(self, shape, size: float) -> None:
