@@ -72,7 +72,7 @@ contains
       character(len=longest_change) :: change
 
       if (word == '') call fail(error, error_input, '--set needs NAME=VALUE')
-      if (len(word) > longest_change) call fail(error, error_input, '--set takes at most '// &
+      if (len(word) > longest_change) call fail(error, error_input, '--set accepts at most '// &
          to_text(longest_change)//' characters; '//quoted(word)//' has '//to_text(len(word)))
       change = word
       arguments%changes = [arguments%changes, change]

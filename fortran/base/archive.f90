@@ -146,7 +146,7 @@ contains
 
       found = label
       call serialise_text(archive, found)
-      if (found /= label) call fail_archive(archive, 'it has no '//label//' where they should be')
+      if (found /= label) call fail_archive(archive, label//' are missing in it')
    end subroutine serialise_label
 
    !> Serialise a number that must lie within limits.

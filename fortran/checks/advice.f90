@@ -132,7 +132,7 @@ contains
             to_text(penalty%limit)//' Hz with rigid joints)'
       else
          penalty%words = 'no penalty gives '//to_text(target)// &
-            ' Hz: the first frequency does not follow the penalty'
+            ' Hz: the first frequency does not depend on the penalty'
       end if
    end subroutine penalty_for_frequency
 

@@ -146,7 +146,7 @@ contains
       arrival = 0.5_wp*width/report%speed(2)
       late = arrival >= duration
       call add_line(report, merge(verdict_ok, verdict_warn, late), 'sides', 'free or viscous '// &
-         'sides do not move as level ground; waves from them reach the middle after '// &
+         'sides do not move like level ground; their waves reach the middle after '// &
          short_text(arrival)//' s of '//short_text(duration)//' s of motion', 'width/(2 V_p)', &
          advice_if(.not. late, "kind = 'free_field' at both sides, or 'tied' for level ground"))
    end subroutine check_sides
@@ -164,9 +164,9 @@ contains
       if (departure < 0.0_wp) return
       near = departure > most_departure
       percent = 0.01_wp*nint(1.0e4_wp*departure)
-      call add_line(report, merge(verdict_warn, verdict_ok, near), 'sides', 'the sides '// &
-         'will depart from their free fields by about '//short_text(percent)//' % of their '// &
-         'motion at '//short_text(frequency)//' Hz, limit '//short_text(100.0_wp*most_departure) &
+      call add_line(report, merge(verdict_warn, verdict_ok, near), 'sides', 'motions '// &
+         'of the sides and their free fields will differ by about '//short_text(percent)//' %'// &
+         ' at '//short_text(frequency)//' Hz, limit '//short_text(100.0_wp*most_departure) &
          //' %', 'long-wave estimate', advice_if(near, 'more level ground before the sides'))
    end subroutine check_free_fields
 

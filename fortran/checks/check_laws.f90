@@ -50,10 +50,10 @@ contains
 
       associate (material => model%materials(m))
          left = [material%own_law%secant(strains(1)), material%own_law%secant(strains(2))]
-         found = quoted(trim(material%name))//': '//material%own_law%in_words()//'; loops of '// &
-            '0.1 and 1 % shear strain have '//short_text(left(1))//' and '//short_text(left(2))// &
-            ' of the modulus of small strains, and waves '//short_text(sqrt(left(1)))//' and '// &
-            short_text(sqrt(left(2)))//' of their length'
+         found = quoted(trim(material%name))//': '//material%own_law%in_words()//'; at '// &
+            '0.1 and 1 % shear strain G/G0 = '//short_text(left(1))//' and '// &
+            short_text(left(2))//', wavelengths are reduced to '//short_text(sqrt(left(1)))// &
+            ' and '//short_text(sqrt(left(2)))//' of those at small strain'
          fine = .true.
          if (report%band%known) then
             eta = side*report%band%highest/sqrt(left(1)*material%young_modulus/(2.0_wp &
@@ -63,8 +63,8 @@ contains
             fine = eta <= coarsest
          end if
          call add_line(report, merge(verdict_ok, verdict_warn, fine), 'material law', found, &
-            'secant moduli', advice_if(.not. fine, 'where the soil is to yield, blocks no '// &
-            'larger than '//short_text(side*coarsest/eta)//' m'))
+            'secant moduli', advice_if(.not. fine, 'blocks no larger than '// &
+            short_text(side*coarsest/eta)//' m in soil that will yield'))
       end associate
    end subroutine check_softer
 

@@ -89,10 +89,10 @@ contains
       brief = ''
       if (alpha > 0.0_wp .and. (linear%unilateral > 0 .or. report%modes%rigid > 0 .or. &
          linear%closed == 0)) then
-         found = found//'; blocks can move freely, and α drags them: a falling one to '// &
+         found = found//'; blocks can move freely, and α limits the speed of fall to '// &
             short_text(9.81_wp/alpha)//' m/s'
          advice = '; rayleigh_alpha = 0 for blocks that are not bonded'
-         brief = 'α drags free blocks, a falling one to '// &
+         brief = 'α limits the speed of falling blocks to '// &
             short_text(9.81_wp/alpha)//' m/s'
       end if
       steps = ringing_of_strains(linear)
@@ -100,7 +100,7 @@ contains
          'its rate every step and falls to 1/e in '//short_text(steps)//' steps'
       if (steps > most_ringing) then
          advice = advice//'; a smaller time_step or rayleigh_beta'
-         brief = 'strains ring, 1/e in '//short_text(steps)//' steps'
+         brief = 'strains ring and decay to 1/e in '//short_text(steps)//' steps'
       end if
       call add_line(report, merge(verdict_ok, verdict_warn, advice == ''), 'Rayleigh damping', &
          found, 'ζ = α/(2ω) + βω/2', advice(min(3, len(advice) + 1):), &

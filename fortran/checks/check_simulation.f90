@@ -135,12 +135,12 @@ contains
       b = 0
       if (simulation%model%stages(1)%static) call farthest_moved(simulation%blocks, &
          simulation%model%blocks%position, b, way)
-      if (b > 0) settled = settled//'; from the model as drawn block '// &
-         block_name(simulation, b)//' has moved by '//short_text(way)//' m'
+      if (b > 0) settled = settled//'; block '//block_name(simulation, b)// &
+         ' is '//short_text(way)//' m from its position in the input'
       separate = separate_blocks(simulation%model)
       if (linear%closed == 0 .and. separate > 1) then
          call add_line(report, verdict_warn, 'contacts', 'no contact is closed'//settled, 'model', &
-            'blocks touch only where edges meet; check the vertices')
+            'contacts exist only at edges that touch; check the vertices')
       else
          call add_line(report, verdict_ok, 'contacts', blocks_in_words(simulation%model)//', '// &
             counted(to_text(linear%closed), 'closed contact', 'closed contacts')//settled, &
@@ -162,8 +162,8 @@ contains
             least_slope*norm2(model%control%gravity), c=1, contacts%n)])
          if (head_joints == 0) return
          call add_line(report, verdict_warn, 'start', 'gravity acts suddenly on '// &
-            to_text(model%blocks%n)//' blocks, '//to_text(head_joints)//' contacts of head '// &
-            'joints touch: each of the first steps takes 10 to 50 times as long as at rest', &
+            to_text(model%blocks%n)//' blocks with '//to_text(head_joints)//' closed contacts '// &
+            'in head joints: the first steps take 10 to 50 times as long as later ones', &
             'model', 'geostatic = .true. and a head_joint of &wall above 0')
       end associate
    end subroutine check_start
@@ -345,8 +345,8 @@ contains
       words = 'condition of the contact iteration '//short_text(1.0_wp + cost)
       if (shift <= least .or. shift >= 1.0_wp) return
       ratio = ((1.0_wp - shift)**(-2) - 1.0_wp)/((1.0_wp - wanted)**(-2) - 1.0_wp)
-      words = words//'; 1 % would take '//short_text(ratio*linear%normal_stiffness)// &
-         ' N/m and have '//short_text(1.0_wp + ratio*cost)
+      words = words//'; for 1 %, normal_stiffness = '// &
+         short_text(ratio*linear%normal_stiffness)//' N/m, with '//short_text(1.0_wp + ratio*cost)
    end function cost_of_penalty
 
    !> Report whether the penalty limits penetration and whether rounding causes relevant forces.
@@ -364,11 +364,11 @@ contains
       if (weight == 0.0_wp .or. linear%closed == 0) return
       depth = linear%penetration/report%block_size(1)
       noise = simulation%iteration%noise/weight
-      brief = 'contacts at rest penetrate by '//short_text(100*depth)//' % of the smallest block'
+      brief = 'static contacts penetrate by '//short_text(100*depth)//' % of the smallest block'
       if (.not. depth > deepest) brief = 'rounding amounts to '//short_text(100*noise)// &
          ' % of the smallest weight'
       call add_line(report, merge(verdict_ok, verdict_warn, depth <= deepest &
-         .and. noise <= noisiest), 'penalty bounds', 'settled contacts penetrate by '// &
+         .and. noise <= noisiest), 'penalty bounds', 'static contacts penetrate by '// &
          short_text(100*depth)//' % of the smallest block, limit '//short_text(100*deepest)// &
          ' %; rounding amounts to '//short_text(100*noise)//' % of its weight, limit '// &
          short_text(100*noisiest)//' %', 'statics', advice_if(depth > deepest, &
@@ -452,7 +452,7 @@ contains
          found = found//damping_over(report%band, linear)
       end if
       if (found == '') return
-      advice = advice_if(first >= 0.1_wp, 'time_step for a wanted ratio '// &
+      advice = advice_if(first >= 0.1_wp, 'time_step for a given ratio '// &
          '(sitedda.time_step_for_damping), or '// &
          "integration = 'theta' with damping_ratio and damping_frequency")
       topic = first_mode
@@ -460,8 +460,8 @@ contains
       if (.not. sampled) then
          advice = 'time_step below '//short_text(0.5_wp/report%band%highest)//' s'
          topic = 'time step'
-         brief = 'motions up to '//short_text(report%band%highest)//' Hz, none '// &
-            'followed beyond '//short_text(0.5_wp/linear%time_step)//' Hz'
+         brief = 'motions reach '//short_text(report%band%highest)//' Hz, steps '// &
+            'resolve only '//short_text(0.5_wp/linear%time_step)//' Hz'
       end if
       call add_line(report, merge(verdict_ok, verdict_warn, first < 0.1_wp .and. sampled), &
          'damping', 'by the scheme '//found, '2ζ = (a + b) τ/(1 − a b τ²), '// &

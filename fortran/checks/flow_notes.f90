@@ -28,7 +28,7 @@ contains
       associate (flow => model%flow)
          if (size(flow%boundary) == 0 .and. any(flow%state == flow_steady)) notes = &
             [character(len=note_length) :: notes, 'water in joints: no head, pressure or '// &
-            'inflow is given, so steady pressures stay as at the start; give &flow_boundary']
+            'inflow is given, so steady pressures equal those at the start; add &flow_boundary']
          depth = huge(1.0_wp)
          longest = 0.0_wp
          do c = 1, size(flow%channel)
@@ -39,14 +39,14 @@ contains
          end do
          if (flow%state(2) == flow_transient .and. longest > 0.5_wp*depth) notes = &
             [character(len=note_length) :: notes, 'water in joints: pressures of '// &
-            short_text(frequency)//' Hz enter a joint by '//short_text(depth)// &
-            ' m, and a channel there has '//short_text(longest)//' m; give channel_length = '// &
+            short_text(frequency)//' Hz reach '//short_text(depth)//' m into a joint '// &
+            'with a channel of '//short_text(longest)//' m; give channel_length = '// &
             short_text(0.25_wp*depth)//', or state = ''undrained''']
          if (flow%state(2) == flow_undrained .and. depth > longest) notes = &
             [character(len=note_length) :: notes, 'water in joints: pressures of '// &
-            short_text(frequency)//' Hz pass from node to node (they enter by '// &
-            short_text(depth)//' m), which state = ''undrained'' does not allow; '// &
-            'state = ''transient'' does']
+            short_text(frequency)//' Hz reach '//short_text(depth)//' m into a joint, past '// &
+            'the next node, but state = ''undrained'' allows no flow between nodes; use '// &
+            'state = ''transient''']
       end associate
    end function flow_notes
 

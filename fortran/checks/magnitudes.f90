@@ -52,7 +52,7 @@ contains
       i = findloc(model%boundaries%kind == 'compliant', .true., 1)
       if (i == 0) return
       call note(notes, all(model%boundaries(i)%motion == 0), 'the compliant &boundary has no '// &
-         "motion: nothing comes in through it. Name motion_x or motion_y, or take kind = 'viscous'")
+         "motion, so no waves enter through it. Set motion_x or motion_y, or use kind = 'viscous'")
    end function magnitude_notes
 
    !> Add a note if its condition is met.
@@ -83,7 +83,7 @@ contains
          ' m: lengths are in m, not in mm')
       call note(notes, steps > 0 .and. interval > steps, 'history_interval = '// &
          to_text(interval)//' of &output is more than the '//to_text(steps)//' steps of the run'// &
-         ': histories have only its start and end')
+         ': histories contain only its start and end')
       call note(notes, size(model%free_fields) == 1, 'only one side has a free field: give '// &
          'both sides one, or neither')
    end subroutine note_control
@@ -103,7 +103,7 @@ contains
          speed = norm2(material%initial_velocity(1:2))
          turn = abs(material%initial_velocity(3))*model%control%time_step
          call note(notes, speed > fastest, 'initial_velocity of '//of//' is '// &
-            short_text(speed)//' m/s: faster than rock falls')
+            short_text(speed)//' m/s: faster than falling rock')
          call note(notes, turn > most_turn, 'initial_velocity of '//of//' turns its blocks by '// &
             short_text(turn)//' rad a step: the third value is in rad/s; take a smaller time_step')
          call note(notes, material%density >= weights(1) .and. material%density < weights(2) &
@@ -113,7 +113,7 @@ contains
             'kN/m³? That would be '//short_text(1000.0_wp*material%density/9.81_wp)//' kg/m³')
          call note(notes, yields .and. count(own) == 1 .and. &
             any(own .and. model%blocks%body == 0), of//' yields, and '// &
-            'its block has only one strain: mesh it (&mesh), or it yields as a whole')
+            'its block has uniform strain, so it yields as a whole: mesh it (&mesh)')
       end associate
    end subroutine note_material
 

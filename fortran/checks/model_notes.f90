@@ -128,9 +128,9 @@ contains
             length = real(stage%steps, wp)*stage%time_step
             if (abs(length - stage%duration) <= most_rounding*stage%duration) cycle
             call add(notes, 'duration = '//to_text(stage%duration)//' s of stage '// &
-               quoted(stage%name)//' is no whole number of steps of time_step = '// &
-               to_text(stage%time_step)//' s: '//to_text(stage%steps)//' of them make '// &
-               to_text(length)//' s')
+               quoted(stage%name)//' is not a multiple of time_step = '// &
+               to_text(stage%time_step)//' s: it is rounded to '//to_text(length)// &
+               ' s (steps: '//to_text(stage%steps)//')')
             return
          end associate
       end do
@@ -146,7 +146,7 @@ contains
          call find_repeated(names, first, more)
          if (first == 0) return
          call add(notes, to_text(count(names == names(first)))//' blocks are named '// &
-            quoted(names(first))//others(more)//': a list of names means all of them')
+            quoted(names(first))//others(more)//': in a list of names, it selects all of them')
       end associate
    end subroutine note_names
 
@@ -161,7 +161,7 @@ contains
       associate (point => model%points(first))
          call add(notes, 'measured point '//quoted(point%name)//others(count(model%points%other &
             > 0) - 1)//' lies on '//label(model, point%block)//' and '//label(model, &
-            point%other)//', and follows the first: name one by block, or move the point')
+            point%other)//' and follows the first: set its variable block, or move the point')
       end associate
    end subroutine note_points
 
@@ -176,15 +176,15 @@ contains
 
       call find_grounded(model, held, terms)
       if (.not. any(held)) then
-         call add(notes, 'nothing holds the blocks against gravity: no &fixed_point and no '// &
-            '&boundary holds one in that direction')
+         call add(notes, 'nothing supports the blocks against gravity: no &fixed_point and no '// &
+            '&boundary fixes a block in that direction')
          return
       end if
       call find_overburden(model%blocks, model%control%gravity, held, overburden)
       call find_supported(model, held, terms, overburden, supported)
       first = findloc(supported, .false., 1)
-      if (first > 0) call add(notes, 'nothing holds '//label(model, first)// &
-         others(count(.not. supported) - 1)//' against gravity, and there is nothing to fall on')
+      if (first > 0) call add(notes, 'nothing supports '//label(model, first)// &
+         others(count(.not. supported) - 1)//' against gravity, and there is no block below')
       call note_strain(model, overburden, notes)
       call note_depth(model, overburden, held, notes)
    end subroutine note_weights
@@ -288,7 +288,7 @@ contains
       end do
       i = findloc(used(1:), .false., 1)
       if (i > 0) call add(notes, '&motion '//quoted(model%motions(i)%name)// &
-         others(count(.not. used(1:)) - 1)//' moves nothing: no motion_x, motion_y, '// &
+         others(count(.not. used(1:)) - 1)//' is not used: no motion_x, motion_y, '// &
          'base_motion_x or base_motion_y names it')
    end subroutine note_motions
 

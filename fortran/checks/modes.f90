@@ -260,10 +260,10 @@ contains
       if (allocated(linear%equilibrium%words)) modes%words = modes%words//'; '// &
          linear%equilibrium%words
       if (modes%rigid > 0) modes%words = modes%words// &
-         '; the stiffness is singular: unsupported parts move freely as '//'rigid bodies in '// &
-         counted(to_text(modes%rigid), 'way', 'ways')
+         '; the stiffness is singular: unsupported parts have '// &
+         counted(to_text(modes%rigid), 'rigid-body mode', 'rigid-body modes')
       if (modes%mechanisms > 0) modes%words = modes%words//'; at least '// &
-         to_text(modes%mechanisms)//' further motions meet no stiffness (hinges or slides)'
+         to_text(modes%mechanisms)//' further modes have no stiffness (hinges or slides)'
       if (is_dispersive(linear)) modes%words = modes%words// &
          '; moduli and damping ratios of the materials are those at the frequency of each mode'
       if (modes%n < wanted) modes%words = modes%words//'; only '//to_text(modes%n)// &

@@ -63,7 +63,7 @@ contains
       if (allocated(error)) return
       call largest_eigenvalue(linear%stiffness, linear%mass, result%tolerance, pairs, error)
       if (allocated(error)) then
-         error%message = 'ω_max is not known (it lies between '// &
+         error%message = 'ω_max was not found (it lies between '// &
             bracket_text(result%bracket)//'): '//error%message
          return
       end if

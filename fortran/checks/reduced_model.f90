@@ -88,7 +88,7 @@ contains
          call fit_frequency(reduced, linear, inverse, force, highest*i/samples)
       end do
       if (.not. reduced%residual <= tolerable) call fail(error, error_solver, &
-         'the equations of the transfer function hold only to '//to_text(reduced%residual)// &
+         'the transfer function has a residual of '//to_text(reduced%residual)// &
          ' with '//to_text(reduced%m)//' basis vectors up to '//to_text(highest)// &
          ' Hz; choose lower frequencies')
    end subroutine reduce_model

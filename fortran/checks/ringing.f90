@@ -84,7 +84,7 @@ contains
       type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
       character(len=*), intent(in) :: kind  !< of term
 
-      ringing%words = 'no velocity changes its sign from step to step'
+      ringing%words = 'no velocity changes its sign at every step'
       ringing%brief = ringing%words
       ringing%advice = "a smaller time_step, a lower normal_stiffness, or integration = 'theta'"
       if (scheme%chi > 0.5_wp) &

@@ -55,8 +55,8 @@ contains
       integer :: i, j
 
       if (any(linear%terms%term(:linear%terms%n)%kind == term_free_side)) then
-         call fail(error, error_input, 'the ground beyond free-field sides moves by its '// &
-            'own, so there is no transfer function of the model: run it, or take kind = '// &
+         call fail(error, error_input, 'free-field columns have their own motion, so the '// &
+            'model has no single transfer function: run the model, or use kind = '// &
             "'tied' for level ground")
          return
       end if
@@ -119,7 +119,7 @@ contains
       call push_ground(linear, axis, force, held, moved)
       if (held == 0) then
          call fail(error, error_input, 'there is no base: no fixed point or dashpot supports '// &
-            'the model in '//merge('x', 'y', axis == 1)//' and there is no base motion in it')
+            'the model in '//merge('x', 'y', axis == 1)//', and there is no base motion')
       else if (moved < held) then
          transfer%words = to_text(moved)//' of '//to_text(held)//' '//ground_name(linear)//' move'
          call prepare_inverse(inverse, linear%stiffness, linear%mass, error)

@@ -99,7 +99,7 @@ contains
 
          words = ''
          if (energy <= 0.5_wp*strength**2/stiffness) words = name//' = '//to_text(energy)// &
-            ' N/m is not above what the joint stores up to its strength, '// &
+            ' N/m is not above the energy stored at the strength, '// &
             to_text(0.5_wp*strength**2/stiffness)//' N/m: it would break at once; raise it, '// &
             'or the stiffness per area'
       end function too_brittle

@@ -69,7 +69,7 @@ contains
       if (wrong /= '') return
       if (joint%dilation_angle > joint%residual_friction_angle) &
          wrong = 'dilation_angle = '//to_text(joint%dilation_angle)//' is above the residual '// &
-            'friction angle, '//to_text(joint%residual_friction_angle)//': slip would give energy'
+            'friction angle, '//to_text(joint%residual_friction_angle)//': slip would add energy'
 
    contains
 

@@ -55,8 +55,8 @@ contains
       associate (stages => simulation%model%stages)
          if (simulation%stage < size(stages) .or. stages(size(stages))%static .or. &
             simulation%step == simulation%first_step) then
-            call fail(error, error_input, model%file//': stages can be added to a run that has '// &
-               'taken steps in its last stage, a dynamic one')
+            call fail(error, error_input, model%file//': stages can be added only after the '// &
+               'first step of the last stage, which must be dynamic')
             return
          end if
          do i = size(stages) + 1, size(model%stages)
@@ -64,8 +64,8 @@ contains
                if (.not. (any(stage%holds) .or. any(stage%loads) .or. any(stage%begins) .or. &
                   any(stage%added))) cycle
                call fail(error, error_input, model%file//': stage '//quoted(trim(stage%name))// &
-                  ' is added during the run, so it cannot have hold, add or begin: these need '// &
-                  'a stage that is in the input from the start')
+                  ' is added during the run, so it cannot use hold, add or begin: these need '// &
+                  'a stage of the original input')
                return
             end associate
          end do

@@ -447,7 +447,7 @@ contains
       if (equilibrium%falling > 0) then
          equilibrium%words = equilibrium%words//': block '//block_name(simulation, &
             equilibrium%falls)//others_fall(equilibrium%falling - 1)//': no forces at the '// &
-            'contacts there can balance the loads, and nothing stands below to fall on'
+            'contacts there can balance the loads, and there is no block below'
          return
       end if
       if (equilibrium%block > 0) equilibrium%words = equilibrium%words//': block '// &
@@ -482,7 +482,7 @@ contains
          end do
          c = merge(worst(1), worst(2), worst(1) > 0)
          if (c == 0) then
-            if (worst(3) > 0) words = '; no contact slides, and its largest contact force is '// &
+            if (worst(3) > 0) words = '; no contact slides; the largest contact force on it is '// &
                short_text(contacts%normal_force(worst(3)))//' N/m on joint '// &
                quoted(trim(joints(contacts%joint(worst(3)))%name))// &
                ': look at that joint, at supports and gaps'

@@ -129,7 +129,7 @@ contains
                   (any(model%boundaries(i)%motion == m), i=1, size(model%boundaries))])) cycle
                call fail(error, error_input, quoted(trim(model%motions(m)%name))//' of &'// &
                   'motion continues with '//short_text(curve%velocity_after)//' m/s after its '// &
-                  'record, and a static stage needs supports at rest: give it '// &
+                  'record, but supports cannot move in a static stage: set '// &
                   "after_end = 'hold'")
                return
             end associate
@@ -143,7 +143,7 @@ contains
       character(len=:), allocatable :: words
 
       words = ' does not settle: '//error%message
-      if (error%kind == error_interrupted) words = ' has been interrupted on its way to rest; '// &
+      if (error%kind == error_interrupted) words = ' was interrupted before equilibrium; '// &
          'resume starts it again'
    end function unsettled
 
@@ -423,7 +423,7 @@ contains
       integer(long), intent(in) :: broken                 !< bonds, in this stage
 
       if (broken > 0) call add_doubt(simulation%doubts, 'bonds', to_text(broken)// &
-         ' broken before rest; the remaining points of a brittle joint may be too strong '// &
+         ' broken in static steps; remaining points of a brittle joint may be too strong '// &
          '(contact_points = 5)')
    end subroutine doubt_broken
 
@@ -456,13 +456,13 @@ contains
       if (b == 0) then
          words = '; no block moved'
       else
-         words = '; farthest moved block '//block_name(simulation, b)//', by '// &
+         words = '; block '//block_name(simulation, b)//' moved farthest, by '// &
             short_text(way)//' m'
       end if
       if (simulation%stage == 1) return
       call farthest_moved(simulation%blocks, simulation%model%blocks%position, b, way)
-      if (b > 0) words = words//'; from the model as drawn block '//block_name(simulation, b)// &
-         ', by '//short_text(way)//' m'
+      if (b > 0) words = words//'; block '//block_name(simulation, b)//' is '// &
+         short_text(way)//' m from its position in the input'
    end function moved_in_words
 
    !> Add losses of the scheme in static steps to the term of static stages.

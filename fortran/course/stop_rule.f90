@@ -84,7 +84,7 @@ contains
             end if
             if (settings%fallen > 0 .and. fallen >= settings%fallen) &
                state%reason = to_text(fallen)//trim(merge(' block has  ', ' blocks have', &
-               fallen == 1))//' moved farther than large, the last of them '// &
+               fallen == 1))//' moved farther than their size, the last of them '// &
                block_name(simulation, b)
             if (state%reason /= '') return
          end do

@@ -41,7 +41,7 @@ contains
          associate (contacts => simulation%contacts(simulation%now))
             place = '; worst contact: a vertex of block '// &
                block_name(simulation, contacts%block_v(c))//' on an edge of block '// &
-               block_name(simulation, contacts%block_e(c))//', force off by '// &
+               block_name(simulation, contacts%block_e(c))//', error of its force '// &
                to_text(simulation%iteration%residual)//' N/m, allowed '// &
                to_text(simulation%iteration%tolerance)
          end associate
@@ -70,7 +70,7 @@ contains
       associate (blocks => simulation%blocks)
          if (all_are_sound(blocks%n, blocks%position, blocks%velocity, allowed) &
             .and. abs(balance(simulation%energy)) <= huge(1.0_wp)) return
-         what = 'a strain, a velocity or an energy is beyond all numbers'
+         what = 'a strain, a velocity or an energy is not a finite number'
          do b = 1, blocks%n
             if (all(abs(blocks%position(1:2, b)) <= allowed)) cycle
             what = 'block '//block_name(simulation, b)//' has left the model: it is '// &
@@ -114,7 +114,7 @@ contains
             '; try a lower force_tolerance'
       else if (abs(simulation%energy%value(energy_geometric)) > max(most_geometric*scale, &
          allowed)) then
-         text = 'the geometry of contacts changed by so much in a step that their springs got '// &
+         text = 'the geometry of contacts changed so much that their springs gained '// &
             to_text(simulation%energy%value(energy_geometric))//' of '//to_text(scale)// &
             ' J/m between steps; try a smaller time_step'
       end if

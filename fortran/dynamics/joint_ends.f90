@@ -106,7 +106,7 @@ contains
 
       share = ''
       if (found(2) < 100*abs(found(1))) share = ', '//short_text(100*found(2)/abs(found(1)))// &
-         ' % off the mean'
+         ' % from the mean'
       associate (contacts => simulation%contacts(simulation%now))
          text = 'the bond of blocks '//block_name(simulation, contacts%block_v(c))// &
             ' and '//block_name(simulation, contacts%block_e(c))//', &joint '// &
@@ -114,8 +114,8 @@ contains
             ', has a tension of '//short_text(found(1) + found(2))//' Pa at one end and '// &
             short_text(found(1) - found(2))//' Pa at the other'//share//', but its two '// &
             'contacts have '//short_text(found(1) + found(2)/linear)//' and '// &
-            short_text(found(1) - found(2)/linear)//' Pa: in bending it is three times too '// &
-            'strong; try contact_points = 3'
+            short_text(found(1) - found(2)/linear)//' Pa: its strength in bending is three '// &
+            'times too high; try contact_points = 3'
       end associate
    end function words
 

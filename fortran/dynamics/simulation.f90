@@ -188,11 +188,11 @@ contains
             more_of(counters%repeated, 'step', 'steps', ' repeated with a smaller time step')// &
             more_of(counters%too_far, 'step', 'steps', ' beyond max_displacement_ratio')
          if (counters%unsettled > 0) text = text//'; in '//to_text(counters%unsettled)// &
-            ' steps the damage of cohesive joints did not converge: when they broke depends on Δt'
+            ' steps the damage of cohesive joints did not converge: failure times depend on Δt'
          if (counters%bounds_off > 0) text = text//'; in '//to_text(counters%bounds_off)// &
-            ' steps frozen quantities did not converge: the mean stress that gives '// &
-            'materials with dilation_angle below friction_angle their strength, or the damage '// &
-            'of broken faces'
+            ' steps frozen quantities did not converge: the damage of broken faces, or the '// &
+            'mean stress on which the strength of materials with dilation_angle below '// &
+            'friction_angle depends'
          if (impacts%steps > 0) text = text//'; '//counted(to_text(impacts%contacts), &
             'impact', 'impacts')//' in '//counted(to_text(impacts%steps), 'step', 'steps')// &
             more_of(int(impacts%reduced, long), 'of them', 'of them', ' with less restitution '// &

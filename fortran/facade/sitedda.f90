@@ -179,7 +179,7 @@ contains
       number = 0
       call require(allocated(analysis%model), 'no input has been read', error)
       if (.not. allocated(error)) call require(present(point) .eqv. present(axis), &
-         'a point is given with an axis', error)
+         'a point also needs an axis', error)
       if (.not. allocated(error) .and. present(axis)) then
          call require(index(axes, axis) > 0, quoted(axis)//" is no axis: give 'x' or 'y'", error)
          if (.not. allocated(error)) call find_point(analysis%model, point, number, error)

@@ -110,7 +110,7 @@ contains
       n = length_of(reader, 'corners', 1, int(most_blocks))
       vertices = length_of(reader, 'vertices', 2, most_vertices*n)
       if (allocated(reader%dataset%error)) return
-      if (n == 0) call refuse(reader, 'it holds no blocks')
+      if (n == 0) call refuse(reader, 'it contains no blocks')
       call read_integers(reader, 'corners', n, corners)
       call add_up(reader, corners, vertices, blocks%first)
       call read_vertices(reader, vertices, blocks%vertices)
@@ -156,7 +156,7 @@ contains
          call refuse(reader, name//' must contain x and y of each, not '//to_text(shape_of(1))// &
             ' numbers')
       else if (shape_of(rank) > most) then
-         call refuse(reader, name//' holds '//to_text(shape_of(rank))//' values, more than '// &
+         call refuse(reader, name//' contains '//to_text(shape_of(rank))//' values, more than '// &
             to_text(most))
       else
          length = shape_of(rank)
@@ -209,7 +209,7 @@ contains
          call refuse(reader, name//' claims '//to_text(int(values, long))// &
             ' values, more than a file of '//to_text(reader%bytes)//' bytes can contain')
       else if (4*bytes_of_number*values > free_memory()) then
-         call refuse(reader, name//' holds '//to_text(int(values, long))// &
+         call refuse(reader, name//' contains '//to_text(int(values, long))// &
             ' values, too many for the free memory')
       end if
    end subroutine check_bytes
@@ -225,7 +225,7 @@ contains
       allocate (values(n), source=0)
       length = length_of(reader, name, 1, huge(1))
       if (allocated(reader%dataset%error)) return
-      if (length /= n) call refuse(reader, name//' holds '//to_text(length)//' values, not '// &
+      if (length /= n) call refuse(reader, name//' contains '//to_text(length)//' values, not '// &
          to_text(n))
       if (allocated(reader%dataset%error)) return
       call checked(reader%dataset, nf90_inq_varid(reader%dataset%id, name, id), 'find '//name)
@@ -291,12 +291,12 @@ contains
       if (.not. has(reader, name)) return
       call find_shape(reader, name, 2, .true., shape_of)
       if (present(n)) then
-         if (shape_of(2) /= n) call refuse(reader, name//' holds '//to_text(shape_of(2))// &
+         if (shape_of(2) /= n) call refuse(reader, name//' contains '//to_text(shape_of(2))// &
             ' names, not '//to_text(n))
       end if
       if (shape_of(1) > name_length) call refuse(reader, name//' has names of '// &
          to_text(shape_of(1))//' bytes; at most '//to_text(name_length)//' are possible')
-      if (shape_of(2) > most_blocks) call refuse(reader, name//' holds too many names')
+      if (shape_of(2) > most_blocks) call refuse(reader, name//' contains too many names')
       if (allocated(reader%dataset%error)) return
       call checked(reader%dataset, nf90_inq_varid(reader%dataset%id, name, id), 'find '//name)
       names = text_of(reader, name, id, shape_of)

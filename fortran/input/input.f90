@@ -177,8 +177,8 @@ contains
       if (.not. model%contact%original_rules) return
       call refuse(model%control%integration /= 'dda', "needs integration = 'dda' of &control, "// &
          'not '//quoted(trim(model%control%integration)))
-      call refuse(model%control%settle, 'has no static stage: settle of &control must be .false.')
-      call refuse(staged, 'knows no &stage')
+      call refuse(model%control%settle, 'has no static stages: settle of &control must be .false.')
+      call refuse(staged, 'does not support &stage')
 
    contains
 
@@ -259,7 +259,7 @@ contains
       if (allocated(error)) return
       if (joint%is_plain()) return
       if (contact%original_rules) call input_error(error, group, "contact_rules = 'original' "// &
-         'support one stiffness, Coulomb friction and contacts at corners: leave out '// &
+         'support only normal_stiffness, Coulomb friction and contacts at corners: leave out '// &
          'law, stiffness per area and contact_points')
       if (contact%penetration_tolerance > 0.0_wp) call input_error(error, group, 'a joint with '// &
          'a law, stiffness or contact_points of its own cannot be combined with '// &
@@ -300,8 +300,8 @@ contains
       do m = 1, size(model%materials)
          if (norm2(model%materials(m)%initial_velocity) == 0.0_wp) cycle
          call fail(error, error_input, file//': material '// &
-            quoted(trim(model%materials(m)%name))//' has an initial_velocity, and the '// &
-            'run begins at rest: leave out one of them')
+            quoted(trim(model%materials(m)%name))//' has an initial_velocity, but the '// &
+            'run begins with a static stage: leave out one of them')
          return
       end do
    end subroutine refuse_velocities
@@ -333,9 +333,9 @@ contains
             if (found(axis) == 0) cycle
             associate (motion => model%motions(found(axis)))
                if (motion%stops .and. .not. motion%curve%ends_at_rest) call input_error(error, &
-                  group, 'base_motion_'//merge('x', 'y', axis == 1)//': as body force nothing '// &
-                  'stops the base at the end of the record: leave after_end of &motion '// &
-                  quoted(trim(motion%name))//' out, or move supports by it')
+                  group, 'base_motion_'//merge('x', 'y', axis == 1)//': a body force '// &
+                  'cannot stop the base at the end of the record: leave out after_end of '// &
+                  '&motion '//quoted(trim(motion%name))//', or apply it to supports')
             end associate
          end do
       end associate

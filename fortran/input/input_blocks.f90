@@ -78,7 +78,7 @@ contains
       call find_substances(group, own%naming, model, m, j, error)
       associate (n => size(own%vertices, 2))
          if (n < 3) call input_error(error, group, 'vertices: '//to_text(n)// &
-            ' given, a block needs at least 3')
+            ' given, but a block needs at least 3')
          call resolve_edges(group, model, n, j, own%edge_joints, joints, error)
       end associate
       if (.not. allocated(error)) call add_block(group, own, m, joints, source, outlines, error)

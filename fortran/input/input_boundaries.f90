@@ -121,9 +121,9 @@ contains
       if (norm2(model%control%gravity) == 0.0_wp) return
       do i = 1, size(groups)
          if (groups(i)%name /= 'boundary') cycle
-         call input_error(error, groups(i), 'dashpots do not bear '// &
-            'weight: with gravity the model must come to rest first, by settle = .true. of '// &
-            '&control or a static stage')
+         call input_error(error, groups(i), 'dashpots cannot support '// &
+            'weight: a model with gravity needs settle = .true. of '// &
+            '&control, or a static stage first')
       end do
    end subroutine check_rest
 
@@ -158,7 +158,7 @@ contains
 
       if (reading%direction == '') reading%direction = reading%is%direction
       if (reading%kind == 'roller' .and. reading%direction == 'xy') call input_error(error, group, &
-         "a roller is held in one direction: 'normal', 'x' or 'y'; kind = 'fixed' holds both")
+         "a roller fixes one direction: 'normal', 'x' or 'y'; kind = 'fixed' fixes both")
       if (reading%direction == 'normal' .and. has_motion(reading) .and. is_held(reading)) &
          call input_error(error, group, "motion_x and motion_y need direction = 'x', 'y' or 'xy'")
       if (reading%is%absorbs) call require_analysis(error, group, model%control, &
@@ -166,7 +166,7 @@ contains
       if (reading%is%absorbs .and. model%control%dynamic_factor < 1.0_wp) call input_error(error, &
          group, 'dashpots need velocities: dynamic_factor of &control must be 1')
       if (reading%is%absorbs .and. any(model%control%base_motion > 0)) call input_error(error, &
-         group, 'dashpots do not move in the frame of a base that base_motion_x and '// &
+         group, 'dashpots cannot be used in the frame of a base that base_motion_x and '// &
          'base_motion_y of '// &
          "&control accelerate: give the motion to a boundary of kind = 'compliant'")
    end subroutine check_words
@@ -196,7 +196,7 @@ contains
       model%welds = [model%welds, welds]
       pieces = [left, right]
       if (.not. are_tied(model)) call input_error(error, group, &
-         'the left and the right side are at different heights: nothing meets')
+         'the left and the right side are at different heights: they have no edges in common')
    end subroutine tie_sides
 
    !> .true. if the left side is tied or welded to the right side.
@@ -212,8 +212,8 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
-      call input_error(error, group, "kind = 'tied' and kind = 'free_field' are two ways to "// &
-         'go on with the ground: leave out one of them')
+      call input_error(error, group, "kind = 'tied' and kind = 'free_field' both "// &
+         'continue the ground beyond a side: leave out one of them')
    end subroutine refuse_both
 
    !> Add a free field beyond a side.

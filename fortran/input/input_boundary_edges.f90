@@ -38,8 +38,8 @@ contains
             call input_error(error, group, 'edge '//to_text(pieces(i)%edge &
                - model%blocks%first(pieces(i)%block) + 1)//' of block '// &
                name_of(model, pieces(i)%block)//' has the &boundary of line '// &
-               to_text(lines(model%boundary_edges(k)%group))//' already: leave it out '// &
-               'of one of them, or let them act in different directions')
+               to_text(lines(model%boundary_edges(k)%group))//' already: leave the edge out '// &
+               'of one group, or set different directions')
             return
          end do
       end do

@@ -109,7 +109,7 @@ contains
          call input_error(error, group, 'added_mass: none of the edges is below the level')
       else if (load%reservoir < (1.0_wp - covered)*wet) then
          call input_error(error, group, 'reservoir_depth = '//to_text(depth)// &
-            ' m is less than the water on the lowest of these edges, '//to_text(wet)//' m')
+            ' m is less than the depth of water at these edges, '//to_text(wet)//' m')
       end if
       do k = 1, size(load%piece)
          along = load%ends(:, 2, k) - load%ends(:, 1, k)
@@ -359,7 +359,7 @@ contains
       end do
       if (done < 1.0_wp - covered) call input_error(error, group, 'along: there is water at ('// &
          words_of(segment(:, 1) + done*along + model%origin)// &
-         '), outside the model or where no joint or face is')
+         '), outside the model or away from its joints and faces')
    end subroutine check_cover
 
 end module dda_input_edge_loads

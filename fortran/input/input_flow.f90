@@ -98,13 +98,13 @@ contains
       if (allocated(error)) return
       if (any(wanted .and. law_of > 0)) call input_error(error, group, 'joint '// &
          trim(model%joints(findloc(wanted .and. law_of > 0, .true., 1))%name)// &
-         ' has its water by another group &flow; name joints in each')
+         ' belongs to another group &flow; set different joints in each group')
       where (wanted) law_of = i
       if (i == 1) then
          model%flow%state = [findloc(flow_states, own%state_at_rest, 1), &
             findloc(flow_states, own%state, 1)]
       else if (given(group, 'state') .or. given(group, 'state_at_rest')) then
-         call input_error(error, group, 'state is that of the first group &flow; give it there')
+         call input_error(error, group, 'state is common to all &flow: set it in the first group')
       end if
       model%flow%law(i) = flow_law_type(own%aperture, value_or(own%residual_aperture, &
          0.1_wp*own%aperture), value_or(own%max_aperture, 10.0_wp*own%aperture), &
@@ -352,10 +352,10 @@ contains
          associate (water => model%edge_loads(load), group => groups(at(load)))
             if (water%kind == load_uniform) cycle
             if (.not. faces_alone(model, load)) call input_error(error, group, &
-               'it acts on joints, whose water is that of &flow; set acts_on = ''faces''')
+               'it acts on joints, whose pressure comes from &flow; set acts_on = ''faces''')
             if (water%kind /= load_level .and. any(abs(water%normal - 1.0_wp) > 0.0_wp)) &
                call input_error(error, group, &
-               'scale does not go with &flow')
+               'scale cannot be used together with &flow')
             do k = 1, size(water%piece)
                do i = 1, size(model%flow%pressure)
                   call add_node(model, load, k, i)

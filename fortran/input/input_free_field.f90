@@ -36,8 +36,8 @@ contains
 
       call blocks_at_side(model%blocks, merge(-1.0_wp, 1.0_wp, field%side == 'left'), field%block)
       if (size(field%block) == model%blocks%n) then
-         call input_error(error, group, 'the free field needs a column of blocks of its own at '// &
-            'the '//trim(field%side)//' side, and no vertical line passes between the blocks')
+         call input_error(error, group, 'the free field needs a separate column of blocks at '// &
+            'the '//trim(field%side)//' side, but no vertical line passes between the blocks')
          return
       end if
       call take_blocks(model, field%block, column, within)
@@ -68,10 +68,10 @@ contains
       do i = 1, size(ties)
          do k = 1, 2
             associate (joint => model%joints(blocks%joint(ties(i)%edge(k))))
-               if (.not. joint%is_plain()) call input_error(error, group, 'faces are tied by '// &
-                  'the springs of &contact, and joint '//quoted(trim(joint%name))//' on them '// &
-                  'has a law, a stiffness per area or contact_points: give the edges at the '// &
-                  'sides a plain joint')
+               if (.not. joint%is_plain()) call input_error(error, group, 'sides are tied by '// &
+                  'the springs of &contact, but their joint '//quoted(trim(joint%name))// &
+                  ' has a law, a stiffness per area or contact_points: give the edges at the '// &
+                  'sides another joint')
             end associate
          end do
       end do
@@ -154,9 +154,9 @@ contains
             end do
             do k = 1, size(model%edge_loads)
                if (has_any(block, model%edge_loads(k)%piece%block)) call input_error(error, &
-                  groups(g), 'a load on edges acts on blocks of the '// &
-                  'column that is the free field at the '//trim(side)//' side, which has '// &
-                  'none: keep it off that column')
+                  groups(g), 'a load on edges acts on the '// &
+                  'free-field column at the '//trim(side)//' side, which cannot have '// &
+                  'loads: leave out its blocks')
             end do
          end associate
       end do

@@ -90,7 +90,7 @@ contains
          if (any(x(2:) <= x(:size(x) - 1))) call input_error(error, group, &
             'the points of surface must go from left to right')
          if (is_set(own%unit_weight) .and. size(own%surface, 2) == 0) call input_error( &
-            error, group, 'unit_weight is that of ground between the model and its surface: '// &
+            error, group, 'unit_weight is the weight of ground between model and surface: '// &
             'give surface')
       end associate
    end subroutine check_values

@@ -125,7 +125,7 @@ contains
             ratio = seconds/stages(s)%time_step
             if (ratio < 0.5_wp .or. abs(ratio - anint(ratio)) > 1.0e-6_wp*ratio) &
                call input_error(error, group, trim(merge('history_seconds', 'block_seconds  ', &
-               kind == 1))//' = '//to_text(seconds)//' is no whole number of time steps of '// &
+               kind == 1))//' = '//to_text(seconds)//' is not a whole number of steps of '// &
                to_text(stages(s)%time_step)//' s; change one of them, or let steps end there '// &
                "by time_step_control = 'adaptive'")
          end do

@@ -27,7 +27,7 @@ contains
 
       if (own%dilation_angle > own%friction_angle) call input_error(error, group, &
          'dilation_angle = '//to_text(own%dilation_angle)//' must not be above friction_angle = ' &
-         //to_text(own%friction_angle)//': yielding would make energy')
+         //to_text(own%friction_angle)//': yielding would add energy')
       if (is_set(own%tensile_strength)) call check_tension('', own%tensile_strength, &
          own%cohesion, own%friction_angle)
       if (is_set(own%residual_tensile_strength)) call check_tension('residual_', &

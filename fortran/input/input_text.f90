@@ -300,7 +300,7 @@ contains
       group%place = file//', group &'//group%name//' (line '//to_text(line)//')'
       call find_slash(text, at, group%last, lines)
       if (group%last == 0) call fail(error, error_input, file//': group &'//group%name// &
-         ' (line '//to_text(line)//') has no closing slash, or a quote in it stays open')
+         ' (line '//to_text(line)//') has no closing slash, or an unclosed quote')
       at = group%last + 1
       line = line + lines
    end subroutine read_group

@@ -108,8 +108,8 @@ contains
             ! Further values are stored in the positions after the given subscript.
             if (part%count == 1) part%count = variable%size - part%first + 1
          end if
-         if (part%count == 0) failure = trim(variable%name)//': there is no part '// &
-            text(at:bracket)//' of it'
+         if (part%count == 0) failure = trim(variable%name)//': there is no element '// &
+            text(at:bracket)//' in it'
          at = bracket + 1
       end if
       at = at + index(text(at:), '=')

@@ -47,7 +47,7 @@ contains
          call find_gap(blocks, b, other)
          if (b > 0) call input_error(error, groups(outlines%source(b)), 'body '// &
             quoted(trim(outlines%body(b)))//': edges of block '//to_text(b)//' and block '// &
-            to_text(other)//' face each other, nearer than a tenth of a cell, and do not meet: '// &
+            to_text(other)//' are closer than a tenth of a cell but do not coincide: '// &
             'cells that share a face must have it at the same position')
       end associate
    end subroutine weld_cells
@@ -95,7 +95,7 @@ contains
          associate (joint => model%joints(j), group => groups(own(j)))
             if (size(joint%between) == 0) cycle
             if (size(joint%between) /= 2) call input_error(error, group, &
-               'between takes two materials')
+               'between needs two materials')
             do k = 1, min(2, size(joint%between))
                if (.not. allocated(error)) call require_name(error, group, 'between', &
                   joint%between(k), model%materials%name, 'material', pair(k))

@@ -138,7 +138,7 @@ contains
          min(automatic_band(2), limit/(2.0_wp*pi*beyond))]
       if (damping%band(2) <= damping%band(1)) then
          call fail(error, error_input, 'the time step admits mechanisms up to '// &
-            to_text(limit/(2.0_wp*pi))//' Hz alone, and the damping ratio is wanted from '// &
+            to_text(limit/(2.0_wp*pi))//' Hz only, but damping_band begins at '// &
             to_text(damping%band(1))//" Hz: give a smaller time_step, or integration = 'midpoint'")
          return
       end if

@@ -56,11 +56,11 @@ contains
             call fail(error, error_file, file//': the folder '//folder_of(file)//' does not exist')
          else if (model%output%named_by_input .and. .not. is_below(file, model%file)) then
             call fail(error, error_file, 'the output '//quoted(file)//' that '//model%file// &
-               ' names is not at or below the working folder or that of the input; if it is '// &
-               'meant, name it when the run is started: --output, or output= in Python')
+               ' names lies outside the working folder and the folder of the input; if that is '// &
+               'intended, name it when the run is started: --output, or output= in Python')
          end if
          if (any([(iachar(file(i:i)) < 32, i=1, len(file))]) .and. .not. allocated(error)) &
-            call fail(error, error_file, 'the name of the output holds a control character')
+            call fail(error, error_file, 'the name of the output contains a control character')
          call check_name(file, netcdf_file, model, error)
          call check_name(partial_name(file), netcdf_file, model, error)
          call check_name(writing_name(file), netcdf_file, model, error)

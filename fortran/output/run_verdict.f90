@@ -120,7 +120,7 @@ contains
       call add_doubts(verdict%doubts, remaining_doubts(simulation))
       call doubt_state(simulation, verdict%doubts)
       if (comes_suddenly(simulation%model)) call add_doubt(verdict%doubts, 'start', &
-         'gravity came on suddenly in the first step (settle = .true. begins at rest)')
+         'gravity acted suddenly from the first step; settle = .true. begins in static equilibrium')
       words = audit_warning(simulation)
       if (words /= '') call add_doubt(verdict%doubts, 'energy', words)
    end subroutine judge_movement
@@ -438,7 +438,7 @@ contains
                call judge_joint(verdict, output_variables(out_joint_slip + k - 1), name, &
                   [most(k), last(k)])
             end do
-            if (ieee_is_nan(last(1))) call tell(verdict, 'nothing is left of the joint '//name)
+            if (ieee_is_nan(last(1))) call tell(verdict, 'no contact is left at the joint '//name)
          end associate
       end do
    end subroutine judge_joints

@@ -171,7 +171,7 @@ contains
       if (.not. c_associated(file%stream)) then
          call system_failure(file, 'cannot be written', error)
       else if (.not. is_same(found, status_of_descriptor(c_fileno(file%stream)))) then
-         call fail(error, error_file, name//' cannot be written: it has been replaced meanwhile')
+         call fail(error, error_file, name//' cannot be written: it was replaced during the run')
          call close_file(file, error)
       end if
    end subroutine open_file
@@ -184,7 +184,7 @@ contains
 
       if (allocated(error) .or. .not. found%exists) return
       if (found%link) then
-         call fail(error, error_file, name//' is a link, through which nothing is written; '// &
+         call fail(error, error_file, name//' is a link, and links are never written to; '// &
             'remove it, or name another output')
       else if (.not. found%regular) then
          call fail(error, error_file, name//' is not a regular file and is not replaced; '// &

@@ -70,7 +70,7 @@ contains
       character(len=:), allocatable :: words
 
       words = ''
-      if (missing_buffers(1) > 0.0_wp .and. free_addresses() < unknown) words = ' beside '// &
+      if (missing_buffers(1) > 0.0_wp .and. free_addresses() < unknown) words = ' besides '// &
          short_text(missing_buffers(1)/giga)//' GB of addresses for BLAS'
    end function beside_buffers
 

@@ -109,7 +109,7 @@ contains
       integer, intent(in) :: section  !< section of a COSMOS file, from 1
 
       if (section /= 1 .and. record%format /= 'cosmos') call refuse(reader, ': channel '// &
-         to_text(section)//' was requested, but a file of the format '//record%format//' has one')
+         to_text(section)//' was requested, but files of format '//record%format//' have only one')
       select case (record%format)
       case ('smc')
          call read_smc(reader, record)
@@ -143,7 +143,7 @@ contains
       if (record%quantity == '') then
          call refuse(reader, ' does not state its quantity; give quantity or unit')
       else if (wanted /= '' .and. wanted /= record%quantity) then
-         call refuse(reader, ' holds '//record%quantity//', not '//wanted)
+         call refuse(reader, ' contains '//record%quantity//', not '//wanted)
       else if (record%unit == '') then
          call refuse(reader, ' does not state its unit; give one of '//known_units)
       else if (stated%quantity /= record%quantity) then

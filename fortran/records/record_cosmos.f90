@@ -217,7 +217,7 @@ contains
       call first_number(reader, lowered, 'number of '//what, value)
       count = whole_number(value)
       if (count < 0 .or. count > most_header_numbers) call fail_at(reader, &
-         to_text(value)//' '//what//' are announced')
+         to_text(value)//' '//what//' are declared, which is not possible')
    end subroutine announced
 
 end module dda_record_cosmos

@@ -63,18 +63,18 @@ contains
       type(error_type), allocatable :: error
 
       text = ''
-      if (peak%left > died_out) text = text//'; the motion has not died out at the end of the '// &
-         'run ('//short_text(100*peak%left)//' % of its peak): try more steps'
+      if (peak%left > died_out) text = text//'; at the end of the run the motion is still '// &
+         short_text(100*peak%left)//' % of its peak: try more steps'
       if (simulation%model%output%history_interval > 1) text = text//'; history_interval = '// &
-         to_text(simulation%model%output%history_interval)//' leaves out steps, so that high '// &
-         'frequencies alias: try history_interval = 1'
+         to_text(simulation%model%output%history_interval)//' skips steps, so '// &
+         'high frequencies alias: try history_interval = 1'
       call unrelaxed(linear, stiff)
       call find_ringing(stiff, ringing, error)
       if (.not. allocated(error)) then
          if (ringing%steps > long_ringing) text = text//'; '//ringing%words//': try '// &
             ringing%advice
       end if
-      if (text == '') text = '; the base may hardly move at that frequency'
+      if (text == '') text = '; the motion of the base may be almost zero at that frequency'
       text = 'likely cause: '//text(3:)
    end function likely_cause
 

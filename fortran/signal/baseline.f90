@@ -141,7 +141,7 @@ contains
          - displacement(size(displacement) - 1))/time_step
       method = 'displacements joined by quintics with continuous acceleration'
       if (abs(displacement(1)) > 0.0_wp) method = method//', shifted by '// &
-         to_text(-displacement(1))//' m to begin at zero'
+         to_text(-displacement(1))//' m so that it begins at zero'
       if (ends_at_rest(wanted)) then
          method = method//', at rest at both ends'
       else if (wanted%at_rest) then
@@ -296,15 +296,15 @@ contains
          call fail(error, error_input, 'the order of the baseline is 0, 1 or 2, not '// &
             to_text(wanted%order))
       else if (.not. (wanted%taper >= 0.0_wp .and. wanted%taper <= 1.0_wp)) then
-         call fail(error, error_input, 'the part of a record under a taper lies between 0 and 1')
+         call fail(error, error_input, 'the taper fraction of a record must be between 0 and 1')
       else if (wanted%taper > 0.0_wp .and. quantity == 'displacement') then
-         call fail(error, error_input, 'a displacement is not tapered: that would move it back '// &
-            'to its start')
+         call fail(error, error_input, 'a displacement cannot be tapered: the taper would '// &
+            'return it to its start')
       else if (.not. any(wanted%after_end == [character(len=8) :: '', 'continue', 'hold'])) then
          call fail(error, error_input, 'after_end must be continue or hold, not '// &
             quoted(wanted%after_end))
       else if (.not. abs(wanted%scale) <= largest) then
-         call fail(error, error_input, 'the factor on a record is not a number of sensible size')
+         call fail(error, error_input, 'the factor of a record is too large, or not a number')
       else if (.not. all(ieee_is_finite(values))) then
          call fail(error, error_input, 'a sample of the record is not a finite number')
       else if (maxval(abs(values)) > largest) then

@@ -78,7 +78,7 @@ contains
       real(wp) :: floor
 
       if (size(surface) /= size(base)) then
-         call fail(error, error_input, 'amplification needs two series of one length, not '// &
+         call fail(error, error_input, 'amplification needs two series of equal length, not '// &
             to_text(size(surface))//' and '//to_text(size(base)))
          return
       end if
@@ -90,7 +90,7 @@ contains
       if (present(least)) floor = least
       floor = floor*maxval(abs(below))
       if (.not. floor > tiny(floor)) then
-         call fail(error, error_input, 'amplification needs a base that moves; its spectrum is '// &
+         call fail(error, error_input, 'amplification needs a moving base, but its spectrum is '// &
             'zero')
          return
       end if
@@ -181,10 +181,10 @@ contains
             to_text(size(series))//' samples is not between 1 time and '// &
             to_text(longest_series)//' samples')
       else if (.not. (taper >= 0.0_wp .and. taper <= 1.0_wp)) then
-         call fail(error, error_input, 'the part of a series under a taper lies between 0 and 1')
+         call fail(error, error_input, 'the taper fraction of a series must be between 0 and 1')
       else if (.not. all(ieee_is_finite(series))) then
-         call fail(error, error_input, 'a series with a sample that is not a finite number has '// &
-            'no spectrum')
+         call fail(error, error_input, 'a spectrum needs finite samples, but a sample is '// &
+            'infinite or not a number')
       else if (maxval(abs(series)) > largest_value) then
          call fail(error, error_input, 'a sample of '//to_text(maxval(abs(series)))// &
             ' is too large for a spectrum')

@@ -74,7 +74,7 @@ contains
       type(branches_type), intent(out) :: branches  !< fitted
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
-      if (n < 2 .or. n > 200) call fail(error, error_input, 'branches must be in 2 ... 200')
+      if (n < 2 .or. n > 200) call fail(error, error_input, 'branches must be from 2 to 200')
       if (.not. allocated(error)) call require_for_blas(error)
       if (allocated(error)) return
       branches%n = n

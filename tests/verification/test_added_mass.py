@@ -68,7 +68,7 @@ def test_depth_of_the_reservoir():
     without = mass_of(dam(load={"added_mass": False}))
     found = mass_of(dam(load={"reservoir_depth": 32.0})) - without
     np.testing.assert_allclose(found, added(18.0, 0.0, 32.0), atol=1e-8 * found.max())
-    with pytest.raises(InputError, match=r"reservoir_depth = 12 m is less than the water"):
+    with pytest.raises(InputError, match=r"reservoir_depth = 12 m is less than the depth of water"):
         sitedda.check(dam(load={"reservoir_depth": 12.0}))
 
 

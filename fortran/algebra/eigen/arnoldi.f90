@@ -62,7 +62,7 @@ contains
 
       if (count < 1 .or. count >= n) then
          call fail(error, error_solver, 'a problem of size '//to_text(n)// &
-            ' does not have '//to_text(count)//' eigenvalues for this method')
+            ' is too small for '//to_text(count)//' eigenvalues by this method')
          return
       end if
       call prepare(iteration, n, count, tolerance)

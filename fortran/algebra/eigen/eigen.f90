@@ -115,7 +115,7 @@ contains
          return
       else if (wanted > left/2) then
          call fail(error, error_solver, to_text(wanted)//' of '//to_text(left)// &
-            ' modes are too many')
+            ' modes requested, but at most half can be computed')
          return
       end if
       call prepare_inverse(operator, stiffness, mass, error, known)

@@ -75,7 +75,7 @@ contains
       do i = 1, size(solver_names)
          known = known//' '//trim(solver_names(i))
       end do
-      call fail(error, error_input, 'solver '//quoted(name)//' is not known; there are:'//known)
+      call fail(error, error_input, 'unknown solver '//quoted(name)//'; use one of:'//known)
    end subroutine choose_solver
 
    !> Prepare for a pattern; needed again only when the pattern changes.
@@ -260,7 +260,7 @@ contains
       text = trim(solver%method)//', '//counted(to_text(solver%solves), 'system', 'systems')// &
          ' solved, '//counted(to_text(solver%factors), 'factor', 'factors')//', '// &
          counted(to_text(solver%iterations), 'iteration', 'iterations')//', '// &
-         counted(to_text(solver%handed_over), 'solve', 'solves')//' handed over to the '// &
+         counted(to_text(solver%handed_over), 'solve', 'solves')//' repeated by the '// &
          'direct solver'
    end function work_done
 

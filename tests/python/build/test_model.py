@@ -118,7 +118,7 @@ def test_values_are_read_as_fortran_writes_them(text, value):
 BAD_TEXT = {
     "unknown group": ("\n&blok x = 1 /", "&blok (line 2)", "did you mean 'block'?"),
     "unknown variable": ("&joint\n frction_angle = 3 /", "&joint (line 1)", "'friction_angle'"),
-    "part": ("&block vertices(1,600) = 3 /", "&block", "there is no part (1,600)"),
+    "part": ("&block vertices(1,600) = 3 /", "&block", "there is no element (1,600)"),
     "left out": ("&block vertices = 1,,3 /", "&block", "is missing"),
     "no number": ("&joint cohesion = 'x' /", "&joint", "no number"),
     "no quotes": ("&joint name = x /", "&joint", "must stand in quotes"),

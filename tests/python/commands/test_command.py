@@ -218,7 +218,7 @@ def test_what_is_seldom_meant_is_said(program, command, write_input, tmp_path):
     notes = [line for line in said.splitlines() if line.startswith(begin)]
     assert len(notes) == 3, said
     assert "density = 2.5" in notes[0] and "g/cm³?" in notes[0]
-    assert "nothing holds the blocks" in notes[1] and "'pulse' moves nothing" in notes[2]
+    assert "nothing supports the blocks" in notes[1] and "'pulse' is not used" in notes[2]
 
 
 # --- Exit statuses -------------------------------------------------------------------------------

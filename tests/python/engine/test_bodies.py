@@ -487,7 +487,7 @@ def test_crosses_show_the_principal_stresses_of_cells(tmp_path):
             # Three squares in an L are one piece; the fourth misses one of its two neighbours.
             [[0, 0, 1, 0, 1, 1, 0, 1], [1, 0, 2, 0, 2, 1, 1, 1], [0, 1, 0.999, 1, 0.999, 2, 0, 2],
              [1, 1, 2, 1, 2, 2, 1, 2]],
-            "face each other, nearer than a tenth of a cell, and do not meet",
+            "are closer than a tenth of a cell but do not coincide",
         ),
     ],
 )  # fmt: skip

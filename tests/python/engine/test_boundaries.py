@@ -148,7 +148,7 @@ def test_bits_stay_across_a_checkpoint_and_threads(tmp_path, same_everywhere):
         ({"kind": "fixed"}, "density belongs to kind = 'viscous'"),
         ({"motion_is": "total"}, "motion_is = 'total' must be one of"),
         ({"motion_x": None, "motion_is": "within"}, "motion_is needs motion_x or motion_y"),
-        ({"kind": "roller", "direction": "xy", **BARE}, "kind = 'fixed' holds both"),
+        ({"kind": "roller", "direction": "xy", **BARE}, "kind = 'fixed' fixes both"),
         ({"kind": "fixed", "direction": "normal", **BARE, "motion_x": "rock"}, "need direction"),
     ],
 )
@@ -167,7 +167,7 @@ def test_bad_boundaries_are_refused_in_words(values, words):
 def test_weight_on_dashpots_needs_a_static_stage():
     model = grid()
     model.control.settle = None
-    with pytest.raises(sitedda.InputError, match="dashpots do not bear weight"):
+    with pytest.raises(sitedda.InputError, match="dashpots cannot support weight"):
         model.check()
 
 

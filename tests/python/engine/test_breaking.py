@@ -195,7 +195,7 @@ def test_faces_between_two_materials_have_a_joint_of_their_own(names):
 
 @pytest.mark.parametrize(
     ("names", "message"),
-    [(("left",), "between takes two materials"), (("left", "sand"), "'sand' is not the name of a")],
+    [(("left",), "between needs two materials"), (("left", "sand"), "'sand' is not the name of a")],
 )
 def test_faces_between_what_is_no_two_materials_are_refused(names, message):
     with pytest.raises(sitedda.InputError, match=message):

@@ -208,7 +208,7 @@ def test_check_says_that_alpha_drags_free_blocks(write_input):
     groups = changed(groups, "control", gravity=[0.0, -9.81], settle=True)
     lines = {line.topic: line for line in sitedda.check(write_input(groups)).lines}
     assert lines["Rayleigh damping"].verdict == "warn"
-    assert "a falling one to 9.81" in lines["Rayleigh damping"].words
+    assert "limits the speed of fall to 9.81" in lines["Rayleigh damping"].words
 
 
 def test_the_highest_frequency_is_that_of_the_largest_modulus(write_input):

@@ -158,7 +158,7 @@ ORIGINAL = {"contact_rules": "original", "force_tolerance": None}
     ("sides", "values", "change", "words"),
     [
         ("free_field", {}, left_field, "has a free field already"),
-        ("tied", {}, left_field, "two ways to go on with the ground"),
+        ("tied", {}, left_field, "both continue the ground beyond a side"),
         ("free", {"rows": 1}, left_field_beside(-0.5, 1, 3.5, 1, 3.5, 2, -0.5, 2),
          "no vertical line passes between the blocks"),
         ("free", {"rows": 1}, left_field_beside(0, 1, 1, 1, 1, 1.5, 0, 2),
@@ -167,8 +167,8 @@ ORIGINAL = {"contact_rules": "original", "force_tolerance": None}
         ("free_field", {"dynamic_factor": 0.9}, lambda m: None,
          "dynamic_factor of &control must be 1"),
         ("free_field", {}, lambda m: m["joint"][0](**STIFF),
-         "give the edges at the sides a plain joint"),
-        ("free_field", {}, lambda m: m.traction(side="top", normal=1e3), "keep it off that column"),
+         "give the edges at the sides another joint"),
+        ("free_field", {}, lambda m: m.traction(side="top", normal=1e3), "leave out its blocks"),
         ("free_field", {"duration": None},
          lambda m: m.stage("dig", remove="b_0_2", duration=0.1), "excavate farther from it"),
     ],
@@ -184,5 +184,5 @@ def test_what_a_free_field_does_not_go_with_is_refused(sides, values, change, wo
 def test_a_transfer_function_does_not_hold_the_free_field():
     model = lattice("free_field", columns=3)
     model.measured_point("surface", 1.5, 3.0)
-    with pytest.raises(sitedda.InputError, match="take kind = 'tied' for level ground"):
+    with pytest.raises(sitedda.InputError, match="use kind = 'tied' for level ground"):
         sitedda.transfer(model, [5.0], base=None)

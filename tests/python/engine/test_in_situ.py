@@ -10,7 +10,7 @@ import sitedda
 from sitedda import InputError
 
 WIDTH, HEIGHT, WEIGHT = 40.0, 20.0, 2500.0 * 10.0
-WORDS = re.compile(r"farthest moved block .*?, by ([-+0-9.eE]+) m|no block moved")
+WORDS = re.compile(r"block .*? moved farthest, by ([-+0-9.eE]+) m|no block moved")
 
 
 def ground(kind: str, in_situ: dict | None, **joint) -> sitedda.Model:

@@ -562,4 +562,4 @@ def test_a_study_has_largest_and_residual(write_input, tmp_path):
         assert float(row.largest_tilt_rad) == run.maxima["tilt"].value
         assert float(row.residual_tilt_rad) == run.maxima["tilt"].residual
         assert float(row["largest_so_far[tilt].max"]) == run.maxima["tilt"].value
-        assert str(row.warning.values).splitlines()[-1].startswith("start: gravity came on")
+        assert str(row.warning.values).splitlines()[-1].startswith("start: gravity acted suddenly")

@@ -178,7 +178,7 @@ def test_body_force_has_the_impulse_of_a_record_that_ends_within_a_step(write_in
                 ),
                 "fixed_point",
             ),
-            r"&control .*base_motion_x: as body force nothing stops the base",
+            r"&control .*base_motion_x: a body force cannot stop the base",
         ),
         (
             [

@@ -101,7 +101,7 @@ def said(model: Model, native, tmp_path, main) -> list[str]:
         for words in (("run", file, "--quiet"), ("check", file)):
             done = call(*words, folder=tmp_path)
             texts.append(re.sub(r"\n {7,}", " ", done.stdout + done.stderr))
-    return [line for text in texts for line in text.splitlines() if "three times too" in line]
+    return [line for text in texts for line in text.splitlines() if "three times too high" in line]
 
 
 def test_a_bond_that_bends_is_one_line(native, tmp_path, main):

@@ -215,9 +215,9 @@ def brick_on_base(size: float, brick: float, turned: float) -> list:
 def test_sudden_gravity_is_said(write_input, native, tmp_path):
     file = write_input(changed(column(2), "control", settle=False))
     done = native("run", file, folder=tmp_path)
-    assert "gravity came on suddenly" in done.stdout
-    assert "gravity came on suddenly" in str(sitedda.run(file).verdict)
-    assert "gravity came on suddenly" not in str(sitedda.run(file, settle=True).verdict)
+    assert "gravity acted suddenly" in done.stdout
+    assert "gravity acted suddenly" in str(sitedda.run(file).verdict)
+    assert "gravity acted suddenly" not in str(sitedda.run(file, settle=True).verdict)
 
 
 def test_senseless_settling_is_refused(write_input):
@@ -256,8 +256,8 @@ def test_what_falls_and_rests_is_told(write_input, native, tmp_path):
     groups[-1:-1] = [("stage", stage | {"kind": "static"}) for stage in stages]
     run = sitedda.run(write_input(groups), output=tmp_path / "fall.nc")
     stood, fell = run.summary.split("stage 'dig'")
-    assert "farthest moved block 3 'stone', by " in stood
-    words = "farthest moved block 3 'stone', by 0.3 m; from the model as drawn block 3 'stone', by "
+    assert "block 3 'stone' moved farthest, by " in stood
+    words = "block 3 'stone' moved farthest, by 0.3 m; block 3 'stone' is "
     assert words in fell
     assert run.verdict.values["displacement_from_drawn_m"] == pytest.approx(0.3, abs=1e-3)
     assert dict(run.verdict.lines)["since drawn (settling included)"] == "300 mm at the end; stone"
@@ -394,7 +394,7 @@ def test_senseless_stages_are_refused(stages, control, words, write_input):
 
 
 def test_the_original_rules_know_no_stages(write_input):
-    with pytest.raises(sitedda.InputError, match="'original' of &contact knows no &stage"):
+    with pytest.raises(sitedda.InputError, match="'original' of &contact does not support &stage"):
         sitedda.Simulation(write_input(beam(STAGES)), contact_rules="original")
 
 
@@ -647,5 +647,5 @@ def test_a_static_stage_stops_on_request(write_input, tmp_path, native):
     said = child.communicate()[1]
     assert child.returncode == 6
     assert "interrupted" in said and said.count("\n") == 1  # in the stage, or before it begins
-    assert ("stage 'rest' has been interrupted" in said) == ("resume" in said)
+    assert ("stage 'rest' was interrupted" in said) == ("resume" in said)
     assert not output.exists()

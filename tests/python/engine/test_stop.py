@@ -188,8 +188,8 @@ def test_steps_that_meet_output_times_resume_to_the_same_bits(write_input, same_
 @pytest.mark.parametrize(
     ("output", "words"),
     [
-        ({"history_seconds": 2.5e-3}, "is no whole number of time steps of 0.001 s"),
-        ({"block_seconds": 1e-4}, "block_seconds = 1e-4 is no whole number"),
+        ({"history_seconds": 2.5e-3}, "is not a whole number of steps of 0.001 s"),
+        ({"block_seconds": 1e-4}, "block_seconds = 1e-4 is not a whole number"),
         ({"block_seconds": -1.0}, "block_seconds = -1 must be a positive number"),
         ({"block_seconds": 1.0, "block_interval": 3}, "give either block_interval"),
     ],

@@ -91,7 +91,7 @@ def test_an_added_static_stage_brings_the_model_to_rest(write_input):
 def test_what_an_added_stage_cannot_do_is_refused_and_changes_nothing(write_input):
     file = write_input(pile(), "pile.nml")
     with sitedda.Simulation(file) as run:
-        with pytest.raises(sitedda.InputError, match="has taken steps in its last stage"):
+        with pytest.raises(sitedda.InputError, match="only after the first step of the last stage"):
             run.begin_stage("too early", remove="low")
         run.advance(10)
         with pytest.raises(sitedda.InputError, match="an added stage has no hold"):

@@ -151,7 +151,7 @@ CASES = [
     softening(
         "bonds that break at once",
         "fracture_energy = 4 N/m",
-        "stores up to its strength, 5 N/m",
+        "energy stored at the strength, 5 N/m",
         "break at once",
     ),
     worn(

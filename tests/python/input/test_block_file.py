@@ -215,7 +215,7 @@ LIES = {
     "no corners": (dataset(corners=None), "no variable 'corners'"),
     "no blocks": (
         dataset(corners=(("none",), "i4", (0,)), material=None, edge_joint=None),
-        "vertices holds 8 values, more than 0",
+        "vertices contains 8 values, more than 0",
     ),
     "too few corners": (dataset(corners=(("block",), "i4", [4, 2])), "block 2 has 2 corners"),
     "too many corners": (dataset(corners=(("block",), "i4", [600, 4])), "block 1 has 600 corners"),
@@ -250,7 +250,7 @@ LIES = {
         dataset(edge_joint=(("vertex",), "i4", [0] * 7 + [-1])),
         "edge_joint(8) = -1 is not one of the 1 names in joint_name",
     ),
-    "too few joints": (dataset(edge_joint=(("e",), "i4", [0] * 5)), "holds 5 values, not 8"),
+    "too few joints": (dataset(edge_joint=(("e",), "i4", [0] * 5)), "contains 5 values, not 8"),
     "unknown name": (
         dataset(joint_name=(("j", "n"), "S1", [list("beding")])),
         "joint_name = 'beding' is not the name of a &joint; is 'bedding' meant?",
@@ -259,7 +259,7 @@ LIES = {
         dataset(name=(("block", "long"), "S1", [["x"] * 65] * 2)),
         "names of 65 bytes; at most 64",
     ),
-    "other names": (dataset(name=(("b", "l"), "S1", [list("rock")])), "name holds 1 names, not 2"),
+    "other names": (dataset(name=(("b", "l"), "S1", [list("rock")])), "contains 1 names, not 2"),
     "a billion vertices": (claims(vertex=BILLION), "bad.nc: cannot be read as netCDF"),
     "a billion blocks": (claims(block=BILLION), "bad.nc: cannot be read as netCDF"),
     "a million vertices": (claims(vertex=1_000_000), "bad.nc"),
