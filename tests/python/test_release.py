@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Version, metadata, recipes and the paper of a release agree with each other."""
 
-import ast
 import json
 import re
 import runpy
+import subprocess
+import sys
 import tomllib
 
 import pytest
@@ -34,11 +35,19 @@ def test_every_file_has_the_version_of_the_program(root, name):
     assert found[1] == sitedda.__version__
 
 
-def test_metadata_and_recipes_can_be_read(root):
+def test_metadata_can_be_read(root):
     for name in ("codemeta.json", ".zenodo.json"):
         assert json.loads((root / name).read_text())["license"].endswith("GPL-3.0-or-later")
-    for file in ("spack/package.py", "easybuild/sitedda-0.3.0-foss-2024a.eb"):
-        ast.parse((root / "docs/packaging" / file).read_text())
+
+
+@pytest.mark.parametrize("file, width", [("spack/package.py", 99), ("easybuild/*.eb", 120)])
+def test_recipes_keep_the_style_of_their_collections(root, file, width):
+    """Their collections provide the names that they use without import."""
+    text = next((root / "docs/packaging").glob(file)).read_text()
+    ruff = [sys.executable, "-m", "ruff", "check", "--isolated", "--select=E,W,F"]
+    words = ("--ignore=F403,F405,F821", f"--line-length={width}", "--stdin-filename=recipe.py", "-")
+    done = subprocess.run([*ruff, *words], input=text, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout
 
 
 def test_recipes_name_every_library_that_the_package_needs(root):

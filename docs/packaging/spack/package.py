@@ -24,5 +24,7 @@ class PySitedda(PythonPackage):
     depends_on("netcdf-fortran")
     depends_on("suite-sparse")
     depends_on("metis@5:")
-    for library in ("numpy@2:", "scipy@1.11:", "xarray", "netcdf4", "matplotlib", "pillow", "shapely@2:", "tqdm"):
+    for library in ("numpy@2:", "scipy@1.11:", "xarray", "netcdf4", "matplotlib"):
+        depends_on(f"py-{library}", type=("build", "run"))
+    for library in ("pillow", "shapely@2:", "tqdm"):
         depends_on(f"py-{library}", type=("build", "run"))
