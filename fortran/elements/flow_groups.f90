@@ -247,25 +247,38 @@ contains
       end associate
    end subroutine add_spring
 
-   !> Add M⁻¹ r to the pressures of a group.
-   pure subroutine change_by(group, rest, pressure)
+   !> Add M⁻¹ r to the pressures of all groups.
+   pure subroutine change_by(groups, rest, pressure)
+      type(group_type), intent(in) :: groups(:) !< with their factors
+      real(wp), intent(in) :: rest(:)           !< [nodes] r, m³ per metre of thickness
+      real(wp), intent(inout) :: pressure(:)    !< [nodes] Pa
+      integer :: g
+
+      do g = 1, size(groups)
+         associate (node => groups(g)%node)
+            if (size(node) == 1) then
+               pressure(node(1)) = pressure(node(1)) + rest(node(1))/groups(g)%factor(1, 1)
+            else
+               call change_group(groups(g), rest, pressure)
+            end if
+         end associate
+      end do
+   end subroutine change_by
+
+   !> Add M⁻¹ r to the pressures of a group of several nodes.
+   pure subroutine change_group(group, rest, pressure)
       type(group_type), intent(in) :: group     !< with its factor
       real(wp), intent(in) :: rest(:)           !< [nodes] r, m³ per metre of thickness
       real(wp), intent(inout) :: pressure(:)    !< [nodes] Pa
       real(wp) :: change(size(group%node), 1)
 
       associate (n => size(group%node))
-         if (n == 1) then
-            pressure(group%node(1)) = pressure(group%node(1)) + rest(group%node(1)) &
-               /group%factor(1, 1)
-            return
-         end if
          change(:, 1) = rest(group%node)
          call dtrsm('L', 'L', 'N', 'N', n, 1, 1.0_wp, group%factor, n, change, n)
          call dtrsm('L', 'L', 'T', 'N', n, 1, 1.0_wp, group%factor, n, change, n)
          pressure(group%node) = pressure(group%node) + change(:, 1)
       end associate
-   end subroutine change_by
+   end subroutine change_group
 
    !> Find the heads of steady flow in a group; without a known pressure there is no flow.
    !>

@@ -11,7 +11,7 @@ module dda_flow_network
    use dda_flow, only: flow_type
    implicit none
    private
-   public :: network_type, new_network, update_network, find_storage, growth_of, add_pressures, &
+   public :: network_type, new_network, update_network, stored_energy, growth_of, add_pressures, &
       outflow_of
 
    real(wp), parameter :: own = 1.0_wp/3.0_wp, other = 1.0_wp/6.0_wp  !< ∫ N N ds over L
@@ -131,37 +131,115 @@ contains
    end subroutine close_up
 
    !> Update the network to the present geometry.
+   !>
+   !> A row nᵀT(ρ) is linear in ρ, so that ∫ N nᵀT ds over a channel is L/2 nᵀT at the mean
+   !> 2 ∫ N ρ ds/L.
    pure subroutine update_network(network, blocks)
       type(network_type), intent(inout) :: network  !< of the model
       type(blocks_type), intent(in) :: blocks       !< blocks in their present state
       real(wp), parameter :: sign(2) = [-1.0_wp, 1.0_wp]  !< sign of the gap change, by side
-      real(wp) :: normal(2), gap(6, 2)
+      real(wp) :: normal(2), share(2)
       integer :: c, k, side
 
-      call find_storage(network, blocks, network%aperture, network%volume, network%storage)
+      network%volume = 0.0_wp
+      network%storage = 0.0_wp
       network%conductance = 0.0_wp
+      network%aperture = 0.0_wp
       network%row = 0.0_wp
       do c = 1, size(network%absent)
          if (network%absent(c)) cycle
          associate (channel => network%flow%channel(c), a => network%aperture(:, c), &
             law => network%flow%law(network%flow%channel(c)%law))
+            normal = normal_of(network, blocks, c)
+            a = apertures_of(network, blocks, c)
+            share = channel%length*(own*a + other*[a(2), a(1)])
+            do k = 1, 2
+               associate (node => channel%node(k))
+                  network%volume(node) = network%volume(node) + share(k)
+                  network%storage(node) = network%storage(node) + share(k)/law%bulk_modulus
+               end associate
+            end do
             network%conductance(c) = 2*a(1)**2*a(2)**2/(a(1) + a(2)) &
                /(12.0_wp*law%viscosity*channel%length)
-            normal = normal_of(network, blocks, c)
             do side = 1, 2
-               do k = 1, 2
-                  gap(:, k) = sign(side)*row_along(normal, blocks, channel%block(side), &
-                     channel%reference(:, k, side))
-               end do
-               do k = 1, 2
-                  associate (row => network%row(:, network%row_of(side, k, c)))
-                     row = row + channel%length*(own*gap(:, k) + other*gap(:, 3 - k))
-                  end associate
-               end do
+               call add_rows(0.5_wp*sign(side)*channel%length, normal, blocks, &
+                  channel%block(side), channel%reference(:, :, side), &
+                  network%row_of(side, :, c), network%row)
             end do
          end associate
       end do
    end subroutine update_network
+
+   !> Add factor × nᵀT at the means of the two nodes of a channel to their rows, T as in
+   !> `shape_matrix`.
+   pure subroutine add_rows(factor, normal, blocks, b, reference, row_of, row)
+      real(wp), intent(in) :: factor           !< m
+      real(wp), intent(in) :: normal(2)        !< n
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
+      integer, intent(in) :: b                 !< block
+      real(wp), intent(in) :: reference(2, 2)  !< m, offsets ρ of the ends
+      integer, intent(in) :: row_of(:)         !< [2] numbers of the rows of the ends
+      real(wp), intent(inout) :: row(6, *)     !< [6,rows]
+      real(wp) :: n(2), local(2), turned(2), mean(2)
+      integer :: k
+
+      n = factor*normal
+      associate (f => blocks%gradient(:, :, b), axes => blocks%axes(:, :, b))
+         local = [axes(1, 1)*n(1) + axes(2, 1)*n(2), axes(1, 2)*n(1) + axes(2, 2)*n(2)]
+         turned = [n(2)*f(1, 1) - n(1)*f(2, 1), n(2)*f(1, 2) - n(1)*f(2, 2)]
+      end associate
+      do k = 1, 2
+         mean = 2*(own*reference(:, k) + other*reference(:, 3 - k))
+         associate (r => row(:, row_of(k)))
+            r(1) = r(1) + n(1)
+            r(2) = r(2) + n(2)
+            r(3) = r(3) + turned(1)*mean(1) + turned(2)*mean(2)
+            r(4) = r(4) + local(1)*mean(1)
+            r(5) = r(5) + local(2)*mean(2)
+            r(6) = r(6) + 0.5_wp*(local(1)*mean(2) + local(2)*mean(1))
+         end associate
+      end do
+   end subroutine add_rows
+
+   !> Apertures at the ends of channel c, m.
+   pure function apertures_of(network, blocks, c) result(a)
+      type(network_type), intent(in) :: network  !< of the model
+      type(blocks_type), intent(in) :: blocks    !< blocks in their present state
+      integer, intent(in) :: c                   !< channel
+      real(wp) :: a(2), normal(2)
+      integer :: k
+
+      normal = normal_of(network, blocks, c)
+      associate (channel => network%flow%channel(c), &
+         law => network%flow%law(network%flow%channel(c)%law))
+         do k = 1, 2
+            a(k) = max(law%least, min(law%most, law%aperture + law%opening_factor &
+               *(height_of(normal, blocks, channel%block(2), channel%reference(:, k, 2)) &
+               - height_of(normal, blocks, channel%block(1), channel%reference(:, k, 1)))))
+         end do
+      end associate
+   end function apertures_of
+
+   !> Energy ½ pᵀSp of compressed water, J per metre of thickness.
+   pure real(wp) function stored_energy(network, blocks, pressure) result(energy)
+      type(network_type), intent(in) :: network  !< of the model
+      type(blocks_type), intent(in) :: blocks    !< blocks in their present state
+      real(wp), intent(in) :: pressure(:)        !< [nodes] Pa
+      real(wp) :: a(2)
+      integer :: c
+
+      energy = 0.0_wp
+      do c = 1, size(network%absent)
+         if (network%absent(c)) cycle
+         a = apertures_of(network, blocks, c)
+         associate (channel => network%flow%channel(c), &
+            law => network%flow%law(network%flow%channel(c)%law))
+            energy = energy + 0.5_wp*channel%length/law%bulk_modulus &
+               *((own*a(1) + other*a(2))*pressure(channel%node(1))**2 &
+               + (own*a(2) + other*a(1))*pressure(channel%node(2))**2)
+         end associate
+      end do
+   end function stored_energy
 
    !> Height n·x of the material point ρ of block b, m.
    pure real(wp) function height_of(normal, blocks, b, reference) result(height)
@@ -175,25 +253,6 @@ contains
             + normal(2)*(x(2) + f(2, 1)*reference(1) + f(2, 2)*reference(2))
       end associate
    end function height_of
-
-   !> Row nᵀT of the material point ρ, T as in `shape_matrix`.
-   pure function row_along(normal, blocks, b, reference) result(row)
-      real(wp), intent(in) :: normal(2)        !< n
-      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      integer, intent(in) :: b                 !< block
-      real(wp), intent(in) :: reference(2)     !< m, offset ρ
-      real(wp) :: row(6), local(2)
-
-      associate (f => blocks%gradient(:, :, b), axes => blocks%axes(:, :, b))
-         local = [axes(1, 1)*normal(1) + axes(2, 1)*normal(2), &
-            axes(1, 2)*normal(1) + axes(2, 2)*normal(2)]
-         row = [normal(1), normal(2), &
-            normal(2)*(f(1, 1)*reference(1) + f(1, 2)*reference(2)) &
-            - normal(1)*(f(2, 1)*reference(1) + f(2, 2)*reference(2)), &
-            local(1)*reference(1), local(2)*reference(2), &
-            0.5_wp*(local(1)*reference(2) + local(2)*reference(1))]
-      end associate
-   end function row_along
 
    !> Scalar product of two rows of six, written out for speed.
    pure real(wp) function product_of(a, b)
@@ -213,39 +272,6 @@ contains
          normal = [blocks%along(2, edge), -blocks%along(1, edge)]
       end associate
    end function normal_of
-
-   !> Find apertures at the ends of channels, and volumes and storage of nodes.
-   pure subroutine find_storage(network, blocks, aperture, volume, storage)
-      type(network_type), intent(in) :: network  !< of the model
-      type(blocks_type), intent(in) :: blocks    !< blocks in their present state
-      real(wp), intent(out) :: aperture(:,:)     !< [ends,channels] m
-      real(wp), intent(out) :: volume(:), storage(:)  !< [nodes] m³; m³/Pa, per metre of thickness
-      real(wp) :: normal(2), share
-      integer :: c, k
-
-      volume = 0.0_wp
-      storage = 0.0_wp
-      aperture = 0.0_wp
-      do c = 1, size(network%absent)
-         if (network%absent(c)) cycle
-         associate (channel => network%flow%channel(c), a => aperture(:, c), &
-            law => network%flow%law(network%flow%channel(c)%law))
-            normal = normal_of(network, blocks, c)
-            do k = 1, 2
-               a(k) = max(law%least, min(law%most, law%aperture + law%opening_factor &
-                  *(height_of(normal, blocks, channel%block(2), channel%reference(:, k, 2)) &
-                  - height_of(normal, blocks, channel%block(1), channel%reference(:, k, 1)))))
-            end do
-            do k = 1, 2
-               share = channel%length*(own*a(k) + other*a(3 - k))
-               associate (node => channel%node(k))
-                  volume(node) = volume(node) + share
-                  storage(node) = storage(node) + share/law%bulk_modulus
-               end associate
-            end do
-         end associate
-      end do
-   end subroutine find_storage
 
    !> Growth Bᵀd of the volumes of nodes, m³ per metre of thickness.
    pure function growth_of(network, d) result(growth)

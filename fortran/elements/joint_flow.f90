@@ -28,7 +28,7 @@ module dda_joint_flow
    use dda_flow, only: flow_type, acts_at, value_at, flow_steady, flow_transient, flow_undrained
    use dda_flow_groups, only: group_type, set_groups, set_springs, add_springs, change_by, &
       find_steady_heads
-   use dda_flow_network, only: network_type, new_network, update_network, find_storage, &
+   use dda_flow_network, only: network_type, new_network, update_network, stored_energy, &
       growth_of, add_pressures, outflow_of
    use dda_linear_terms, only: linear_terms_type
    use dda_motion, only: motion_type
@@ -228,9 +228,7 @@ contains
       self%rest = merge(0.0_wp, self%step%time_step*(self%source - outflow_of(self%network, &
          self%conductance, self%first + self%network%elevation)) - self%empty, &
          self%fixed .or. self%vented)
-      do g = 1, size(self%group)
-         call change_by(self%group(g), self%rest, self%first)
-      end do
+      call change_by(self%group, self%rest, self%first)
    end subroutine assume
 
    !> Find the growth of volumes and the pressures at the end of a step with increment d.
@@ -238,15 +236,12 @@ contains
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       real(wp) :: rest(size(self%first))
-      integer :: g
 
       self%growth = growth_of(self%network, d)
       self%after = self%first
       if (state_of(self) == flow_steady) return
       rest = merge(0.0_wp, -self%growth, self%fixed .or. self%vented)
-      do g = 1, size(self%group)
-         call change_by(self%group(g), rest, self%after)
-      end do
+      call change_by(self%group, rest, self%after)
    end subroutine find_pressures
 
    !> Surplus of each node, m³ per metre of thickness: growth without water, or inflow from outside.
@@ -288,10 +283,8 @@ contains
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the next one
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
-      real(wp) :: aperture(2, size(self%flux)), volume(size(self%first)), storage(size(self%first))
 
-      call find_storage(self%network, blocks, aperture, volume, storage)
-      call add_energy(energy, energy_water, 0.5_wp*sum(storage*self%pressure**2))
+      call add_energy(energy, energy_water, stored_energy(self%network, blocks, self%pressure))
    end subroutine add_stored
 
    !> Account for the terms of the identity in the header of this module.
