@@ -32,8 +32,13 @@ def add_pushover(parser: argparse.ArgumentParser) -> None:
 
 def _run_pushover(options: argparse.Namespace) -> int:
     from ..report.style import save_picture
-    from ..stability import limit_analysis, pushover
+    from ..stability import limit_analysis, performance_point, pushover
+    from ..study import eurocode8
 
+    spectrum = None
+    if options.ec8:
+        peak, ground = options.ec8
+        spectrum = eurocode8(POSITIVE.check("--ec8", peak), ground)
     picture = options.output or options.file.with_name(f"{options.file.stem}_pushover.png")
     check_target(picture, "a picture", [options.file])
     changes = dict(options.set)
@@ -48,16 +53,11 @@ def _run_pushover(options: argparse.Namespace) -> int:
               f"{limits.upper.factor:.4g} with")  # fmt: skip
     picture = save_picture(found.draw(limits), picture, [options.file], dpi=130)
     print(f"picture: {picture}")
-    table = picture.with_suffix(".csv")
-    if options.ec8:
-        from ..stability import performance_point
-        from ..study import eurocode8
-
-        peak, ground = options.ec8
-        spectrum = eurocode8(POSITIVE.check("--ec8", peak), ground)
+    table = write(picture.with_suffix(".csv"), found.to_csv(), OWN_TABLE, [options.file])
+    print(f"curve: {table}")
+    if spectrum:
         point = performance_point(found, spectrum, method=options.method)
         print(f"performance: {point}")
         figure = picture.with_name(f"{picture.stem}_performance{picture.suffix}")
         print(f"picture: {save_picture(point.draw(), figure, [options.file], dpi=130)}")
-    print(f"curve: {write(table, found.to_csv(), OWN_TABLE, [options.file])}")
     return 0

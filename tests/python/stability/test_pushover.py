@@ -37,6 +37,13 @@ def test_the_command_prints_draws_and_writes_the_curve(tmp_path, main):
     assert len(rows) > 20
 
 
+def test_a_bad_spectrum_is_refused_before_the_run(tmp_path, main):
+    tower().write(tmp_path / "tower.nml")
+    done = main("pushover", "tower.nml", "--point", "top", "--ec8", "2", "Z", folder=tmp_path)
+    assert done.returncode == 1 and "'Z'" in done.stderr
+    assert [file.name for file in tmp_path.iterdir()] == ["tower.nml"]
+
+
 @pytest.mark.parametrize(
     ("values", "words"),
     [
