@@ -100,7 +100,7 @@ contains
       if (.not. allocated(error)) call read_measured_joints(model, groups, error)
       if (.not. allocated(error)) call read_bolts(model, groups, error)
       if (.not. allocated(error)) call read_edge_loads(model, groups, error)
-      call read_flow(model, groups, error)
+      if (.not. allocated(error)) call read_flow(model, groups, error)
       if (.not. allocated(error)) call read_boundaries(model, groups, error)
       if (.not. allocated(error)) call read_stages(model, groups, error)
       if (.not. allocated(error)) call read_ends(model, groups, error)

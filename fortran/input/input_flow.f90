@@ -38,7 +38,6 @@ contains
       integer :: law_of(size(model%joints)), i
       integer, allocatable :: at(:), boundary(:)
 
-      if (allocated(error)) return
       at = positions(groups, 'flow')
       boundary = positions(groups, 'flow_boundary')
       if (size(at) == 0) then

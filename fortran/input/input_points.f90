@@ -42,6 +42,7 @@ contains
             if (holds(model%blocks, b, point)) return
          end do
          call input_error(error, group, words//' lies outside every block')
+         b = 0
          return
       end if
       do b = 1, model%blocks%n  ! among blocks of that name, the one that contains the point

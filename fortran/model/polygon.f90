@@ -181,7 +181,7 @@ contains
    pure real(wp) function sample_depth(first, second)
       real(wp), intent(in) :: first(:,:), second(:,:)  !< [2, any] counter-clockwise, m
       real(wp) :: a(2), b(2), cut, cuts(size(second, 2) + 2), centre(2)
-      integer :: i, j, k, m
+      integer :: i, j, k, m, next
 
       centre = centroid_of(first)
       sample_depth = depth_inside(second, centre)
@@ -192,7 +192,8 @@ contains
          cuts(1:2) = [0.0_wp, 1.0_wp]
          m = 2
          do j = 1, size(second, 2)
-            cut = crossing(a, b, second(:, j), second(:, mod(j, size(second, 2)) + 1))
+            next = merge(1, j + 1, j == size(second, 2))
+            cut = crossing(a, b, second(:, j), second(:, next))
             if (cut <= 0.0_wp .or. cut >= 1.0_wp) cycle
             m = m + 1
             cuts(m) = cut

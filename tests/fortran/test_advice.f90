@@ -37,7 +37,7 @@ contains
       ! Springs as soft as that hold nothing: the first mode that is left is one of strains.
       call penalty_for_frequency(linear, 1.0e-8_wp, penalty, error)
       call check_no_error(error, 'too low')
-      call check(.not. penalty%found .and. index(penalty%words, 'does not follow') > 0, &
+      call check(.not. penalty%found .and. index(penalty%words, 'does not depend') > 0, &
          'too low, in words')
    end subroutine penalty_that_matches_a_frequency
 

@@ -139,7 +139,7 @@ contains
       call damaged('.esm', 'DATA_TYPE: ACCELERATION', 'DATA_TYPE: VELOCITY', 'not one of velocity')
       call damaged('.esm', 'DATA_TYPE: ACCELERATION', 'DATA_TYPE: DISPLACEMENT', &
          'not one of displacement')
-      call damaged('.v2c', ' 100 Integer-header', '-100 Integer-header', 'announced')
+      call damaged('.v2c', ' 100 Integer-header', '-100 Integer-header', 'declared')
       call damaged('.v2c', 'units=cm/sec2', 'units=counts ', "'counts'")
       call damaged('.v2c', '       1.000000', '       9.000000', '9 s')
    end subroutine headers_that_do_not_fit
