@@ -450,6 +450,7 @@ contains
       type(joint_state_type) :: state
 
       state = state_of(0.0_wp, 0.0_wp)
+      joint%friction_angle = 35.0_wp
       call new_joint_law(slot, joint, 1.0e9_wp, 2.5_wp)
       call check_close(slot%law%initial_spring(state), 1.0e9_wp, 'per contact')
       call check_close(slot%law%shear_spring(state), 4.0e8_wp, 'its shear spring', 1.0e-12_wp)
