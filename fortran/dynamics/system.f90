@@ -25,8 +25,8 @@ module dda_system
 
    !> Matrix, right-hand side and unknowns of a step.
    type :: system_type
-      ! unsaved, its pattern follows from the neighbours, its values are computed in each step:
-      ! matrix unsaved, the pattern: pair_of_entry, linear_entry
+      ! unsaved, computed in each step with the pattern of the neighbours: matrix
+      ! unsaved, the pattern: pair_of_entry, linear_entry
       ! unsaved, listed in each step: first_contact
       ! unsaved, computed again in each step: contact_terms
       ! unsaved, computed for a new time step: constant, constant_step

@@ -77,7 +77,7 @@ def test_steps_too_long_for_the_geometry_are_told(write_input):
     path = write_input(wheel(), "wheel.nml")
     with pytest.warns(sitedda.AuditWarning, match="try a smaller time_step") as told:
         done = sitedda.run(path)
-    gained = float(re.search(r"got (-?[\d.]+) of", str(told[0].message))[1])
+    gained = float(re.search(r"gained (-?[\d.]+) of", str(told[0].message))[1])
     assert gained == pytest.approx(float(done.history.energy_geometric[-1]), abs=1e-6)
 
 

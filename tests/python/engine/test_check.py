@@ -117,7 +117,7 @@ def test_ringing_is_told_in_steps(write_input):
     report = sitedda.check(write_input(tower()))
     line = finding(report.text, "ringing")
     assert "normal contact springs" in line  # supports have a dashpot and do not ring
-    turn, steps = map(float, re.search(r"dt = ([\d.]+)\).* in ([\d.]+) steps", line).groups())
+    turn, steps = map(float, re.search(r"Δt = ([\d.]+)\).* in ([\d.]+) steps", line).groups())
     assert report.ringing == pytest.approx(steps, rel=1e-3)  # four digits are printed
     expected = Scheme().vibration(turn / (2 * math.pi * 1e-3), 1e-3).ringing
     assert report.ringing == pytest.approx(float(expected), rel=2e-3)
@@ -207,7 +207,7 @@ def test_contacts_may_penetrate_by_a_hundredth_of_a_block(write_input, percent, 
 def test_the_penalty_has_its_cost_beside_the_compression_that_it_saves(write_input):
     """A layer has two contacts on either side; softer joints add to 1/f² in proportion to 1/k_n."""
     model = write_input(tower())
-    mass, pattern = 15.0 * ROCK["density"], r"iteration ([\d.e+]+); 1 % .* ([\d.e+]+) N/m .* (\S+),"
+    mass, pattern = 15.0 * ROCK["density"], r"iteration ([\d.e+]+); .* = ([\d.e+]+) N/m, with (\S+),"
     line = finding(sitedda.check(model).text, "penalty ").replace(" [", ", [")
     cost, advised, its_cost = (float(one) for one in re.search(pattern, line).groups())
     assert cost == pytest.approx(1 + 4 * 1.5e12 * 1e-3**2 / (2 * mass), rel=1e-3)

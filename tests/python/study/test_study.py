@@ -447,7 +447,7 @@ def test_collect_reads_only_below_its_own_folder(file, tmp_path, threads):
 
 
 def test_points_change_together():
-    with pytest.raises(InputError, match="as many"):
+    with pytest.raises(InputError, match="equally many"):
         Points("pair", {"a.b": [1, 2], "a.c": [1]})
     pair = Points("pair", {"joint.friction_angle": [1, 2], "joint.cohesion": [3, 4]})
     assert pair.changes((1,)) == {"joint.friction_angle": 2, "joint.cohesion": 4}
