@@ -132,7 +132,7 @@ contains
       real(wp), intent(in) :: strain               !< above 0
 
       body_ratio = (1.0_wp - relaxed_modulus(branches%body)) &
-         *min(1.0_wp, branches%body_strain/strain)
+         *(branches%body_strain/max(strain, branches%body_strain))  ! does not overflow
    end function body_ratio
 
    !> Damping ratio of closed loops between ± the strains.
