@@ -45,6 +45,7 @@ contains
       call check(words_of('motion', 'format') == known_formats, 'formats')
       call check(words_of('motion', 'unit') == known_units, 'units')
       law = find_variable('joint', 'law')
+      joint%friction_angle = 35.0_wp
       last = 0
       do
          first = last + index(law%allowed(last + 1:), "'")
