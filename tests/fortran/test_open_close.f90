@@ -266,11 +266,17 @@ contains
       type(system_type), intent(out) :: whole
       integer, intent(in) :: systems, blocks
       type(neighbours_type) :: near
+      real(wp) :: unit(6, 6)
       integer :: i
 
       near%n_pairs = systems
       near%pair = reshape([(i, i=1, 2*systems)], [2, systems])
       call pattern_of(whole, blocks, near)
+      unit = 0.0_wp
+      do i = 1, 6
+         unit(i, i) = 1.0_wp
+      end do
+      whole%constant = spread(compact(unit), 2, blocks)
    end subroutine systems_beside
 
    !> Systems beside each other, each a region of its own, end as each does alone, and the whole,
@@ -282,15 +288,10 @@ contains
       type(laws_type) :: laws
       type(open_close_type) :: iteration
       type(error_type), allocatable :: error
-      real(wp) :: expected(6, 2*systems + idle), unit(6, 6)
+      real(wp) :: expected(6, 2*systems + idle)
       integer :: i, most
 
       call systems_beside(whole, systems, 2*systems + idle)
-      unit = 0.0_wp
-      do i = 1, 6
-         unit(i, i) = 1.0_wp
-      end do
-      whole%constant = spread(compact(unit), 2, 2*systems + idle)
       whole%load = 1.0_wp
       expected = 1.0_wp
       call reserve(all, systems*each)
