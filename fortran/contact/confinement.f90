@@ -20,14 +20,16 @@ module dda_confinement
 contains
 
    !> Set the forces of touching contacts from the stress of their blocks.
-   pure subroutine confine_contacts(contacts, blocks, laws, gradient)
+   pure subroutine confine_contacts(contacts, blocks, laws, gradient, crushed)
       type(contacts_type), intent(inout) :: contacts  !< first list of the run
       type(blocks_type), intent(in) :: blocks         !< blocks in their first state
       type(laws_type), intent(in) :: laws             !< of the joints
       real(wp), intent(in) :: gradient(:,:)           !< [2,blocks] ∂σx/∂y and ∂σy/∂y, Pa/m
+      integer, intent(out) :: crushed  !< a contact whose law cannot exert its force, else 0
       real(wp) :: traction(2), normal, length, closure
       integer :: c
 
+      crushed = 0
       do c = 1, contacts%n
          associate (e => contacts%edge(c), n => contacts%normal(:, c))
             if (contacts%gap(c) > touching*blocks%length(e)) cycle
@@ -45,6 +47,10 @@ contains
                associate (law => laws%slot(contacts%joint(c))%law)
                   closure = law%closure(state_of(contacts, law, c), normal)
                end associate
+            end if
+            if (.not. closure < huge(1.0_wp)) then
+               crushed = c
+               return
             end if
             contacts%state(c) = contact_stick
             contacts%was_closed(c) = .true.

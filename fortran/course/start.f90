@@ -23,7 +23,7 @@ module dda_start
    use dda_kinematics, only: kinetic_energy, farthest_move
    use dda_original_rules, only: lock_touching
    use dda_scheme, only: scheme_named
-   use dda_simulation, only: simulation_type, next_step
+   use dda_simulation, only: simulation_type, block_name, next_step
    use dda_linear_solver, only: choose_solver
    use dda_stop_rule, only: prepare_stop_rule
    implicit none
@@ -72,8 +72,8 @@ contains
          contacts%new_gap(:contacts%n) = contacts%gap(:contacts%n)
       end associate
       call bond_contacts(simulation%contacts(simulation%now), simulation%blocks, simulation%laws)
-      if (allocated(model%stress_gradient)) call confine_contacts(simulation%contacts( &
-         simulation%now), simulation%blocks, simulation%laws, model%stress_gradient)
+      if (allocated(model%stress_gradient)) call confine(simulation, error)
+      if (allocated(error)) return
       if (.not. model%contact%original_rules) call skip_crossings(simulation)
       if (model%contact%original_rules) call lock_touching(simulation%contacts(simulation%now), &
          half_size(model%blocks))
@@ -82,6 +82,22 @@ contains
          next_step(simulation))
       call start_columns(simulation, model, error)
    end subroutine start
+
+   !> Set the contact forces of the initial stress.
+   subroutine confine(simulation, error)
+      type(simulation_type), intent(inout) :: simulation  !< a run with its first list of contacts
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      integer :: c
+
+      associate (contacts => simulation%contacts(simulation%now))
+         call confine_contacts(contacts, simulation%blocks, simulation%laws, &
+            simulation%model%stress_gradient, c)
+         if (c > 0) call fail(error, error_input, '&in_situ: the initial stress exceeds the '// &
+            'strength of the joint between block '//block_name(simulation, contacts%block_v(c)) &
+            //' and block '//block_name(simulation, contacts%block_e(c))// &
+            '; use a larger crushing_strength or a smaller stress')
+      end associate
+   end subroutine confine
 
    !> Allocate the optional variables of the lists of contacts.
    elemental subroutine prepare_lists(contacts, laws)
