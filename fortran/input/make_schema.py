@@ -585,7 +585,7 @@ def ranged(one: Variable) -> str:
     named = one.base == "name" and one.values.startswith(("the name", "names"))
     if named or one.values.startswith("names: "):
         return one.values.removeprefix("the ").removesuffix(": 'one, two, all_*'")
-    limits = "" if one.values == "any" else one.values.removeprefix("any, ")
+    limits = "" if one.values == "any" else one.values.removeprefix("any, ").replace(" to ", "…")
     return ", ".join(filter(None, (one.kind, one.unit, limits)))
 
 
