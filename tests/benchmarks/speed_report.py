@@ -16,10 +16,10 @@ ablation
 ```"""
 SUMMARY = """If no contact changes its state, a step requires one to three microseconds per
 block. If many contacts change, a step requires up to forty times as much, because of more
-open–close iterations and factorisations. The table lists mean milliseconds per step of a wall in
+open–close iterations and factorisations. The table lists the mean time per step (ms) of a wall in
 running bond (Δt 1 ms, penalty 100 E), with one thread and with two:"""
-MEANING = """- *sudden*: the first ten steps after gravity is applied to a wall whose bricks touch
-  without force (avoid them by a [start from equilibrium](method.md#starting-from-equilibrium));
+MEANING = """- *sudden*: the first ten steps after sudden gravity on a wall whose bricks touch without
+  force (avoidable by a [start from equilibrium](method.md#starting-from-equilibrium));
 - *settling*: the next fifty steps;
 - *shaken*: a settled wall, shaken by 0.1 g (a stack by 0.75 g);
 - *quiet*: a settled wall, without contact changes.
@@ -28,18 +28,18 @@ MEANING = """- *sudden*: the first ten steps after gravity is applied to a wall 
 AGAINST_PLAIN = """The same step in numpy and scipy (`tests/benchmarks/plain_step.py`) uses the
 contacts that the engine has detected. It reuses its factor if no spring changes, has no line
 search, and stops after 25 open–close iterations. The last column is the difference of positions
-over the largest displacement (– if no plain iteration converged):
+relative to the largest displacement (– if the numpy iteration did not converge):
 
 """
 NOTES = """## Design choices
 
-- **Low-rank update** (`low_rank.f90`): the lagged factor is corrected for up to 160 springs that
-  contacts add or remove. For more springs, or after eight extra iterations, K̂ is factorised again.
+- **Low-rank update** (`low_rank.f90`): up to 160 springs that contacts add or remove correct the
+  lagged factor. For more springs, or after eight extra iterations, K̂ is factorised again.
 - **Zero blocks** of K̂, such as those of open joints, are omitted from the factor
   (`cholesky.f90.in`). A wall of 100,000 bricks with open head joints then requires 56 % of the
   entries and 39 % of the operations.
-- **Own factorisation** of 6×6 blocks: it is 2.7 to 5.8 times as fast as the supernodal
-  factorisation of CHOLMOD, for walls of 1,000 and 10,000 bricks and one thread.
+- **Factorisation** of 6×6 blocks: 2.7 to 5.8 times as fast as the supernodal factorisation of
+  CHOLMOD, for walls of 1,000 and 10,000 bricks and one thread.
 - **No SSOR**: prototypes were at most 11 % faster than block Jacobi on one thread, and slower on
   two. For stiff models the lagged factor is several times faster than both.
 """
@@ -80,7 +80,7 @@ def row(*cells) -> str:
 
 def table(heads: list[str], rows: list[str]) -> str:
     """A Markdown table."""
-    return "\n".join([row(*heads), row(*["---"] * len(heads)), *rows])
+    return "\n".join([row(*heads), "|---" * len(heads) + "|", *rows])
 
 
 def measured(result: dict) -> list[str]:
@@ -155,7 +155,7 @@ def growth_line(results: list[dict]) -> str:
         return ""
     lines = [row(*key, *(found.get(n, "–") for n in (1, 2))) for key, found in powers.items()]
     heads = ["state", "blocks", "exponent, 1 thread", "2 threads"]
-    return "Exponent of mean step time against number of blocks:\n\n" + table(heads, lines)
+    return "Exponent of mean step time versus number of blocks:\n\n" + table(heads, lines)
 
 
 def summary_table(results: list[dict]) -> str:
