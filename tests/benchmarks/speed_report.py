@@ -18,8 +18,8 @@ SUMMARY = """If no contact changes its state, a step requires one to three micro
 block. If many contacts change, a step requires up to forty times as much, because of more
 open–close iterations and factorisations. The table lists the mean time per step (ms) of a wall in
 running bond (Δt 1 ms, penalty 100 E), with one thread and with two:"""
-MEANING = """- *sudden*: the first ten steps after sudden gravity on a wall whose bricks touch without
-  force (avoidable by a [start from equilibrium](method.md#starting-from-equilibrium));
+MEANING = """- *sudden*: the first ten steps after sudden gravity on a wall whose bricks touch
+  without force (avoidable by a [start from equilibrium](method.md#starting-from-equilibrium));
 - *settling*: the next fifty steps;
 - *shaken*: a settled wall, shaken by 0.1 g (a stack by 0.75 g);
 - *quiet*: a settled wall, without contact changes.
