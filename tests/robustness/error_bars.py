@@ -90,7 +90,7 @@ def judge_inputs(files: list[Path]) -> int:
     bad = 0
     for file in files:
         found = sitedda.accuracy(file, workers=2)
-        changes = finer(facts_of(file, {}), FINER).changes
+        changes = finer(facts_of(file, {}), FINER)
         truth = sitedda.run(file, changes=changes).verdict.values
         words = {name: figure.doubt.partition(":")[0].partition(" of ")[0]
                  for name, figure in found.figures.items()}  # fmt: skip

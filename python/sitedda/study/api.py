@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 from ..base.errors import InputError
-from .axes import Axis
 from .case import Work, take_output
 from .distribute import distribute
 from .evaluate import evaluate
@@ -91,7 +90,8 @@ def study(
         If it was stopped; another call with the same folder continues.
     """
     plan = make_plan(model, parameters, results, folder, fixed, task)
-    _check_workers(workers)
+    if workers is not None and (int(workers) != workers or workers < 1):
+        raise InputError(f"workers = {workers}: give a whole number above 0")
     check_limits(memory, time_limit)
     with shown(progress, plan.count) as show:
         if callable(model) and folder is None:
@@ -136,11 +136,6 @@ def gather(study, workers: int | None = None, show=None, retry: bool = False) ->
         distribute(pool, work, plan.keys, show)
 
 
-def _check_workers(workers) -> None:
-    if workers is not None and (int(workers) != workers or workers < 1):
-        raise InputError(f"workers = {workers}: give a whole number above 0")
-
-
 @contextmanager
 def _open_executor(executor, workers, memory, time_limit) -> Iterator:
     """Yield the given executor, which stays open, or processes that end with the context."""
@@ -182,6 +177,3 @@ def shown(progress, count: int) -> Iterator[Callable | None]:
                 bar.set_postfix_str(f"{failed} failed")
 
         yield show
-
-
-__all__ = ["Axis", "free_memory", "gather", "run", "shown", "study"]

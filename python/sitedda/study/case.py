@@ -274,10 +274,6 @@ class Missing(SiteddaError):
     """The case has not been run yet."""
 
 
-class GivenUp(SiteddaError):
-    """Another program has tried the case and failed."""
-
-
 def _raise_given_up(folder: Path, again: bool) -> None:
     """Raise the error with which a Slurm task failed, unless the case is tried again."""
     file = folder / FAILED
@@ -285,7 +281,7 @@ def _raise_given_up(folder: Path, again: bool) -> None:
         file.unlink(missing_ok=True)
     elif file.exists():
         words = refuse_links(folder, file).read_text("utf-8", "replace").strip()
-        raise GivenUp(words.removeprefix("sitedda-native: ") or "it failed without a message")
+        raise SiteddaError(words.removeprefix("sitedda-native: ") or "it failed without a message")
 
 
 class TimeLimit(SiteddaError):

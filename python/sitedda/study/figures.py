@@ -102,7 +102,9 @@ def _check_argument(name: str, value, select: Mapping, plan) -> None:
         _check_dimension(name, value, plan)
         if value in select and not isinstance(select[value], list):
             raise InputError(f"{name} = {value!r} has been selected already")
-    elif (known := _known_results(plan)) and value not in known and _stem_of(value) not in known:
+        return
+    known, stem = _known_results(plan), value.partition("[")[0].partition(".")[0]
+    if known and not known & {value, stem}:
         raise InputError(f"{name} = {value!r} is none of the results{nearest(value, known)}")
 
 
@@ -128,10 +130,6 @@ def _check_selection(name: str, value, plan) -> None:
         if not any(one == there and not isinstance(one, bool) for there in known.tolist()):
             shown = ", ".join(map(str, known[:8])) + (" …" if len(known) > 8 else "")
             raise InputError(f"select: {name} has no value {one!r}; it has {shown}")
-
-
-def _stem_of(name: str) -> str:
-    return name.partition("[")[0].partition(".")[0]
 
 
 def _has_functions(plan) -> bool:

@@ -178,14 +178,21 @@ def fragility(intensity, failures, trials, confidence: float = 0.95, **about) ->
         If the data have no maximum of the likelihood: none or all failed, or all failures lie
         above all survivals, so that the dispersion is not determined.
     """
+    from scipy.optimize import minimize
+    from scipy.stats import chi2
+
     x, k, n = (np.atleast_1d(np.asarray(v, dtype=float)) for v in (intensity, failures, trials))
     _check_counts(x, k, n, confidence)
     _check_curve(x, k, n)
     use = n > 0
     start = np.array([np.log(np.average(x[use], weights=n[use])), np.log(0.4)])
-    best = _minimise(lambda p: _loss(p, x, k, n), start)
+    found = minimize(_loss, start, (x, k, n), method="Nelder-Mead",
+                     options={"xatol": 1e-10, "fatol": 1e-12, "maxiter": 4000})  # fmt: skip
+    best = found.x
+    if not found.success or not _LEAST < np.exp(best[1]) < _MOST:
+        raise InputError("the likelihood has no maximum: the dispersion is not determined")
     covariance = np.linalg.inv(_information(best, x, k, n))
-    limit = _quantile(confidence)
+    limit = 0.5 * float(chi2.ppf(confidence, 1))
     first, second = (_interval(i, best, covariance, limit, x, k, n) for i in range(2))
     median, dispersion = map(float, np.exp(best))
     return Fragility(median=median, dispersion=dispersion, median_interval=first,
@@ -286,17 +293,6 @@ def _loss(p, x, k, n) -> float:
     return -float(np.sum(k * log_ndtr(z) + (n - k) * log_ndtr(-z)))
 
 
-def _minimise(function, start) -> np.ndarray:
-    from scipy.optimize import minimize
-
-    found = minimize(function, start, method="Nelder-Mead",
-                     options={"xatol": 1e-10, "fatol": 1e-12, "maxiter": 4000})  # fmt: skip
-    width = np.exp(found.x[-1])
-    if not found.success or not _LEAST < width < _MOST:
-        raise InputError("the likelihood has no maximum: the dispersion is not determined")
-    return found.x
-
-
 def _information(p, x, k, n) -> np.ndarray:
     """Return the second derivatives of the loss by differences."""
     h = 1e-4
@@ -309,15 +305,8 @@ def _information(p, x, k, n) -> np.ndarray:
     return found
 
 
-def _quantile(confidence: float) -> float:
-    """Return half the quantile of χ² with one degree of freedom."""
-    from scipy.stats import chi2
-
-    return 0.5 * float(chi2.ppf(confidence, 1))
-
-
 def _interval(i, best, covariance, limit, x, k, n) -> tuple[float, float]:
-    """Return where the profile of the likelihood falls by `limit`."""
+    """Return where the profile of the likelihood falls by `limit`, half a quantile of χ²."""
     from scipy.optimize import brentq, minimize_scalar
 
     lowest, step = _loss(best, x, k, n), np.sqrt(covariance[i, i])

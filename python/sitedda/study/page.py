@@ -35,7 +35,10 @@ def write_report(table, file, figures: Sequence[Mapping] = ()) -> Path:
 
 def report_page(table, figures: Sequence[Mapping] = ()) -> Page:
     """Return the page of a study, see `write_report`."""
-    page = Page(f"Study of {table.attrs.get('model', '')}".strip(), _lead_of(table, counts(table)))
+    sizes = " × ".join(f"{table.sizes[d]} {d}" for d in table.status.dims)
+    ended = ", ".join(f"{number} {status}" for status, number in sorted(counts(table).items()))
+    lead = f"{counted(table.status.size, 'case', 'cases')} ({sizes}): {ended}."
+    page = Page(f"Study of {table.attrs.get('model', '')}".strip(), lead)
     page.add("Parameters", _parameter_table(table))
     said = [_add_figure(page, table, dict(values)) for values in figures]
     page.lead = " ".join([*(f"{words}." for words in said if words), page.lead])
@@ -54,28 +57,14 @@ def report_page(table, figures: Sequence[Mapping] = ()) -> Page:
     return page
 
 
-def _lead_of(table, found) -> str:
-    sizes = " × ".join(f"{table.sizes[d]} {d}" for d in table.status.dims)
-    words = ", ".join(f"{number} {status}" for status, number in sorted(found.items()))
-    return f"{counted(table.status.size, 'case', 'cases')} ({sizes}): {words}."
-
-
 def _parameter_table(table) -> Table:
     rows = []
     for name, one in table.coords.items():
         if set(one.dims) <= set(table.status.dims) and one.dims:
             values = np.asarray(one.values).ravel()
             shown = ", ".join(_shorten(v) for v in values[:8]) + (" …" if values.size > 8 else "")
-            changes = str(one.attrs.get("changes", ""))
-            rows.append(
-                [
-                    name,
-                    changes,
-                    str(one.attrs.get("units", "")).replace("^2", "²"),
-                    str(values.size),
-                    shown,
-                ]
-            )
+            changes, unit = (str(one.attrs.get(key, "")) for key in ("changes", "units"))
+            rows.append([name, changes, unit.replace("^2", "²"), str(values.size), shown])
     return Table(["parameter", "changes", "unit", "values", "which"], rows)
 
 

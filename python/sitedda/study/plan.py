@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The plan of a study: cases with their inputs and keys, and the manifest."""
 
-import hashlib
 import json
 import os
 from collections.abc import Callable, Iterator, Mapping
@@ -29,6 +28,7 @@ from .store import (
     PART,
     case_folder,
     checksum,
+    file_checksum,
     function_name,
     keep_file,
     read_manifest,
@@ -132,9 +132,6 @@ class Plan:
             for axis in self.axes
             for name, (dims, values, attrs) in axis.coordinates.items()
         }
-        for one in coordinates.values():
-            if len(one["dims"]) > 1:
-                one["values"] = np.asarray(one["values"]).tolist()
         return {
             "format": _FORMAT,
             "program": f"sitedda {engine.version()}",
@@ -189,8 +186,7 @@ def build() -> str:
     """Return the checksum of the engine library, which distinguishes builds of a version."""
     from .. import _core
 
-    with open(_core.__file__, "rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()[:32]
+    return file_checksum(_core.__file__)
 
 
 def plain(value):
@@ -209,8 +205,7 @@ class _Files:
 
     def __init__(self, study: Path):
         self.study = study
-        self.names: dict[Path, str] = {}
-        self.made: dict[int, str] = {}
+        self.names: dict[Path | int, str] = {}
 
     def kept(self, changes: Mapping) -> dict:
         """Return changes that refer to the copied files."""
@@ -230,18 +225,14 @@ class _Files:
 
     def _copy_name(self, file, where: str) -> str:
         """Return the name of the copy of a file, or of a `Record` not yet in a file."""
-        if hasattr(file, "data"):
-            if id(file) not in self.made:
-                self.made[id(file)] = keep_file(self.study, file.data, ".txt")
-            return self.made[id(file)]
-        file = Path(file)
-        if file not in self.names:
+        key = id(file) if hasattr(file, "data") else Path(file)
+        if key not in self.names:
             try:
-                data = read_bounded(file, _LARGEST)
+                data = file.data if hasattr(file, "data") else read_bounded(key, _LARGEST)
             except SiteddaError as trouble:
                 raise InputError(f"{where}: {trouble}") from trouble
-            self.names[file] = keep_file(self.study, data, file.suffix)
-        return self.names[file]
+            self.names[key] = keep_file(self.study, data, getattr(key, "suffix", ".txt"))
+        return self.names[key]
 
 
 def _names_a_file(path: str) -> bool:

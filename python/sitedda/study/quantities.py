@@ -224,19 +224,8 @@ def measure(
                 else:
                     numbers[label] = float(value)
         if notes is not None:
-            notes += doubts_of(output.attributes)
+            notes += str(output.attributes.get("doubts", "")).splitlines()
     return numbers, arrays
-
-
-def doubts_of(attributes: Mapping) -> list[str]:
-    """Return the warnings in the verdict of a run.
-
-    Parameters
-    ----------
-    attributes : mapping
-        Of the output.
-    """
-    return str(attributes.get("doubts", "")).splitlines()
 
 
 def _single_value(output: Output, wanted: Quantity) -> dict:
@@ -245,8 +234,10 @@ def _single_value(output: Output, wanted: Quantity) -> dict:
     name, label, component, reduction = _PATH.fullmatch(wanted.name).groups()
     if name == "verdict":
         return _verdict(output, list(_TOPICS))
-    if name == "figures":
-        return _figure_numbers(output)
+    if name == "figures":  # the numbers that the engine does not consider rounding
+        rows = str(output.attributes.get("figures", "")).splitlines()
+        keys = {key for row in rows for key in row.split("\t")[1:3]} | {*_ZERO, *_OF_PYTHON}
+        return {n: v for n, v in _verdict(output, list(_TOPICS)).items() if n in keys}
     for part, names in _TOPICS.items():
         if name in names:
             return {wanted.label: _verdict_number(output, part, name, label)}
@@ -255,7 +246,13 @@ def _single_value(output: Output, wanted: Quantity) -> dict:
     if name == "spectrum":
         return {wanted.label: _compute_spectrum(output, wanted.name, label, component)}
     if name == "amplification_ratio":
-        return {wanted.label: _read_amplification(output)}
+        from ..output.response import amplifications
+
+        found = amplifications(output.dataset([*_BLOCKS, *_HISTORY]))
+        if not found:
+            raise InputError(_NO_AMPLIFICATION)
+        frequency = {"frequency": found[0].frequency}
+        return {wanted.label: Array(found[0].ratio, ("frequency",), frequency, "1")}
     return {wanted.label: _read_history(output, wanted.name, name, label, component, reduction)}
 
 
@@ -278,13 +275,6 @@ def _verdict(output: Output, parts: Iterable[str]) -> dict[str, float]:
         found |= {n: v for n, v in written if n.partition("[")[0] in _TOPICS[_WRITTEN]}
     read = [part for part in parts if part != _WRITTEN]
     return found | _read_verdict(output, read) if read else found
-
-
-def _figure_numbers(output: Output) -> dict[str, float]:
-    """Return the numbers that the engine does not consider rounding."""
-    rows = (line.split("\t") for line in str(output.attributes.get("figures", "")).splitlines())
-    keys = {key for row in rows for key in row[1:3]} | set(_ZERO) | set(_OF_PYTHON)
-    return {name: value for name, value in _verdict(output, list(_TOPICS)).items() if name in keys}
 
 
 def _read_verdict(output: Output, parts: Iterable[str]) -> dict[str, float]:
@@ -320,16 +310,6 @@ def _compute_spectrum(output: Output, name: str, point: str | None, axis: str | 
     step = float(time[-1] - time[0]) / (len(time) - 1)
     values = acceleration_spectrum(series.values, step)
     return Array(values, ("period",), {"period": PERIODS}, "m/s^2")
-
-
-def _read_amplification(output: Output) -> Array:
-    from ..output.response import amplifications
-
-    found = amplifications(output.dataset([*_BLOCKS, *_HISTORY]))
-    if not found:
-        raise InputError(_NO_AMPLIFICATION)
-    one = found[0]
-    return Array(one.ratio, ("frequency",), {"frequency": one.frequency}, "1")
 
 
 def _read_history(output, path, name, label, component, reduction) -> Array | float:

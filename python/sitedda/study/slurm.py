@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Run a study by Slurm: a job array of `sitedda-native`, without Python on the nodes."""
 
-import hashlib
 import math
 import re
 import shlex
@@ -18,7 +17,7 @@ from ..build.building import built_text
 from ..input.source import needs_building
 from .case import Work, check_first
 from .plan import Plan
-from .store import INPUT, PART, case_folder, write_whole
+from .store import INPUT, PART, case_folder, file_checksum, write_whole
 
 SCRIPT, TASKS = "submit.sh", "tasks.txt"
 _MOST_TASKS = 1000  # largest size of a job array with Slurm's default MaxArraySize
@@ -177,18 +176,22 @@ def write_batch(plan: Plan, slurm: Slurm) -> Path:
             "Slurm runs inputs by sitedda-native; functions and strength reduction need Python: "
             "--dask"
         )
+    if not re.fullmatch(r"[\d:-]*", slurm.time):
+        raise InputError(f"time = {slurm.time!r} is not a time limit of Slurm, as 2:00:00")
     check_first(Work(plan.folder, quantities=plan.quantities), plan.keys)
     build_inputs(plan)
     keys = list(dict.fromkeys(plan.keys))
     each = slurm.each or math.ceil(len(keys) / _MOST_TASKS)
-    estimate = estimate_of(largest_input(plan))
+    files = [case_folder(plan.folder, key) / INPUT for key in keys]
+    estimate = estimate_of(max(files, key=lambda file: file.stat().st_size))
+    minutes = math.ceil((600.0 + 3.0 * each * estimate["seconds"]) / 60.0)
     write_whole(plan.folder / TASKS, "".join(f"{key}\n" for key in keys), PART)
     program = native_program(slurm.program)
     text = _TEMPLATE.format(
         name=re.sub(r"\W+", "_", plan.folder.name)[:60] or "study",
         last=math.ceil(len(keys) / each) - 1,
         memory=math.ceil(slurm.memory or _BASE + 2.0 * estimate["memory"]),
-        time=_check_time(slurm.time) or _format_time(600.0 + 3.0 * each * estimate["seconds"]),
+        time=slurm.time or f"{minutes // 60}:{minutes % 60:02d}:00",
         log=_escape_for_sbatch(str(plan.folder).replace("%", "%%")) + "/slurm-%A_%a.log",
         options="\n".join(f"#SBATCH {_check_option(one)}" for one in slurm.options),
         count=len(keys),
@@ -196,7 +199,7 @@ def write_batch(plan: Plan, slurm: Slurm) -> Path:
         program_name=program.name,
         study=shlex.quote(str(plan.folder)),
         program=shlex.quote(str(program)),
-        digest=_hash_program(program),
+        digest=file_checksum(program),
         input=INPUT,
         tasks=TASKS,
     )
@@ -235,12 +238,6 @@ def build_inputs(plan: Plan) -> None:
             write_whole(file, built)
 
 
-def largest_input(plan: Plan) -> Path:
-    """Return the longest input of a study."""
-    files = [case_folder(plan.folder, key) / INPUT for key in dict.fromkeys(plan.keys)]
-    return max(files, key=lambda file: file.stat().st_size)
-
-
 def estimate_of(file: Path) -> Mapping[str, float]:
     """Return ``memory`` (MiB) and ``seconds`` of a run by `sitedda check`; 0 if it fails."""
     from ..engine.checking import check
@@ -265,19 +262,3 @@ def _check_option(text: str) -> str:
         raise InputError(f"{text!r} is not an option of sbatch, as --partition=long")
     name, equals, value = text.partition("=")
     return f"{name}={_escape_for_sbatch(value)}" if equals else name
-
-
-def _check_time(time: str) -> str:
-    if time and not re.fullmatch(r"[\d:-]+", time):
-        raise InputError(f"time = {time!r} is not a time limit of Slurm, as 2:00:00")
-    return time
-
-
-def _format_time(seconds: float) -> str:
-    minutes = math.ceil(seconds / 60.0)
-    return f"{minutes // 60}:{minutes % 60:02d}:00"
-
-
-def _hash_program(program: Path) -> str:
-    with program.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()[:32]

@@ -233,7 +233,7 @@ class _Bracket:
     def find(self, low: float, high: float) -> int:
         """Find the lowest part of a range with a change of sign; return the number of changes."""
         places = [low, high]
-        if self._on_same_side(places):
+        if self.trials(low) * self.trials(high) > 0:
             places = np.linspace(low, high, INTERVALS + 1).tolist()
         differences = [self.trials(place) for place in places]
         signs = np.sign(differences)
@@ -244,10 +244,6 @@ class _Bracket:
         self.low, self.high = places[first], places[first + 1]
         self.below, self.above = differences[first], differences[first + 1]
         return len(crossed) - int(np.sum(signs[1:-1] == 0))
-
-    def _on_same_side(self, places) -> bool:
-        one, other = (self.trials(place) for place in places)
-        return one * other > 0
 
     def _no_root_error(self, low: float, high: float) -> NoRootError:
         trials = self.trials

@@ -61,6 +61,12 @@ def checksum(*parts: bytes | str) -> str:
     return found.hexdigest()[:32]
 
 
+def file_checksum(file) -> str:
+    """Return 32 hexadecimal digits of SHA-256 over the content of a file."""
+    with open(file, "rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()[:32]
+
+
 def case_folder(study: Path, key: str) -> Path:
     """Return the folder of a case; the key is checked, so that it cannot lead elsewhere."""
     if not _KEY.fullmatch(key):

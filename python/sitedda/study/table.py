@@ -49,7 +49,7 @@ def collect(study, file=None, arrays: bool = True):
     if file is None and results.size > IN_MEMORY:
         file = study / "table.nc"
     if file is None:
-        return results.dataset()
+        return results.dataset(arrays=True)
     file = Path(file).absolute()
     if file.suffix == ".zarr":
         _replace_zarr(results, file)
@@ -189,11 +189,11 @@ class _Results:
             first[dim] = np.linspace(low.min(), high.max(), count)
         return first
 
-    def array_dims(self, name: str) -> tuple[tuple[str, ...], tuple[int, ...]]:
-        """Return dimensions and shape of an array over all cases."""
+    def layout(self, name: str) -> tuple[tuple[str, ...], tuple[int, ...], tuple[int, ...]]:
+        """Return dimensions, shape and chunks of an array over all cases: a chunk is a case."""
         inner = tuple(self.arrays[name]["dims"])
         sizes = tuple(len(self.coordinates[d]) for d in inner)
-        return (*self.dims, *inner), (*self.shape, *sizes)
+        return (*self.dims, *inner), (*self.shape, *sizes), (*(1 for _ in self.dims), *sizes)
 
     def on_common(self, name: str, arrays: dict[str, np.ndarray]) -> np.ndarray:
         """Interpolate an array of a case to the common coordinates; NaN beyond its ends."""
@@ -244,24 +244,21 @@ class _Results:
             found[dim] = ((dim,), values, attrs)
         return found
 
-    def attributes(self) -> dict[str, str]:
-        """Return the attributes of the table."""
-        names = ("model", "task", "program", "build")
-        return {n: str(self.manifest.get(n, "")) for n in names} | {
-            "fixed": json.dumps(self.manifest.get("fixed", {})),
-        }
-
-    def dataset(self):
-        """Return the dataset in memory."""
+    def dataset(self, arrays: bool):
+        """Return the dataset in memory, with or without its arrays."""
         import xarray as xr
 
-        arrays = {name: np.full(self.array_dims(name)[1], np.nan) for name in self.arrays}
-        self.fill(arrays)
-        variables = {
-            name: (self.array_dims(name)[0], values, {"units": self.arrays[name]["units"]})
-            for name, values in arrays.items()
-        }
-        return xr.Dataset(self.small() | variables, self.coordinate_variables(), self.attributes())
+        variables = self.small()
+        if arrays:
+            targets = {name: np.full(self.layout(name)[1], np.nan) for name in self.arrays}
+            self.fill(targets)
+            for name, values in targets.items():
+                units = {"units": self.arrays[name]["units"]}
+                variables[name] = (self.layout(name)[0], values, units)
+        names = ("model", "task", "program", "build")
+        attributes = {name: str(self.manifest.get(name, "")) for name in names}
+        attributes["fixed"] = json.dumps(self.manifest.get("fixed", {}))
+        return xr.Dataset(variables, self.coordinate_variables(), attributes)
 
 
 def coordinate_values(values: list) -> np.ndarray:
@@ -270,22 +267,14 @@ def coordinate_values(values: list) -> np.ndarray:
     return found.astype(object) if found.dtype.kind in "US" else found
 
 
-def _table_frame(results: _Results):
-    """Return the table without its arrays, which is written first."""
-    import xarray as xr
-
-    return xr.Dataset(results.small(), results.coordinate_variables(), results.attributes())
-
-
 def _write_netcdf(results: _Results, file: Path) -> None:
     import netCDF4
 
-    _table_frame(results).to_netcdf(file, engine="netcdf4")
+    results.dataset(arrays=False).to_netcdf(file, engine="netcdf4")
     with netCDF4.Dataset(file, "a") as data:
         targets = {}
         for name in results.arrays:
-            dims, shape = results.array_dims(name)
-            chunks = (1,) * len(results.dims) + shape[len(results.dims) :]
+            dims, shape, chunks = results.layout(name)
             targets[name] = data.createVariable(
                 name, "f8", dims, chunksizes=chunks, zlib=True, complevel=1, shuffle=True,
                 fill_value=np.nan,
@@ -299,7 +288,7 @@ def _write_zarr(results: _Results, file: Path) -> None:
         import zarr
     except ImportError as trouble:
         raise MissingLibrary("a table in zarr needs the package: pip install zarr") from trouble
-    frame = _table_frame(results)
+    frame = results.dataset(arrays=False)
     for name in frame.variables:
         if frame[name].dtype == object:
             frame[name] = frame[name].astype(str)
@@ -307,8 +296,7 @@ def _write_zarr(results: _Results, file: Path) -> None:
     group = zarr.open_group(file, mode="a")
     targets = {}
     for name in results.arrays:
-        dims, shape = results.array_dims(name)
-        chunks = (1,) * len(results.dims) + shape[len(results.dims) :]
+        dims, shape, chunks = results.layout(name)
         targets[name] = group.create_array(
             name, shape=shape, chunks=chunks, dtype="f8", fill_value=np.nan,
             attributes={"_ARRAY_DIMENSIONS": list(dims), "units": results.arrays[name]["units"]},

@@ -36,7 +36,11 @@ class Trials:
     def __init__(self, model, parameters: Sequence, results: Sequence, task, changes: Mapping):
         self.model, self.parameters, self.parameter = model, list(parameters), parameters[0]
         self.task = task_of(task)
-        self.wanted = [self._quantity_of(one) for one in results]
+        self.wanted: list[Quantity] = []
+        for result in results:
+            self.wanted += (wanted := quantities_of(result))
+            if len(wanted) != 1:
+                raise InputError(f"result = {result!r} must be one quantity")
         self.names = [one.label for one in self.wanted]
         self.name = self.names[0]
         self.done: dict[tuple, tuple] = {}
@@ -45,12 +49,6 @@ class Trials:
                 text = with_files(text, lambda group: _whole_name(group, file), file)
                 self.text = changed_input(text, changes, file=file) if changes else text
                 self.file = Path(file)
-
-    def _quantity_of(self, result) -> Quantity:
-        wanted = quantities_of(result)
-        if len(wanted) != 1:
-            raise InputError(f"result = {result!r} must be one quantity")
-        return wanted[0]
 
     def __call__(self, value: float) -> float:
         """Return the first result minus its target at a value of the first parameter."""

@@ -14,7 +14,6 @@ from functools import partial
 import numpy as np
 from numpy.fft import irfft, rfft, rfftfreq
 
-from ...base.errors import SiteddaError
 from ...engine.checking import transfer
 from ...engine.signals import fast_length, low_pass, spectral_acceleration
 from ...engine.simulation import Simulation
@@ -103,7 +102,9 @@ def linear_figures(model, changes: Mapping, history, facts: Facts) -> dict[str, 
     names = [name for line in told.figures for name in (line.largest, line.end) if name]
     if "amplification" in names:
         names.append("amplification_frequency_hz")
-    found = {name: _variant_values(name, values[name]) for name in names if is_figure(name, values)}
+    none = (math.nan, math.nan, math.nan, 0.0, NO_BAR)
+    found = {name: Figure(name, values[name], values[name], *none)
+             for name in names if is_figure(name, values)}  # fmt: skip
     step = float(history.time.values[-1]) / (history.sizes["time"] - 1)
     own_step = float(np.max(history.time_step.values[1:]))
     highest = 0.499 / own_step  # highest frequency resolved by Δt, Hz
@@ -119,7 +120,7 @@ def linear_figures(model, changes: Mapping, history, facts: Facts) -> dict[str, 
     for variant, divided in zip(variants, (1, *_STEPS, 1), strict=False):
         numbers.append({})
         rates = partial(_rate_ratios, step=own_step / divided, chi=chi)
-        with Simulation(model, changes={**changes, **variant.changes}) as simulation:
+        with Simulation(model, changes={**changes, **variant}) as simulation:
             for point in points:
                 resolved = min(0.9 * highest, values[f"resolved_frequency_hz[{point.name}]"])
                 velocity, acceleration = _point_motion(
@@ -147,10 +148,6 @@ def _is_along(axes: Mapping, name: str, values: Mapping) -> bool:
     measure, _, point = name.partition("[")
     own = f"{measure}_{axes.get(point[:-1])}[{point}"
     return values.get(own, values[name]) == values[name]
-
-
-def _variant_values(name: str, value: float) -> Figure:
-    return Figure(name, value, value, math.nan, math.nan, math.nan, 0.0, NO_BAR)
 
 
 def _measured_points(history) -> list[_Point]:
@@ -240,13 +237,3 @@ def _exact_peak(simulation: Simulation, group: Mapping, highest: float) -> dict[
         top = int(np.argmax(ratio))
         low, high = grid[max(top - 1, 0)], grid[min(top + 1, _GRID - 1)]
     return {"amplification": float(ratio[top]), "amplification_frequency_hz": float(grid[top])}
-
-
-def linear_or_none(model, changes: Mapping, history, facts: Facts):
-    """Return `linear_figures`, or None for a run that is not linear or has no transfer function."""
-    if not is_linear(history, facts):
-        return None
-    try:
-        return linear_figures(model, changes, history, facts)
-    except SiteddaError:
-        return None

@@ -84,10 +84,12 @@ def accuracy(
         if found := _try_linear_run(model, changes, facts):
             return found
     # The longest run starts first, so that no process waits for it at the end.
-    variants = [finer(facts, times) for times in reversed(STEPS)]
-    variants += [stiffer(facts)] if facts.penalty else []
+    steps = {times: RUN if times == 1 else f"dt/{times}" for times in STEPS}
+    variants = {steps[times]: finer(facts, times) for times in reversed(STEPS)}
+    if facts.penalty:
+        variants["4 k_n"] = stiffer(facts)
     if facts.is_dynamic:
-        variants += [twin(TWIN, facts.there[0]), *twins_of(facts, ensemble)]
+        variants |= {TWIN: twin(facts.there[0])} | twins_of(facts, ensemble)
     table = study(
         model, Variants(variants), _with_histories(results), folder=folder, fixed=changes,
         executor=executor, workers=workers, progress=progress, keep=False,
@@ -95,20 +97,17 @@ def accuracy(
     )  # fmt: skip
     if str(table.sel(variant=RUN).status.values) != "complete":
         raise SiteddaError(str(table.sel(variant=RUN).message.values))
-    names = [RUN, "dt/2", "dt/4", *(one.name for one in variants[len(STEPS) :])]
+    names = [*steps.values(), *(name for name in variants if name not in steps.values())]
     words = {}
     for name in names:
         run = table.sel(variant=name)
-        words[name] = str(run.message.values) or _run_warnings(str(run.warning.values))
+        doubts = Doubt.lines(str(run.warning.values))  # those of the check belong to the input
+        own = "\n".join(str(doubt) for doubt in doubts if not doubt.of_check)
+        words[name] = str(run.message.values) or own
     figures = _figures_of(facts, _run_numbers(table.sel(variant=names)))
     end = float(table.look.values[-1]) if "look" in table else math.nan
     figures = with_horizons(figures, table)
     return Accuracy(figures, words, end, bands_of(table), _cause_words(figures, facts))
-
-
-def _run_warnings(warning: str) -> str:
-    """Return the warnings of a run without those of the check, which belong to the input."""
-    return "\n".join(str(doubt) for doubt in Doubt.lines(warning) if not doubt.of_check)
 
 
 def _try_linear_run(model, changes: Mapping, facts: Facts) -> Accuracy | None:
@@ -140,11 +139,14 @@ def of_linear_run(model, history, changes: Mapping | None = None, facts=None) ->
     facts : Facts, optional
         Of the input with its changes.
     """
-    from .linear import linear_or_none
+    from .linear import is_linear, linear_figures
 
     facts = facts or facts_of(model, changes or {})
-    figures = linear_or_none(model, changes or {}, history, facts)
-    if figures is None:
+    if not is_linear(history, facts):
+        return None
+    try:
+        figures = linear_figures(model, changes or {}, history, facts)
+    except SiteddaError:  # the model has no transfer function
         return None
     cause = _cause_words(figures, facts) and (_CAUSES[1] if facts.is_damped else _UNDAMPED)
     return Accuracy(figures, end=float(history.time.values[-1]), cause=cause)

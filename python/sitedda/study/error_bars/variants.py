@@ -3,7 +3,7 @@
 
 import random
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
 import numpy as np
@@ -18,39 +18,23 @@ TRIFLE = 1e-9  # displacement of a block of a twin, over its size
 _ORDERS = {"midpoint": 2}  # order of these time integrations; all others have 1
 
 
-@dataclass(frozen=True)
-class Variant:
-    """A variant of a run.
-
-    Attributes
-    ----------
-    name : str
-        In the table of the runs.
-    changes : dict
-        Of the input, by name.
-    """
-
-    name: str
-    changes: dict = field(default_factory=dict)
-
-
 class Variants:
     """The axis of a study over variants of a run.
 
     Parameters
     ----------
-    variants : sequence of Variant
+    variants : mapping of dict
+        The changes of the input by the name of the variant.
     """
 
-    def __init__(self, variants):
-        self._variants = list(variants)
-        names = [one.name for one in self._variants]
-        self.dims = {"variant": len(names)}
-        self.coordinates = {"variant": (("variant",), names, {})}
+    def __init__(self, variants: Mapping[str, dict]):
+        self._changes = list(variants.values())
+        self.dims = {"variant": len(variants)}
+        self.coordinates = {"variant": (("variant",), list(variants), {})}
 
     def changes(self, place: tuple[int, ...]) -> dict:
         """Return the changes of a variant."""
-        return dict(self._variants[place[0]].changes)
+        return dict(self._changes[place[0]])
 
 
 @dataclass(frozen=True)
@@ -116,7 +100,9 @@ def facts_of(model, changes: Mapping) -> Facts:
     schemes = [control, *(s for s in groups.get("stage", []) if _is_dynamic(s))]
     default = control.get("integration", "dda")
     order = min(_ORDERS.get(s.get("integration", default), 1) for s in schemes)
-    own = [_has_stiffness(joint) for joint in groups.get("joint", [])]
+    # The stiffness of these joints is measured, so that it is no penalty.
+    own = ["normal_stiffness_per_area" in joint or joint.get("law") == "barton_bandis"
+           for joint in groups.get("joint", [])]  # fmt: skip
     penalty = 0.0 if own and all(own) else stiffness
     patterns = [p.strip() for s in groups.get("stage", []) for p in s.get("remove", "").split(",")]
     gone = [any(fnmatchcase(name, pattern) for pattern in patterns if pattern) for name in names]
@@ -124,56 +110,46 @@ def facts_of(model, changes: Mapping) -> Facts:
     return Facts(groups, order, penalty, there)
 
 
-def _has_stiffness(joint: Mapping) -> bool:
-    """Return whether the stiffness of a joint is measured, so that it is no penalty."""
-    return "normal_stiffness_per_area" in joint or joint.get("law") == "barton_bandis"
-
-
 def _is_dynamic(stage: Mapping) -> bool:
     return stage.get("kind", "dynamic") == "dynamic"
 
 
-def finer(facts: Facts, times: int) -> Variant:
-    """Return the variant with all time steps divided by a whole number.
+def finer(facts: Facts, times: int) -> dict:
+    """Return the changes that divide all time steps by a whole number.
 
     Parameters
     ----------
     facts : Facts
     times : int
     """
-    changes = _divide_step("control", next(iter(facts.groups.get("control", [])), {}), times)
-    for i, stage in enumerate(facts.groups.get("stage", []), 1):
-        if _is_dynamic(stage):
-            changes |= _divide_step(f"stage[{i}]", stage, times)
-    return Variant(f"dt/{times}" if times > 1 else RUN, changes if times > 1 else {})
-
-
-def _divide_step(where: str, group: Mapping, times: int) -> dict:
+    groups = {"control": next(iter(facts.groups.get("control", [])), {})}
+    stages = enumerate(facts.groups.get("stage", []), 1)
+    groups |= {f"stage[{i}]": stage for i, stage in stages if _is_dynamic(stage)}
     changes: dict = {}
-    if "time_step" in group:
-        changes[f"{where}.time_step"] = group["time_step"] / times
-    if "steps" in group:
-        changes[f"{where}.steps"] = group["steps"] * times
+    for where, group in groups.items() if times > 1 else ():
+        if "time_step" in group:
+            changes[f"{where}.time_step"] = group["time_step"] / times
+        if "steps" in group:
+            changes[f"{where}.steps"] = group["steps"] * times
     return changes
 
 
-def twin(name: str, block: int, signs: tuple[int, int] = (1, 1)) -> Variant:
-    """Return the variant with a block displaced slightly at the start of dynamics.
+def twin(block: int, signs: tuple[int, int] = (1, 1)) -> dict:
+    """Return the changes that displace a block slightly at the start of dynamics.
 
     Parameters
     ----------
-    name : str
     block : int
         Its number, from 1.
     signs : (int, int)
         Of the displacement along x and y.
     """
     away = tuple(TRIFLE * sign for sign in signs)
-    return Variant(name, {"control.displaced_block": str(block), "control.displaced_by": away})
+    return {"control.displaced_block": str(block), "control.displaced_by": away}
 
 
-def ensemble(facts: Facts, count: int) -> list[Variant]:
-    """Return twins with random blocks and signs from a fixed seed.
+def ensemble(facts: Facts, count: int) -> dict[str, dict]:
+    """Return the changes of twins with random blocks and signs from a fixed seed, by name.
 
     Parameters
     ----------
@@ -181,20 +157,14 @@ def ensemble(facts: Facts, count: int) -> list[Variant]:
     count : int
     """
     signs = ((1, 1), (1, -1), (-1, 1), (-1, -1))
-    found = []
+    found = {}
     for number in range(1, count + 1):
         dice = random.Random(number)
         block = dice.choice(facts.there)
-        found.append(twin(f"{ENSEMBLE}{number}", block, dice.choice(signs)))
+        found[f"{ENSEMBLE}{number}"] = twin(block, dice.choice(signs))
     return found
 
 
-def stiffer(facts: Facts) -> Variant:
-    """Return the variant with four times the penalty stiffness.
-
-    Parameters
-    ----------
-    facts : Facts
-        With a penalty.
-    """
-    return Variant("4 k_n", {"contact.normal_stiffness": 4.0 * facts.penalty})
+def stiffer(facts: Facts) -> dict:
+    """Return the change to four times the penalty stiffness."""
+    return {"contact.normal_stiffness": 4.0 * facts.penalty}
