@@ -24,7 +24,7 @@ from ..output.verdict import (
 from ..report.layout import folded, legend_above, plain
 from ..report.style import BLUE, COLORS, FAINT, GREY, INK, ORANGE
 from ..site.column import damped_amplification
-from ..site.twin import layered_twin
+from ..site.twin import layered_soils
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -233,7 +233,7 @@ def _draw_smoothed(axes: Axes, result: Amplification) -> None:
 def _draw_theory(axes: Axes, history: xr.Dataset, result: Amplification) -> None:
     """Draw the one-dimensional column with the damping of scheme and materials."""
     try:
-        column = layered_twin(history, result.surface, result.base)
+        column = layered_soils(history, result.surface, result.base)[0]
     except ValueError:
         return
     time_step = float(history.time_step[-1])

@@ -176,6 +176,7 @@ def beside(
     frequency, ratio = spectral_ratio(series[surface], ground, step, 8)
     band = (frequency >= 0.2) & (frequency <= min(25.0, 0.4 / step))
     top = float(history.point_place.sel(point=surface).values[1])
+    points, strains = _peaks_over_depth(history, series, top, column.depth)
     return Beside(
         columns,
         series[surface],
@@ -183,8 +184,8 @@ def beside(
         frequency[band],
         ratio[band],
         {name: _column_ratio(one, ground, step, frequency[band]) for name, one in columns.items()},
-        _points(history, series, top, column.depth),
-        _strains(history, names, top, column.depth),
+        points,
+        strains,
         words,
         str(history.attrs.get("title", "")),
     )
@@ -225,30 +226,17 @@ def _column_ratio(response: SiteResponse, ground, step: float, frequency: NDArra
     return ratio[np.searchsorted(bins, frequency)]
 
 
-def _points_within(history, names, top: float, depth: float) -> list[tuple[float, str]]:
-    """Return depths and names of the measured points within the column, downwards."""
-    heights = {name: float(history.point_place.sel(point=name).values[1]) for name in names}
-    depths = sorted((top - height, name) for name, height in heights.items())
-    return [(at, name) for at, name in depths if -1e-9 <= at <= depth * 1.2]
-
-
-def _points(history, series, top: float, depth: float):
-    """Return depths and peak accelerations of the measured points within the column."""
-    inside = _points_within(history, series, top, depth)
-    return (
-        np.array([min(at, depth) for at, _ in inside]),
-        np.array([np.abs(series[name]).max() for _, name in inside]),
-    )
-
-
-def _strains(history, names, top: float, depth: float):
-    """Return depths and peak mean shear strains between adjacent measured points."""
-    inside = _points_within(history, names, top, depth)
+def _peaks_over_depth(history, series, top: float, depth: float):
+    """Return depths and peaks of accelerations of the measured points within the column, and the
+    same of mean shear strains between adjacent points."""
+    depths = sorted((top - float(history.point_place.sel(point=name).values[1]), name)
+                    for name in series)  # fmt: skip
+    inside = [(at, name) for at, name in depths if -1e-9 <= at <= depth * 1.2]
+    points = [(min(at, depth), np.abs(series[name]).max()) for at, name in inside]
     moved = [history.displacement.sel(point=name).sel(axis="x").values for _, name in inside]
     found = [
         (high + (low - high) / 2, np.abs(moved[i] - moved[i + 1]).max() / (low - high))
         for i, ((high, _), (low, _)) in enumerate(itertools.pairwise(inside))
         if low - high > 1e-6 * depth
     ]
-    middles, strains = np.array(found).reshape(-1, 2).T
-    return middles, strains
+    return (tuple(np.array(rows).reshape(-1, 2).T) for rows in (points, found))

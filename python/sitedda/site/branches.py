@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..base.arguments import not_negative, positive
 from ..base.core import api, checked
 from .curves import STRAINS, SoilCurves, curves_of
+from .layers import one_of
 
 DAMPING_CURVES = ("target", "masing")
 
@@ -73,10 +74,7 @@ class Branches:
         ValueError
             If an argument is out of range.
         """
-        if damping_curve not in DAMPING_CURVES:
-            raise ValueError(
-                f"damping_curve must be one of {', '.join(DAMPING_CURVES)}, got {damping_curve!r}"
-            )
+        one_of("damping_curve", damping_curve, DAMPING_CURVES)
         if not 2 <= int(branches) <= 200:
             raise ValueError(f"branches must be in 2 … 200, got {branches!r}")
         if least_damping is None:

@@ -29,7 +29,7 @@ from .layers import (
     recursion,
     undamped_amplification,
 )
-from .response import ColumnResponse
+from .response import KINDS, ColumnResponse
 
 __all__ = [
     "Column",
@@ -243,7 +243,7 @@ class Column:
     ) -> NDArray[np.complex128]:
         """Return the response at a depth over the reference motion at another depth."""
         top, bottom, kind = place
-        one_of("kind", kind, ("within", "outcrop"))
+        one_of("kind", kind, KINDS)
         upper, lower = self._check_depths(top, bottom)
         media, depths = self.cut_at([upper, lower])
         first, last = np.searchsorted(depths, [upper, lower])

@@ -38,7 +38,7 @@ class SoilCurves:
     name: str = ""
 
     def __post_init__(self) -> None:
-        arrays = [np.array(values, dtype=float) for values in self._columns()]
+        arrays = [np.array(values, dtype=float) for values in self.columns()]
         strain, reduction, damping = arrays
         if strain.ndim != 1 or strain.size < 2 or any(a.shape != strain.shape for a in arrays):
             raise ValueError("strain, reduction and damping must be rows of one length, 2 or more")
@@ -55,7 +55,8 @@ class SoilCurves:
         for name, values in zip(("strain", "reduction", "damping"), arrays, strict=True):
             object.__setattr__(self, name, values)
 
-    def _columns(self):
+    def columns(self) -> tuple[NDArray[np.float64], ...]:
+        """Return strain, reduction and damping."""
         return self.strain, self.reduction, self.damping
 
     def reduction_at(self, strain: ArrayLike) -> NDArray[np.float64]:

@@ -30,9 +30,7 @@ from ..engine.scheme import Scheme
 Damping = float | Callable[[NDArray[np.float64]], ArrayLike] | MaterialDamping
 
 
-# ---------------------------------------------------------------------------------------------
-# Complex modulus
-# ---------------------------------------------------------------------------------------------
+# --- Complex modulus -----------------------------------------------------------------------------
 
 # name: (factor G*/G as a function of the damping ratio D, largest permitted D, modulus of G*)
 CONVENTIONS = {
@@ -114,9 +112,7 @@ def _wider_conventions(convention: str, damping: NDArray[np.float64]) -> str:
     return f"; for such a ratio: {', '.join(others)}" if others else ""
 
 
-# ---------------------------------------------------------------------------------------------
-# Closed forms of the uniform layer
-# ---------------------------------------------------------------------------------------------
+# --- Closed forms of the uniform layer -----------------------------------------------------------
 
 
 def undamped_amplification(
@@ -188,9 +184,7 @@ def _phase(frequency: ArrayLike, thickness: float, shear_velocity: float) -> NDA
     return 2 * np.pi * not_negative("frequency", frequency) * height / velocity
 
 
-# ---------------------------------------------------------------------------------------------
-# Layers and columns
-# ---------------------------------------------------------------------------------------------
+# --- Layers and columns --------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

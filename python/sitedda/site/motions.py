@@ -26,7 +26,9 @@ if TYPE_CHECKING:
 
 _LARGEST = 2**28  # largest size of a flatfile, bytes
 _MOST_RATIO = 1000  # largest integer in the ratio of two time steps
-_HEAD = re.compile(r"\s*(?:T|SA|PSA)?[\s_(]*([0-9.]+)\s*S?\)?\s*", re.IGNORECASE)  # of a spectrum
+_HEAD = re.compile(  # of a spectrum
+    r"\s*(?:T|SA|PSA)?[\s_(]*(\d+\.?\d*|\.\d+)\s*S?\)?\s*", re.IGNORECASE
+)
 _NAMES = ("file", "record", "name", "file name (horizontal 1)", "record sequence number")
 Target = Callable | tuple[ArrayLike, ArrayLike]
 
@@ -323,8 +325,7 @@ def read_flatfile(file, unit: float = 9.80665) -> Flatfile:
     rows = list(csv.reader(io.StringIO(text)))
     heads = [head.strip().lower() for head in rows[0]] if rows else []
     named = [heads.index(name) for name in _NAMES if name in heads]
-    of = {i: float(found[1]) for i, head in enumerate(heads)
-          if (found := _HEAD.fullmatch(head)) and _is_number(found[1])}  # fmt: skip
+    of = {i: float(found[1]) for i, head in enumerate(heads) if (found := _HEAD.fullmatch(head))}
     if not named or len(of) < 2:
         raise InputError(f"{file}: give a column 'file' and two or more columns of spectra, "
                          "such as 'SA(0.1)'")  # fmt: skip
@@ -341,7 +342,3 @@ def read_flatfile(file, unit: float = 9.80665) -> Flatfile:
     if not names:
         raise InputError(f"{file} has no record with a spectrum above 0")
     return Flatfile(names, np.array([of[i] for i in columns]), unit * np.array(spectra))
-
-
-def _is_number(text: str) -> bool:
-    return text.count(".") <= 1 and text != "."

@@ -17,8 +17,9 @@ from ..engine.signals import fast_length, low_pass, running_integral
 from .branches import Branches
 from .column import Column, HalfSpace
 from .curves import SoilCurves
+from .layers import one_of
 from .motion import Motion
-from .response import SiteResponse, motion_words
+from .response import KINDS, SiteResponse
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -73,6 +74,8 @@ class NonlinearResponse(SiteResponse):
         With the moduli of small strains.
     motion : Motion
         Of the base.
+    bottom : float
+        Depth of the base, m.
     kind : {'outcrop', 'within'}
         Kind of motion.
     branches : tuple of Branches or None, one for each layer
@@ -87,16 +90,12 @@ class NonlinearResponse(SiteResponse):
 
     column: Column
     motion: Motion
+    bottom: float
     kind: str
     branches: tuple[Branches | None, ...]
     histories: Histories
     coarse: Histories | None
     band: float
-
-    @property
-    def bottom(self) -> float:
-        """Return the depth of the motion, m."""
-        return self.column.depth
 
     def acceleration(self, depth: float = 0.0) -> NDArray[np.float64]:
         """Acceleration at a depth (m), m/s², shape (samples,)."""
@@ -153,41 +152,22 @@ class NonlinearResponse(SiteResponse):
         twice the size change the peak by at most 5 %. Peaks below half of the largest are compared
         with it.
         """
-        import xarray as xr
-
         kept, step = self.histories, self.motion.time_step
         ground = running_integral(running_integral(self.motion.acceleration, step), step)
-        velocity = running_integral(kept.acceleration, step)
-
-        def peaks(name, values, unit):
-            return (name, np.abs(values).max(axis=1), {"units": unit})
-
-        nodes = kept.interfaces
-        found = xr.Dataset(
-            {
-                "acceleration": peaks("depth", self._filter_resolved(kept.acceleration), "m/s^2"),
-                "velocity": peaks("depth", velocity, "m/s"),
-                "displacement": peaks("depth", kept.displacement - ground, "m"),
-                "strain": ("middle", kept.largest_strain, {"units": "1"}),
-                "stress": ("middle", kept.largest_stress, {"units": "Pa"}),
-            },
-            coords={
-                "depth": ("depth", nodes, {"units": "m"}),
-                "middle": ("middle", (nodes[:-1] + nodes[1:]) / 2, {"units": "m"}),
-            },
-            attrs={"motion": self.words},
-        )
+        found = self._peak_profile(
+            kept.interfaces, self._filter_resolved(kept.acceleration),
+            running_integral(kept.acceleration, step), kept.displacement - ground,
+            kept.largest_strain[:, None], kept.largest_stress[:, None],
+        )  # fmt: skip
         if self.coarse is not None:
             ends = self.coarse.interfaces
             peak = np.abs(self._filter_resolved(self.coarse.acceleration)).max(axis=1)
+            # The shear strain at the surface is 0.
+            middles = np.append(0.0, (ends[:-1] + ends[1:]) / 2)
+            strain = np.append(0.0, self.coarse.largest_strain)
             for name, at, values in (
-                ("acceleration", ends, peak),
-                (
-                    "strain",
-                    np.append(0.0, (ends[:-1] + ends[1:]) / 2),
-                    np.append(0.0, self.coarse.largest_strain),
-                ),  # the shear stress at the surface is 0
-            ):
+                ("acceleration", ends, peak), ("strain", middles, strain),
+            ):  # fmt: skip
                 fine = found[name]
                 coarse = np.interp(fine[fine.dims[0]].values, at, values)
                 scale = np.maximum(fine.values, fine.values.max() / 2)
@@ -243,18 +223,13 @@ class NonlinearResponse(SiteResponse):
                 found[i + 1] = largest
         return found
 
-    @property
-    def words(self) -> str:
-        """Kind of reference motion."""
-        return motion_words(self.column, self.bottom, self.kind)
-
     def __str__(self) -> str:
         lines = [self.words, _describe_fit([b for b in self.branches if b is not None])]
         for name, (value, change) in self.figures.items():
             unit = " %" if name == "strain" else " m/s²"
             scale = 100 if name == "strain" else 1
             bar = "" if np.isnan(change) else f" ± {scale * change:.2g}"
-            lines.append(f"{_LABELS.get(name, _words_of(name)):22s}{scale * value:9.4g}{bar}{unit}")
+            lines.append(f"{_label_of(name):22s}{scale * value:9.4g}{bar}{unit}")
         if self.unconverged:
             names = ", ".join(map(_label_of, self.unconverged))
             lines.append(
@@ -299,9 +274,6 @@ class NonlinearResponse(SiteResponse):
         return nonlinear_figure(self)
 
 
-_LABELS = {"pga": "surface PGA", "strain": "largest strain"}
-
-
 _MOST_OFF = 0.003  # largest misfit of a damping ratio without a warning
 
 
@@ -318,12 +290,9 @@ def _describe_fit(soils: list[Branches]) -> str:
     return f"{words} (strains of 0.001 to 1 %)"
 
 
-def _words_of(name: str) -> str:
-    return f"surface Sa({name.removeprefix('sa_')} s)"
-
-
 def _label_of(name: str) -> str:
-    return _LABELS.get(name, _words_of(name))
+    known = {"pga": "surface PGA", "strain": "largest strain"}
+    return known.get(name, f"surface Sa({name.removeprefix('sa_')} s)")
 
 
 def nonlinear(
@@ -379,8 +348,7 @@ def nonlinear(
     """
     if len(curves) != len(column.layers):
         raise ValueError(f"{len(column.layers)} layers need as many curves, not {len(curves)}")
-    if kind not in ("outcrop", "within"):
-        raise ValueError(f"kind must be one of outcrop, within, got {kind!r}")
+    one_of("kind", kind, KINDS)
     highest = float(positive("highest_frequency", highest_frequency))
     ground = motion if isinstance(motion, Motion) else Motion.of(motion, time_step)
     reference = float(positive("reference_frequency", reference_frequency))
@@ -396,7 +364,7 @@ def nonlinear(
     run = _Run(column, soils, ground, kind, reference)
     fine = run.at(highest)
     coarse = run.at(highest / 2) if compare else None
-    return NonlinearResponse(column, ground, kind, soils, fine, coarse, highest)
+    return NonlinearResponse(column, ground, column.depth, kind, soils, fine, coarse, highest)
 
 
 @dataclass(frozen=True)
@@ -464,9 +432,8 @@ class _Run:
             if soil is None:
                 found[0, 1:, i] = self._relaxed_modulus(i), 1.0
             else:
-                found[: soil.strain.size, :, i] = np.array(
-                    [soil.strain, soil.modulus, soil.slipping]
-                ).T
+                rows = [soil.strain, soil.modulus, soil.slipping]
+                found[: soil.strain.size, :, i] = np.transpose(rows)
         return found
 
     def _relaxed_modulus(self, i: int) -> float:

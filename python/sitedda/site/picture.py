@@ -17,6 +17,14 @@ _LEVELS = 40  # number of levels of the map
 _RATIOS = (0.1, 0.2, 0.3, 0.5, 0.7, 1, 1.4, 2, 3, 5, 10)
 _TICKS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50)  # Hz
 REFERENCE, COLUMN, BLOCKS = FAINT, ORANGE, BLUE
+_SITE = ["spectra", "acceleration", "strain", "stress", "loop"]  # panels of yielding soil
+
+
+def _panels(size: tuple[float, float], names: list[str]):
+    """Return a figure and its panels by name: 'motion' above the named ones."""
+    figure = empty_figure(size)
+    rows = [["motion"] * len(names), names]
+    return figure, figure.subplot_mosaic(rows, height_ratios=[1, 1.7])
 
 
 def response_figure(response) -> Figure:
@@ -26,30 +34,19 @@ def response_figure(response) -> Figure:
     ----------
     response : ColumnResponse
     """
-    figure = empty_figure((11, 7.2))
-    axes = figure.subplot_mosaic(
-        [["motion", "motion", "motion"], ["spectra", "acceleration", "strain"]],
-        height_ratios=[1, 1.7],
-    )
+    figure, axes = _panels((11, 7.2), ["spectra", "acceleration", "strain"])
     _motion_panel(axes["motion"], response)
     _draw_spectra(axes["spectra"], response.motion, {"surface": (response, COLUMN, "-")})
     profile = response.profile()
     axes["acceleration"].plot(profile.acceleration, profile.depth, color=COLUMN)
     axes["acceleration"].set(xlabel="peak acceleration (m/s²)", xlim=(0, None))
-    axes["strain"].step(
-        100 * np.append(profile.strain.values, profile.strain.values[-1]),
-        profile.depth,
-        where="pre",
-        color=COLUMN,
-    )
+    strain = 100 * np.append(profile.strain.values, profile.strain.values[-1])
+    axes["strain"].step(strain, profile.depth, where="pre", color=COLUMN)
     axes["strain"].set(xlabel="peak shear strain (%)", xlim=(0, None))
     for name in ("acceleration", "strain"):
         axes[name].set(ylabel="depth (m)", ylim=(response.column.depth, 0))
-    headline(
-        figure,
-        "Column under a motion",
-        "; ".join(filter(None, (response.words, response.convention))),
-    )
+    words = "; ".join(filter(None, (response.words, response.convention)))
+    headline(figure, "Column under a motion", words)
     return figure
 
 
@@ -90,11 +87,7 @@ def nonlinear_figure(response) -> Figure:
     ----------
     response : NonlinearResponse
     """
-    figure = empty_figure((14.5, 7.2))
-    axes = figure.subplot_mosaic(
-        [["motion"] * 5, ["spectra", "acceleration", "strain", "stress", "loop"]],
-        height_ratios=[1, 1.7],
-    )
+    figure, axes = _panels((14.5, 7.2), _SITE)
     _motion_panel(axes["motion"], response)
     _site_panels(axes, {"nonlinear": response})
     headline(figure, "Nonlinear column", response.words)
@@ -109,7 +102,7 @@ def analyses_figure(analyses) -> Figure:
     analyses : Analyses
     """
     figure = empty_figure((14.5, 4.8))
-    axes = figure.subplot_mosaic([["spectra", "acceleration", "strain", "stress", "loop"]])
+    axes = figure.subplot_mosaic([_SITE])
     _site_panels(axes, analyses.responses)
     headline(figure, "Three analyses of a column", analyses.nonlinear.words)
     return figure
@@ -169,10 +162,7 @@ def beside_figure(beside) -> Figure:
     """
     if beside.yields:
         return _draw_beside_analyses(beside)
-    figure = empty_figure((11, 7.6))
-    axes = figure.subplot_mosaic(
-        [["motion", "motion", "motion"], ["ratio", "spectra", "profile"]], height_ratios=[1, 1.7]
-    )
+    figure, axes = _panels((11, 7.6), ["ratio", "spectra", "profile"])
     _draw_motions(axes["motion"], beside)
     _draw_ratio(axes["ratio"], beside)
     step = beside.response.motion.time_step
@@ -187,11 +177,7 @@ def beside_figure(beside) -> Figure:
 
 def _draw_beside_analyses(beside) -> Figure:
     """Draw yielding blocks and three analyses of their column."""
-    figure = empty_figure((14.5, 7.6))
-    axes = figure.subplot_mosaic(
-        [["motion"] * 5, ["spectra", "acceleration", "strain", "stress", "loop"]],
-        height_ratios=[1, 1.7],
-    )
+    figure, axes = _panels((14.5, 7.6), _SITE)
     _draw_motions(axes["motion"], beside)
     _site_panels(axes, beside.columns)
     spectrum = spectral_acceleration(beside.surface, beside.response.motion.time_step, PERIODS)

@@ -14,7 +14,7 @@ from ..engine.scheme import Scheme
 from ..engine.signals import running_integral, spectral_acceleration
 from .field import displacements, strains
 from .intensity import Intensity, intensity
-from .layers import HalfSpace, Waves, convention_words
+from .layers import HalfSpace, Waves, convention_words, one_of
 from .motion import Motion
 
 if TYPE_CHECKING:
@@ -22,14 +22,21 @@ if TYPE_CHECKING:
 
     from .column import Column
 
-_KINDS = ("outcrop", "within")
+KINDS = ("outcrop", "within")  # of motions
+# Peaks of a profile: their dimension and unit.
+_PEAKS = {"acceleration": ("depth", "m/s^2"), "velocity": ("depth", "m/s"),
+          "displacement": ("depth", "m"), "strain": ("middle", "1"),
+          "stress": ("middle", "Pa")}  # fmt: skip
 _AT_ONCE = 2048  # number of frequencies whose waves in all layers fit the cache
 
 
 class SiteResponse:
     """The response of a column to a motion: results from its accelerations."""
 
+    column: Column
     motion: Motion
+    bottom: float
+    kind: str
 
     def acceleration(self, depth: float = 0.0) -> NDArray[np.float64]:
         """Acceleration at a depth (m), m/s², shape (samples,)."""
@@ -57,14 +64,26 @@ class SiteResponse:
     def _sa(self, acceleration, periods: ArrayLike, damping: float) -> NDArray[np.float64]:
         return spectral_acceleration(acceleration, self.motion.time_step, periods, damping)
 
+    @property
+    def words(self) -> str:
+        """Describe the reference motion."""
+        if not isinstance(self.column.base, HalfSpace) and self.bottom == self.column.depth:
+            return f"motion of the rigid base at {self.bottom:g} m depth"
+        if self.kind == "outcrop":
+            return f"outcrop motion (twice the upgoing wave) at {self.bottom:g} m depth"
+        return f"within motion (up- and downgoing waves) at {self.bottom:g} m depth"
 
-def motion_words(column: Column, bottom: float, kind: str) -> str:
-    """Describe the reference motion of a response."""
-    if not isinstance(column.base, HalfSpace) and bottom == column.depth:
-        return f"motion of the rigid base at {bottom:g} m depth"
-    if kind == "outcrop":
-        return f"outcrop motion (twice the upgoing wave) at {bottom:g} m depth"
-    return f"within motion (up- and downgoing waves) at {bottom:g} m depth"
+    def _peak_profile(self, depth: NDArray[np.float64], *histories) -> xr.Dataset:
+        """Return the peaks of histories, shape (depths or middles, samples), see `_PEAKS`."""
+        import xarray as xr
+
+        data = {
+            name: (dim, np.abs(values).max(axis=1), {"units": unit})
+            for (name, (dim, unit)), values in zip(_PEAKS.items(), histories, strict=True)
+        }
+        places = {"depth": depth, "middle": (depth[:-1] + depth[1:]) / 2}
+        coordinates = {name: (name, values, {"units": "m"}) for name, values in places.items()}
+        return xr.Dataset(data, coordinates, {"motion": self.words})  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -105,8 +124,7 @@ class ColumnResponse(SiteResponse):
         scheme: Scheme | None = None,
     ) -> ColumnResponse:
         """See :meth:`sitedda.Column.response`."""
-        if kind not in _KINDS:
-            raise ValueError(f"kind must be one of {', '.join(_KINDS)}, got {kind!r}")
+        one_of("kind", kind, KINDS)
         depth = column.depth if bottom is None else float(bottom)
         column.cut_at([depth])
         ground = motion if isinstance(motion, Motion) else Motion.of(motion, time_step)
@@ -183,36 +201,13 @@ class ColumnResponse(SiteResponse):
             motion) over ``depth``, the interfaces; peak ``strain`` and ``stress`` over ``middle``,
             the middles of the layers.
         """
-        import xarray as xr
-
         _, interfaces = self.column.cut_at([])
-        middles = (interfaces[:-1] + interfaces[1:]) / 2
-        strain, stress = self._strained(middles)
+        strains = self._strained((interfaces[:-1] + interfaces[1:]) / 2)
         accelerations = self.acceleration(interfaces)
-        velocities = running_integral(accelerations, self.motion.time_step)
-
-        def peaks(name, values, unit):
-            return (name, np.abs(values).max(axis=1), {"units": unit})
-
-        return xr.Dataset(
-            {
-                "acceleration": peaks("depth", accelerations, "m/s^2"),
-                "velocity": peaks("depth", velocities, "m/s"),
-                "displacement": peaks("depth", self.displacement(interfaces), "m"),
-                "strain": peaks("middle", self._history(strain, 2), "1"),
-                "stress": peaks("middle", self._history(stress, 2), "Pa"),
-            },
-            coords={
-                "depth": ("depth", interfaces, {"units": "m"}),
-                "middle": ("middle", middles, {"units": "m"}),
-            },
-            attrs={"motion": self.words},
-        )
-
-    @property
-    def words(self) -> str:
-        """Kind of reference motion."""
-        return motion_words(self.column, self.bottom, self.kind)
+        return self._peak_profile(
+            interfaces, accelerations, running_integral(accelerations, self.motion.time_step),
+            self.displacement(interfaces), *(self._history(one, 2) for one in strains),
+        )  # fmt: skip
 
     @property
     def convention(self) -> str:

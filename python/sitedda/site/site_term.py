@@ -71,8 +71,7 @@ class SiteTerm:
         from ..base.files import write
 
         flat = self.table.drop_dims("error").to_dataframe().reset_index()
-        write(Path(file), flat.to_csv(index=False, float_format="%.6g"), "a table")
-        return Path(file)
+        return write(Path(file), flat.to_csv(index=False, float_format="%.6g"), "a table")
 
 
 def site_term(

@@ -147,15 +147,11 @@ class Suite:
         """
         from ..base.files import write
 
-        names = ("median", "sigma_ln", "count", "converged", "sa_median", "sa_sigma_ln")
-        found, rows = self.statistics, ["analysis,level,period_s," + ",".join(names)]
-        arrays = [found[name].values for name in names]
-        for place in np.ndindex(arrays[0].shape):
-            at = [found[d].values[i] for d, i in zip(found["median"].dims, place, strict=True)]
-            cells = [str(at[0]), *(f"{float(v):.6g}" for v in at[1:])]
-            rows.append(",".join([*cells, *(f"{float(a[place]):.6g}" for a in arrays)]))
-        write(Path(file), "\n".join(rows) + "\n", "a table")
-        return Path(file)
+        names = ["median", "sigma_ln", "count", "converged", "sa_median", "sa_sigma_ln"]
+        rows = self.statistics.to_dataframe(["analysis", "level", "period"])[names]
+        text = rows.astype(float).reset_index().rename(columns={"period": "period_s"}).to_csv(
+            index=False, float_format="%.6g", na_rep="nan")  # fmt: skip
+        return write(Path(file), text, "a table")
 
     def plot(self, level: int = 0):
         """Draw cases thin, the median thick and ± σ around it; return the figure.
@@ -344,8 +340,9 @@ class Cases:
             return fitted.response, float(fitted.largest_strain.max()), None
         soils = curves
         if self.options.get("damping_curve", "target") == "target":
-            soils = _branches(tuple(map(_Held, curves)), self.options.get("branches", 40),
-                              self.options.get("reference_frequency", 1.0))  # fmt: skip
+            asked = (self.options.get("branches", 40), self.options.get("reference_frequency", 1.0))
+            soils = [_branches(*(row.tobytes() for row in one.columns()), *asked)
+                     if isinstance(one, SoilCurves) else one for one in curves]  # fmt: skip
         stepped = nonlinear(column, soils, ground, kind=self.kind, **self.options)
 
         def sure(spectrum):
@@ -357,38 +354,11 @@ class Cases:
         return stepped, float(stepped.histories.largest_strain.max()), sure
 
 
-@dataclass(frozen=True, eq=False)
-class _Held:
-    """Curves as a cache key; they are equal if their numbers are equal."""
-
-    curves: SoilCurves | Branches | None
-
-    @property
-    def key(self):
-        """Return the key of curves."""
-        one = self.curves
-        if not isinstance(one, SoilCurves):
-            return id(one)
-        return one.strain.tobytes(), one.reduction.tobytes(), one.damping.tobytes()
-
-    def __eq__(self, other) -> bool:
-        return self.key == other.key
-
-    def __hash__(self) -> int:
-        return hash(self.key)
-
-
-@lru_cache(maxsize=64)
-def _branches(held: tuple[_Held, ...], branches: int, reference: float):
-    """Return the branches of each layer, fitted once for all motions of a process."""
-    found: dict[_Held, Branches | None] = {}
-    for one in held:
-        if one not in found:
-            curves = one.curves
-            if isinstance(curves, SoilCurves):
-                curves = Branches.of(curves, branches, reference_frequency=reference)
-            found[one] = curves
-    return [found[one] for one in held]
+@lru_cache(maxsize=2048)
+def _branches(strain: bytes, reduction: bytes, damping: bytes, branches: int, reference: float):
+    """Return the branches of curves, fitted once for all layers and motions of a process."""
+    curves = SoilCurves(*map(np.frombuffer, (strain, reduction, damping)))
+    return Branches.of(curves, branches, reference_frequency=reference)
 
 
 def _check_sites(profiles) -> list[Site]:

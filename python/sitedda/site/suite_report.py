@@ -35,7 +35,12 @@ def suite_figure(suite, level: int = 0) -> Figure:
             panel.set(xscale="log", yscale="log")
             if column == 0:
                 panel.set_ylabel(label)
-        _mark_unconverged(axes[0, column], statistics.sel(analysis=name))
+        own = statistics.sel(analysis=name)
+        weak = own.converged.values < 0.9  # more than a tenth of the cases do not converge
+        if weak.any():
+            axes[0, column].plot(own.period.values[weak], own["median"].values[weak], "x",
+                                 color=RED, label="not converged")  # fmt: skip
+            axes[0, column].legend(frameon=False, fontsize=8)
         axes[0, column].set_title(name, loc="left", fontsize=11)
         axes[1, column].set_xlabel("period (s)")
     axes[0, 0].legend(frameon=False, fontsize=8)
@@ -54,15 +59,6 @@ def _draw_panel(axes, period, cases, statistics, mark: str) -> None:
         period, median / factor, median * factor, color=BLUE, alpha=0.2, lw=0, label="± σ"
     )
     axes.plot(period, median, color=BLUE, lw=2.2, label="median")
-
-
-def _mark_unconverged(axes, statistics) -> None:
-    """Mark periods at which more than a tenth of the cases do not converge."""
-    weak = statistics.converged.values < 0.9
-    if weak.any():
-        axes.plot(statistics.period.values[weak], statistics["median"].values[weak], "x",
-                  color=RED, label="not converged")  # fmt: skip
-        axes.legend(frameon=False, fontsize=8)
 
 
 def write_suite_page(suite, file) -> Path:
@@ -86,16 +82,11 @@ def write_suite_page(suite, file) -> Path:
         tables = [_tabulate(part.sel(analysis=name), str(name)) for name in part.analysis.values]
         page.add(what[0].upper() + what[1:], picture, *tables)
     shortest = float(table.period[0])
+    peaks = table.reference.isel(level=0, period=0)
     page.add("Motions", Facts([(str(n), f"Sa at {shortest:.3g} s: {value:.4g} m/s²")
-                               for n, value in _peaks(table)]))  # fmt: skip
+                               for n, value in peaks.to_series().items()]))  # fmt: skip
     page.provenance = provenance()
     return write_html(page, file)
-
-
-def _peaks(table):
-    """Tabulate the motions and the shortest-period Sa of the reference at the first level."""
-    reference = table.reference.isel(level=0, period=0)
-    return [(name, float(reference.sel(motion=name))) for name in table.motion.values]
 
 
 def _tabulate(part, title: str) -> Table:

@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 _RECTANGLE_TOLERANCE = 1e-6
 
 
-def layered_twin(history: xr.Dataset, surface: str, base: str) -> Column:
+def layered_soils(
+    history: xr.Dataset, surface: str, base: str
+) -> tuple[Column, list[Branches | None]]:
     """Return the horizontally layered column that a run models, below its surface point.
 
     Parameters
@@ -33,25 +35,21 @@ def layered_twin(history: xr.Dataset, surface: str, base: str) -> Column:
     -------
     Column
         Layers on a rigid base, with the damping of their materials.
+    list of Branches or None
+        Of each layer; None: it is linear.
 
     Raises
     ------
     ValueError
         If the blocks are not rectangles stacked on each other.
     """
-    return layered_soils(history, surface, base)[0]
-
-
-def layered_soils(
-    history: xr.Dataset, surface: str, base: str
-) -> tuple[Column, list[Branches | None]]:
-    """Return the layered column and the branches of each layer; None: it is linear."""
     boxes = _block_boxes(history)
     foot = history.point_place.sel(point=base).values
     low = _block_at(boxes, foot)
     high = _block_at(boxes, history.point_place.sel(point=surface).values)
     size = boxes[high, 3] - boxes[high, 1]
-    bottom = _base_height(history, boxes, low, high, float(foot[1]))
+    body = history.block_body.values if "block_body" in history else np.zeros(len(boxes))
+    bottom = float(foot[1] if body[low] and body[low] == body[high] else boxes[low, 3])
     middle = boxes[high, [0, 2]].mean()
     inside = (boxes[:, 0] <= middle) & (middle < boxes[:, 2])
     inside &= (boxes[:, 3] > bottom + 1e-6 * size) & (boxes[:, 1] <= boxes[high, 1])
@@ -66,17 +64,18 @@ def layered_soils(
         raise OutputError("the output is damaged: its input lacks the material of a block")
     layers, soils = [], []
     for b in stack:
-        material, modulus = materials[number[b]], float(history.block_shear_modulus[b])
-        soils.append(Branches.of_material(material, modulus))
-        layers.append(
-            Layer(
-                float(boxes[b, 3] - boxes[b, 1]),
-                density=float(history.block_density[b]),
-                shear_modulus=modulus,
-                damping=(None if soils[-1] else damping_of(material)) or 0.0,
-            )
-        )
+        material = materials[number[b]]
+        soils.append(Branches.of_material(material, float(history.block_shear_modulus[b])))
+        damping = None if soils[-1] else damping_of(material)
+        layers.append(_layer_of(history, b, float(boxes[b, 3] - boxes[b, 1]), damping))
     return Column(layers), soils
+
+
+def _layer_of(history: xr.Dataset, block: int, thickness: float, damping) -> Layer:
+    """Return a layer of the soil of a block."""
+    return Layer(thickness, density=float(history.block_density[block]),
+                 shear_modulus=float(history.block_shear_modulus[block]),
+                 damping=damping or 0.0)  # fmt: skip
 
 
 def column_below(history: xr.Dataset, place, side: float) -> Column | None:
@@ -97,9 +96,8 @@ def column_below(history: xr.Dataset, place, side: float) -> Column | None:
         top of the line, or there is a gap.
     """
     cut: dict[float, tuple[float, int]] = {}
-    owner, (x, top) = history.vertex_block.values, np.asarray(place, dtype=float)
-    outlines = np.split(history.vertices[0].values, np.flatnonzero(np.diff(owner)) + 1)
-    for block, polygon in enumerate(outlines):
+    x, top = np.asarray(place, dtype=float)
+    for block, polygon in enumerate(_outlines(history)):
         (x0, y0), (x1, y1) = polygon.T, np.roll(polygon, -1, axis=0).T
         met = (x0 - x - side) * (x1 - x - side) < 0
         y = np.sort(y0[met] + (x + side - x0[met]) / (x1 - x0)[met] * (y1 - y0)[met])
@@ -111,11 +109,8 @@ def column_below(history: xr.Dataset, place, side: float) -> Column | None:
         return None
     given = input_values(history.attrs)
     materials, number = given.get("material", []), history.block_material.values.astype(int)
-    layers = [Layer(
-        high - low, density=float(history.block_density[b]),
-        shear_modulus=float(history.block_shear_modulus[b]),
-        damping=damping_of(materials[number[b]]) or 0.0,
-    ) for high, (low, b) in ((high, cut[high]) for high in tops)]  # fmt: skip
+    layers = [_layer_of(history, b, high - low, damping_of(materials[number[b]]))
+              for high, (low, b) in ((high, cut[high]) for high in tops)]  # fmt: skip
     for one in given.get("boundary", []):
         if one["kind"] == "compliant":
             rock = [one.get("density"), one.get("shear_velocity")]
@@ -125,18 +120,16 @@ def column_below(history: xr.Dataset, place, side: float) -> Column | None:
     return Column(layers)
 
 
-def _base_height(history: xr.Dataset, boxes: np.ndarray, low: int, high: int, foot: float) -> float:
-    """Return the height of the rigid base, m."""
-    body = history.block_body.values if "block_body" in history else np.zeros(len(boxes))
-    return foot if body[low] and body[low] == body[high] else float(boxes[low, 3])
+def _outlines(history: xr.Dataset) -> list[np.ndarray]:
+    """Return the initial polygons of all blocks."""
+    last = np.flatnonzero(np.diff(history.vertex_block.values))
+    return np.split(history.vertices[0].values, last + 1)
 
 
 def _block_boxes(history: xr.Dataset) -> np.ndarray:
     """Return the initial boxes (xmin, ymin, xmax, ymax) of all blocks."""
-    owner = history.vertex_block.values
-    vertices = np.split(history.vertices[0].values, np.flatnonzero(np.diff(owner)) + 1)
     boxes = []
-    for polygon in vertices:
+    for polygon in _outlines(history):
         low, high = polygon.min(0), polygon.max(0)
         corners = np.minimum(abs(polygon - low), abs(polygon - high))
         if len(polygon) != 4 or np.any(corners > _RECTANGLE_TOLERANCE * (high - low).max()):

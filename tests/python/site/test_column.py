@@ -50,25 +50,20 @@ def random_column(seed, base="half-space", convention="shake"):
 # --- pyStrata ------------------------------------------------------------------------------------
 
 
-def strata_transfer(column, rock, frequencies, places):
+@pytest.fixture
+def strata_transfer(strata_profile):
     """The answer of pyStrata; each place is (layer index, depth within it, wave field)."""
-    media = [(layer, layer.thickness) for layer in column.layers] + [(rock, 0.0)]
-    profile = site.Profile(
-        [
-            site.Layer(
-                site.SoilType("", medium.density * motion.GRAVITY, None, medium.damping),
-                thickness,
-                medium.shear_velocity,
-            )
-            for medium, thickness in media
-        ]
-    )
-    response, reference = (
-        site.Location(index, profile[index], field, within) for index, within, field in places
-    )
-    calculator = propagation.LinearElasticCalculator()
-    calculator(motion.Motion(frequencies), profile, reference)
-    return calculator.calc_accel_tf(reference, response)
+
+    def transfer(column, rock, frequencies, places):
+        profile = strata_profile(column.layers, rock)
+        response, reference = (
+            site.Location(index, profile[index], field, within) for index, within, field in places
+        )
+        calculator = propagation.LinearElasticCalculator()
+        calculator(motion.Motion(frequencies), profile, reference)
+        return calculator.calc_accel_tf(reference, response)
+
+    return transfer
 
 
 @pytest.fixture(params=["shake", "kramer", "dormieux"])
@@ -80,7 +75,7 @@ def convention(request, monkeypatch):
 
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("field", ["within", "outcrop"])
-def test_half_space_column_agrees_with_pystrata(convention, seed, field):
+def test_half_space_column_agrees_with_pystrata(convention, strata_transfer, seed, field):
     column = random_column(seed, convention=convention)
     places = (0, 0.0, "outcrop"), (len(column.layers), 0.0, field)
     expected = strata_transfer(column, column.base, FREQUENCIES, places)
@@ -89,7 +84,7 @@ def test_half_space_column_agrees_with_pystrata(convention, seed, field):
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_rigid_column_agrees_with_pystrata_within_motion(convention, seed):
+def test_rigid_column_agrees_with_pystrata_within_motion(convention, strata_transfer, seed):
     column = random_column(seed, "rigid", convention)
     rock = HalfSpace(density=2500.0, shear_velocity=1500.0)  # of no influence on within/within
     places = (0, 0.0, "within"), (len(column.layers), 0.0, "within")
@@ -100,7 +95,7 @@ def test_rigid_column_agrees_with_pystrata_within_motion(convention, seed):
 
 @pytest.mark.parametrize("seed", range(20, 26))
 @pytest.mark.parametrize("field", ["within", "outcrop"])
-def test_points_inside_layers_agree_with_pystrata(convention, seed, field):
+def test_points_inside_layers_agree_with_pystrata(convention, strata_transfer, seed, field):
     column = random_column(seed, convention=convention)
     last = len(column.layers) - 1
     top = 0.3 * column.layers[0].thickness

@@ -4,7 +4,6 @@
 import numpy as np
 import pytest
 
-import sitedda
 from sitedda import Column, HalfSpace, Layer
 from sitedda.damping import ConstantRatio, Rayleigh
 from sitedda.site import (
@@ -20,12 +19,6 @@ from sitedda.site import (
 
 STEP = 0.005
 STRAINS = np.logspace(-5, -2, 61)  # .001 to 1 %
-
-
-@pytest.fixture(scope="module")
-def record(request):
-    root = request.config.rootpath
-    return sitedda.read_record(root / "inputs/records/LomaPrieta1989_USGS1002_APEEL2_133.smc")
 
 
 def masing_of_hyperbola(x):

@@ -23,12 +23,6 @@ from sitedda.site import (
 STEP = 0.005
 
 
-@pytest.fixture(scope="module")
-def record(request):
-    root = request.config.rootpath
-    return sitedda.read_record(root / "inputs/records/LomaPrieta1989_USGS1002_APEEL2_133.smc")
-
-
 def sweep(samples=2000):
     """A motion with all frequencies up to 20 Hz, at rest at both ends."""
     time = STEP * np.arange(samples)
@@ -138,7 +132,7 @@ def outcrops(record):
 
 
 def soil_profile(seed):
-    """Thicknesses, velocities and densities of 4 to 9 layers, and their curves."""
+    """A column of 4 to 9 layers, and their curves."""
     chance = np.random.default_rng(seed + 10)
     count = 4 + seed
     thickness = chance.uniform(1.5, 6.0, count)
@@ -149,25 +143,13 @@ def soil_profile(seed):
     else:
         middles = np.cumsum(thickness) - thickness / 2
         curves = [darendeli(1e3 + 12e3 * z, 10.0 * (seed + 1)) for z in middles]
-    return thickness, velocity, density, curves
+    rows = zip(thickness, velocity, density, strict=True)
+    return Column([Layer(h, density=rho, shear_velocity=v) for h, v, rho in rows], BED), curves
 
 
-def by_pystrata(profile, acceleration, step, samples):
+def by_pystrata(ground, acceleration, step, samples):
     """G/G_max, damping ratios and surface acceleration (m/s²) of its iteration, converged."""
-    pystrata = pytest.importorskip("pystrata")
-    site, gravity = pystrata.site, 9.80665
-    soils = [
-        site.SoilType(
-            "",
-            density * gravity / 1e3,
-            site.NonlinearProperty("", c.strain, c.reduction, "mod_reduc"),
-            site.NonlinearProperty("", c.strain, c.damping, "damping"),
-        )
-        for density, c in zip(profile[2], profile[3], strict=True)
-    ]
-    bed = site.SoilType("", BED.density * gravity / 1e3, None, BED.damping)
-    layers = [site.Layer(*one) for one in zip(soils, profile[0], profile[1], strict=True)]
-    ground = site.Profile([*layers, site.Layer(bed, 0.0, BED.shear_velocity)])
+    pystrata, gravity = pytest.importorskip("pystrata"), 9.80665
     motion = pystrata.motion.TimeSeriesMotion("", "", step, acceleration / gravity, 2 * samples)
     calculator = pystrata.propagation.EquivalentLinearCalculator(
         tolerance=1e-7, max_iterations=1000, strain_limit=None
@@ -178,28 +160,23 @@ def by_pystrata(profile, acceleration, step, samples):
     above = motion.calc_time_series(calculator.calc_accel_tf(outcrop, surface))
     names = ("shear_mod_reduc", "damping")
     reduction, damping = (
-        np.array([float(np.ravel(getattr(one, name))[0]) for one in layers]) for name in names
+        np.array([float(np.ravel(getattr(one, name))[0]) for one in list(ground)[:-1]])
+        for name in names
     )
     return reduction, damping, gravity * above[:samples]
 
 
-def test_as_pystrata_does(record):
+def test_as_pystrata_does(record, strata_profile):
     """By default settings: G within 0.2 %, Sa within 0.5 %, over strains of 0.001 to 1 %."""
     periods = np.geomspace(0.05, 3.0, 12)
     strains = []
     for seed in range(PROFILES):
-        profile = soil_profile(seed)
-        column = Column(
-            [
-                Layer(h, density=rho, shear_velocity=v)
-                for h, v, rho in zip(*profile[:3], strict=True)
-            ],
-            BED,
-        )
+        column, curves = soil_profile(seed)
         for number, (shape, step) in enumerate(outcrops(record)):
             motion = STRENGTHS[(seed + seed // 2 + number) % len(STRENGTHS)] * shape
-            fitted = equivalent_linear(column, profile[3], motion, step)
-            reduction, damping, surface = by_pystrata(profile, motion, step, motion.size)
+            fitted = equivalent_linear(column, curves, motion, step)
+            ground = strata_profile(column.layers, BED, curves)
+            reduction, damping, surface = by_pystrata(ground, motion, step, motion.size)
             assert fitted.reduction == pytest.approx(reduction, rel=2e-3)
             assert fitted.damping == pytest.approx(damping, rel=2e-3)
             expected = spectral_acceleration(surface, step, periods)

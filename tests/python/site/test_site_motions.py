@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from sitedda import Column, ConvergenceError, HalfSpace, InputError, Layer, read_record
+from sitedda import Column, ConvergenceError, HalfSpace, InputError, Layer
 from sitedda.signals import spectral_acceleration
 from sitedda.site import (
     Suite,
@@ -24,12 +24,6 @@ from sitedda.site.motions import of_acceleration, spectral_correlation
 from sitedda.study import asce7, eurocode8, eurocode8_2024
 
 STEP = 0.01
-
-
-@pytest.fixture(scope="module")
-def record(request):
-    root = request.config.rootpath
-    return read_record(root / "inputs/records/LomaPrieta1989_USGS1002_APEEL2_133.smc")
 
 
 def ricker(frequency, samples=2000, at=10.0):

@@ -128,7 +128,7 @@ def test_what_fails_does_not_count_and_is_said(bore):
     assert "1 case failed" in str(found) and "damping ratio of 0.6" in str(found)
 
 
-def test_median_and_sigma_are_those_of_pystrata_on_the_same_profiles(bore):
+def test_median_and_sigma_are_those_of_pystrata_on_the_same_profiles(bore, strata_profile):
     """100 Toro profiles, linear and equivalent-linear: 1 % and 0.01."""
     pystrata = pytest.importorskip("pystrata")
     sites = randomized(read_profile(bore, "above"), 100, sigma=0.2)
@@ -142,23 +142,8 @@ def test_median_and_sigma_are_those_of_pystrata_on_the_same_profiles(bore):
     rock = pystrata.motion.TimeSeriesMotion("", "", step, padded)
     found = {name: [] for name in names}
     for column, curves in sites:
-        below = column.base
-        soils = [
-            pystrata.site.SoilType(
-                str(i), layer.density * 9.80665e-3,
-                pystrata.site.NonlinearProperty("", one.strain, one.reduction, "mod_reduc"),
-                pystrata.site.NonlinearProperty("", one.strain, one.damping, "damping"),
-            )
-            for i, (layer, one) in enumerate(zip(column.layers, curves, strict=True))
-        ]  # fmt: skip
-        layers = [
-            pystrata.site.Layer(soil, layer.thickness, layer.shear_velocity)
-            for soil, layer in zip(soils, column.layers, strict=True)
-        ]
-        bedrock = pystrata.site.SoilType("", below.density * 9.80665e-3, None, below.damping)
-        layers.append(pystrata.site.Layer(bedrock, 0, below.shear_velocity))
         for name in names:
-            profile = pystrata.site.Profile(layers)
+            profile = strata_profile(column.layers, column.base, curves)
             if name == "linear":
                 calc = pystrata.propagation.LinearElasticCalculator()
             else:

@@ -12,7 +12,7 @@ from sitedda.facade.run import run
 from sitedda.report import Picture
 from sitedda.report.style import BLUE, COLORS, INK, RED, small_axes
 from sitedda.site.column import Column, damped_amplification, refined_peak
-from sitedda.site.twin import layered_twin
+from sitedda.site.twin import layered_soils
 
 from ..case import Outcome, picture, relative, study
 from ..compared import Compared, per_cent
@@ -50,7 +50,7 @@ def _run_layers(table: int, loading: str) -> dict:
     history = run(input_file(_TABLES[table]["input"]), **changes).history
     points = ("base", "middle", "surface")
     result = {name: history.acceleration.sel(point=name).isel(axis=0).values for name in points}
-    return result | {"column": layered_twin(history, "surface", "base")}
+    return result | {"column": layered_soils(history, "surface", "base")[0]}
 
 
 def _make_noise() -> dict:

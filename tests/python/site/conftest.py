@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The record of the tests of sites, and columns as profiles of pystrata."""
+
+import pytest
+
+import sitedda
+
+
+@pytest.fixture(scope="session")
+def record(root):
+    return sitedda.read_record(root / "inputs/records/LomaPrieta1989_USGS1002_APEEL2_133.smc")
+
+
+@pytest.fixture(scope="session")
+def strata_profile():
+    """Return the profile of a column on a half-space; it is linear without curves."""
+    site = pytest.importorskip("pystrata").site
+
+    def profile(layers, rock, curves=()):
+        media = [*((layer, layer.thickness) for layer in layers), (rock, 0.0)]
+        soils = [
+            (site.NonlinearProperty("", one.strain, one.reduction, "mod_reduc"),
+             site.NonlinearProperty("", one.strain, one.damping, "damping"))
+            for one in curves
+        ] or [(None, layer.damping) for layer in layers]  # fmt: skip
+        pairs = zip(media, [*soils, (None, rock.damping)], strict=True)
+        return site.Profile([
+            site.Layer(site.SoilType(str(i), one.density * 9.80665e-3, *soil), thickness,
+                       one.shear_velocity)
+            for i, ((one, thickness), soil) in enumerate(pairs)
+        ])  # fmt: skip
+
+    return profile
