@@ -19,12 +19,14 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
+import shapely
 from scipy.optimize import linprog, minimize_scalar
 from scipy.sparse import block_array, coo_array, diags_array, hstack
 
 from ..base.arguments import COUNT
 from ..base.core import engine_names
 from ..base.errors import ConvergenceError, InputError
+from ..build.cutting.rings import Rings
 from ..build.model import Model
 from ..output.scene import Scene, is_netcdf
 from .safety import _verdicts
@@ -117,7 +119,7 @@ class Limit:
     @property
     def openings(self) -> np.ndarray:
         """Opening and slip of the points in the mechanism, shape (points, 2), m."""
-        centres = np.array([_centroid(polygon) for polygon in self.polygons])
+        centres = Rings.of(self.polygons).centroids()
         arms = self.points[:, None] - centres[self.blocks]
         turn = self.displacement[self.blocks]
         ways = turn[..., :2] + turn[..., 2:] * np.stack([-arms[..., 1], arms[..., 0]], axis=-1)
@@ -392,7 +394,8 @@ class _Programme:
         self.polygons = scene.polygons(0)
         self._set_weights(direction)
         if loads is not None:
-            self.dead = self._scale_wrench(loads)
+            scale = np.column_stack([np.ones((len(self.radii), 2)), self.radii])
+            self.dead = loads / self.unit / scale
         if load is not None:
             self._set_load(load)
         self._set_points()
@@ -403,10 +406,6 @@ class _Programme:
             for share in _TANGENTS:
                 self._cut(both, np.tile([1.0, -1.0], len(self.crushing)),
                           share * self.most[both] * self.length[both])  # fmt: skip
-
-    def _scale_wrench(self, wrench: np.ndarray) -> np.ndarray:
-        """Convert forces (N/m) and moments (N) on blocks to equilibrium rows, (blocks, 3)."""
-        return wrench / self.unit / np.column_stack([np.ones((len(self.radii), 2)), self.radii])
 
     def _set_load(self, name: str) -> None:
         """Make the loads of this name the variable load; the others are dead loads."""
@@ -453,8 +452,8 @@ class _Programme:
         none = np.zeros((len(mass), 1))
         self.dead = np.hstack([mass[:, None] * gravity / self.unit, none])
         self.live = np.hstack([mass[:, None] * pull * direction / self.unit, none])
-        self.centres = np.array([_centroid(polygon) for polygon in self.polygons])
-        self.radii = np.array([
+        self.centres = Rings.of(self.polygons).centroids()
+        self.radii: np.ndarray = np.array([
             np.linalg.norm(polygon - centre, axis=1).max()
             for polygon, centre in zip(self.polygons, self.centres, strict=True)
         ])  # fmt: skip
@@ -553,7 +552,13 @@ class _Programme:
 
     def _reactions(self) -> coo_array:
         """Return the columns of the reactions of fixed points and of the ends of fixed edges."""
-        held = [*self._fixed_points(), *self._supported_edges()]
+        held = []
+        for group in self.scene.groups.get("fixed_point", []):
+            place = np.array([group["x"], group["y"]], dtype=float)
+            block = self._block_at(place, str(group.get("block", "")).strip())
+            axes = _AXES[str(group.get("direction", "xy")).strip()]
+            held += [(block, place, force) for force in axes]
+        held += self._supported_edges()
         if not held:
             raise InputError("the blocks have no support")
         block, place, force = zip(*held, strict=True)
@@ -598,22 +603,16 @@ class _Programme:
                     column = self._wrench(block, place[None], passive[None] / most)
                     yield "", column.reshape(-1, 1), (0.0, most)
 
-    def _fixed_points(self):
-        for group in self.scene.groups.get("fixed_point", []):
-            place = np.array([group["x"], group["y"]], dtype=float)
-            for force in _AXES[str(group.get("direction", "xy")).strip()]:
-                yield self._block_at(place, str(group.get("block", "")).strip()), place, force
-
     def _block_at(self, place: np.ndarray, name: str) -> int:
         """Find the block of this name or number, otherwise the first that contains the position."""
         if name in self.scene.names:
             return self.scene.names.index(name)
         if name.isdigit():
             return int(name) - 1
-        reach = _CORNER * self.scene.size
-        for i, one in enumerate(self.polygons):
-            if _contains(one, place, reach):
-                return i
+        away = shapely.distance([shapely.Polygon(p) for p in self.polygons], shapely.Point(place))
+        inside = np.flatnonzero(away <= _CORNER * self.scene.size)
+        if inside.size:
+            return int(inside[0])
         raise InputError(f"no block is at ({place[0]:g}, {place[1]:g})")
 
     def _supported_edges(self):
@@ -707,24 +706,13 @@ class _Programme:
         turned = velocity * np.column_stack([np.ones((len(velocity), 2)), self.radii])
         work = self.unit * found.factor * np.sum(self.live * turned)
         limit = Limit(
-            np.inf if held else found.factor,
-            velocity,
-            _verdicts(velocity, self.radii),
-            False,
-            tuple(self.scene.names),
-            self.blocks,
-            self.points,
-            self.normals,
-            found.normal,
-            found.shear,
-            self.polygons,
-            {
-                name: float(pull)
-                for (name, *_), pull in zip(self.bolts, found.bolts, strict=True)
-                if name
-            },
+            np.inf if held else found.factor, velocity, _verdicts(velocity, self.radii), False,
+            tuple(self.scene.names), self.blocks, self.points, self.normals, found.normal,
+            found.shear, self.polygons,
+            {name: float(pull) for (name, *_), pull in zip(self.bolts, found.bolts, strict=True)
+             if name},
             lines=lines_of(self.scene.groups),
-        )
+        )  # fmt: skip
         slip_work = abs(limit.openings[:, 1]) * abs(found.shear)
         return replace(limit, slides=bool(slip_work.sum() > _SLIDES * work))
 
@@ -760,24 +748,3 @@ def _sequence(programme: _Programme, found: _Solution) -> _Solution | None:
         if settled == _TIMES:
             return found
     return None
-
-
-def _centroid(polygon: np.ndarray) -> np.ndarray:
-    """Return the centroid of a polygon (n, 2), m."""
-    about = polygon[0]
-    one = polygon - about
-    after = np.roll(one, -1, axis=0)
-    cross = one[:, 0] * after[:, 1] - one[:, 1] * after[:, 0]
-    return about + (one + after).T @ cross / (3 * cross.sum())
-
-
-def _contains(polygon: np.ndarray, place: np.ndarray, reach: float) -> bool:
-    """Return whether a position (m) is in a polygon or within `reach` (m) of its outline."""
-    one, after = polygon - place, np.roll(polygon, -1, axis=0) - place
-    along = after - one
-    share = np.clip(-np.sum(one * along, axis=1) / np.sum(along**2, axis=1), 0.0, 1.0)
-    if np.linalg.norm(one + share[:, None] * along, axis=1).min() <= reach:
-        return True
-    cross = one[:, 0] * after[:, 1] - one[:, 1] * after[:, 0]
-    upward = (one[:, 1] <= 0) & (after[:, 1] > 0) & (cross > 0)
-    return upward.sum() != ((after[:, 1] <= 0) & (one[:, 1] > 0) & (cross < 0)).sum()

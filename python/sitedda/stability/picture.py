@@ -33,14 +33,7 @@ def draw_mechanism(found, axes=None, title: str = "", words: str = ""):
     if axes is None:
         wide, tall = (high - low) / size
         axes = new_figure(size=(3.0 + 7.0 * wide, 1.2 + 7.0 * tall))[1]
-    axes.add_collection(
-        PolyCollection(
-            found.polygons,
-            facecolors=[FILLS[verdict] for verdict in found.verdicts],
-            edgecolors=EDGE,
-            linewidths=0.8,
-        )
-    )
+    _draw_blocks(axes, found.polygons, found.verdicts, 0.8)
     centres = np.array([polygon.mean(0) for polygon in found.polygons])
     moved = found.displacement[:, :2]
     most = float(np.hypot(*moved.T).max(initial=0.0))
@@ -59,6 +52,14 @@ def draw_mechanism(found, axes=None, title: str = "", words: str = ""):
     axes.legend(handles=handles, frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     Head(axes, title, [words])
     return axes
+
+
+def _draw_blocks(axes, polygons, verdicts, width: float) -> None:
+    """Draw blocks coloured by their verdicts."""
+    fills = [FILLS[verdict] for verdict in verdicts]
+    axes.add_collection(
+        PolyCollection(polygons, facecolors=fills, edgecolors=EDGE, linewidths=width)
+    )
 
 
 def _draw_lines(axes, lines) -> list:
@@ -120,14 +121,7 @@ def pushover_figure(found, limits=None):
     right = curve.twinx()
     right.plot(way, found.friction, color=RED, lw=0.8)
     right.set_ylabel("lost by slip (J/m)", color=RED)
-    blocks.add_collection(
-        PolyCollection(
-            found.polygons,
-            facecolors=[FILLS[verdict] for verdict in found.block_verdicts],
-            edgecolors=EDGE,
-            linewidths=0.6,
-        )
-    )
+    _draw_blocks(blocks, found.polygons, found.block_verdicts, 0.6)
     blocks.autoscale()
     blocks.set(aspect="equal", xlabel="x (m)", ylabel="y (m)")
     headline(figure, "Capacity, and blocks at the end", plain(found.ending))

@@ -16,6 +16,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..base.arguments import NOT_NEGATIVE, POSITIVE, TOLERANCE
+from ..build.cutting.rings import Rings
 from ..build.model import Model
 from ..engine.simulation import Simulation
 from .bodies import Bodies
@@ -79,7 +80,7 @@ class Mechanism:
     @property
     def areas(self) -> tuple[float, float]:
         """Return the area of the moving blocks and of all blocks, m²."""
-        each = np.array([_area(polygon) for polygon in self.polygons])
+        each = abs(Rings.of(self.polygons).areas())
         return float(each[_are_moving(self.verdicts)].sum()), float(each.sum())
 
     @property
@@ -97,13 +98,6 @@ class Mechanism:
         joint = f", on joint {self.joint!r}" if self.joint else ""
         return f"{shown} {verb}: {moving:.4g} m², {100 * moving / whole:.3g} % of the model{joint}"
 
-    @property
-    def _shown_rows(self) -> list[tuple[str, str, str]]:
-        """Return displacement (m) and rotation (°) of each block; negligible values are 0."""
-        least = _TOLD * float(abs(self.displacement).max(initial=0.0))
-        shown = np.where(abs(self.displacement) > least, self.displacement, 0.0)
-        return [(f"{x:.4g}", f"{y:.4g}", f"{math.degrees(turn):.4g}") for x, y, turn in shown]
-
     def to_dict(self) -> dict:
         """Plain values."""
         return {
@@ -119,11 +113,11 @@ class Mechanism:
         """A table."""
         width = max(map(len, self.names))
         head = f"{'block':{width}}  {'verdict':8} {'x (m)':>11} {'y (m)':>11} {'turn (°)':>11}"
+        least = _TOLD * float(abs(self.displacement).max(initial=0.0))  # less counts as 0
+        shown = np.where(abs(self.displacement) > least, self.displacement, 0.0)
         rows = [
-            f"{name:{width}}  {verdict:8} {x:>11} {y:>11} {turn:>11}"
-            for name, verdict, (x, y, turn) in zip(
-                self.names, self.verdicts, self._shown_rows, strict=True
-            )
+            f"{name:{width}}  {verdict:8} {x:11.4g} {y:11.4g} {math.degrees(turn):11.4g}"
+            for name, verdict, (x, y, turn) in zip(self.names, self.verdicts, shown, strict=True)
         ]
         outcome = "moves" if self.moves else "does not move"
         words = f"strength divided by {self.factor:.6g}: the model {outcome}"
@@ -225,12 +219,6 @@ class Safety:
 def _are_moving(verdicts: tuple[str, ...]) -> np.ndarray:
     """Return whether each block moves."""
     return np.array(verdicts) != "stable"
-
-
-def _area(polygon: np.ndarray) -> float:
-    """Return the area of a polygon of either orientation, m²."""
-    x, y = polygon.T - polygon.T[:, :1]
-    return abs(0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
 
 
 def bisect(

@@ -101,7 +101,9 @@ def move_supports(
         stiffness, pull = first.normal_stiffness, float(np.linalg.norm(first.gravity))
     density = [float(group["density"]) for group in scene.groups["material"]]
     mass = np.array(density)[scene.material] * scene.areas()
-    moved = [_block_number(names, name) for name in blocks]
+    if unknown := [name for name in blocks if name not in names]:
+        raise InputError(f"blocks: {unknown[0]!r} is not the name of a block")
+    moved = [names.index(name) for name in blocks]
     increment = (np.linalg.norm(way) + abs(rotation) * scene.size) / steps
     time_step = math.sqrt(max(float(np.median(mass)) / (_STEADY * stiffness),
                               _FOLLOWS * increment / max(pull, 1e-9)))  # fmt: skip
@@ -110,12 +112,6 @@ def move_supports(
                   time_step_control="adaptive", max_displacement_ratio=0.1)  # fmt: skip
     model.stage(name="supports move", steps=_EACH * steps, zero_displacements=True)
     return _run_increments(model, moved, mass, steps)
-
-
-def _block_number(names: list[str], name: str) -> int:
-    if name not in names:
-        raise InputError(f"blocks: {name!r} is not the name of a block")
-    return names.index(name)
 
 
 def _set_motions(model: Model, blocks, way, rotation: float, steps: int, time_step: float) -> None:
