@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import shapely
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -74,9 +75,9 @@ def doubts(assembly: Assembly, factor: float, scene: Scene) -> list[str]:
         found.append(f"a shear force is beyond friction by {most:.3g} N/m")
     found += _unbalanced(assembly, factor, scene, contacts)
     for v, e, n in zip(places, contacts["edge"], normal, strict=True):
-        depth = _depth(polygons[scene.owner[e]], v)
-        if n > 0 and not abs(depth) <= n / STIFFNESS + ROUNDING:
-            found.append(f"a contact of {n:.3g} N/m is {depth:.3g} m deep")
+        away = shapely.LinearRing(polygons[scene.owner[e]]).distance(shapely.Point(v))
+        if n > 0 and not away <= n / STIFFNESS + ROUNDING:
+            found.append(f"a contact of {n:.3g} N/m is {away:.3g} m from the edge")
     return found
 
 
@@ -110,17 +111,8 @@ def _unbalanced(assembly: Assembly, factor: float, scene: Scene, contacts: dict)
 
 def _mass(polygon: np.ndarray) -> tuple[float, np.ndarray]:
     """Of a block (kg/m), and its centroid (m)."""
-    one, after = polygon[1:-1] - polygon[0], polygon[2:] - polygon[0]
-    twice = one[:, 0] * after[:, 1] - one[:, 1] * after[:, 0]
-    mass = 0.5 * DENSITY * twice.sum()
-    return mass, polygon[0] + twice @ (one + after) / (3 * twice.sum())
-
-
-def _depth(polygon: np.ndarray, place: np.ndarray) -> float:
-    """How far a place is within a convex outline, m; negative: outside."""
-    along = np.roll(polygon, -1, axis=0) - polygon
-    inward = np.column_stack([-along[:, 1], along[:, 0]])
-    return float((np.sum((place - polygon) * inward, axis=1) / np.linalg.norm(along, axis=1)).min())
+    whole = shapely.Polygon(polygon)
+    return DENSITY * whole.area, shapely.get_coordinates(whole.centroid)[0]
 
 
 def slow_outcome(assembly: Assembly, factor: float) -> Outcome:

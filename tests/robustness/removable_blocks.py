@@ -14,6 +14,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import shapely
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -84,12 +85,6 @@ def _runs_into(one: np.ndarray, other: np.ndarray, way: np.ndarray) -> bool:
     return False
 
 
-def area(polygon: np.ndarray) -> float:
-    """m²."""
-    x, y = polygon.T
-    return 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
-
-
 def compare(number: int, seed: int = SEED) -> tuple[str, bool]:
     """Words on a slope that has removable blocks, and whether engine and search agree."""
     rng = np.random.default_rng([seed, number])
@@ -100,7 +95,7 @@ def compare(number: int, seed: int = SEED) -> tuple[str, bool]:
         free = removable(polygons, dip)
         if 0 < free.sum() < len(free):
             break
-    areas = np.array([area(polygon) for polygon in polygons])
+    areas = np.array([shapely.Polygon(polygon).area for polygon in polygons])
     expected = float(areas[free].sum())
     below, found = (sitedda.mechanism(model, share * factor) for share in (BELOW, ABOVE))
     names = {group.name for group, moves in zip(groups, free, strict=True) if moves}
