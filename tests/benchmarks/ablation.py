@@ -7,10 +7,10 @@ of BUILD, which stays as it is.  All variants run the same cases, each in a proc
 one thread.  Printed for each variant, as ratios to the engine as it is over all cases: open–close
 iterations, factors, applications of the preconditioner, processor time; and the cases that end
 otherwise, or take five times as long.  Counts do not depend on the machine; the time does.
---quick takes the small cases, --hard 96 walls with long steps, of which some find no solution.
+--quick takes the small cases, --hard 96 walls with long steps, of which some find no solution,
+--only WORD … the variants with one of these words, and --jobs N so many cases at once.
 """
 
-import argparse
 import json
 import os
 import re
@@ -27,7 +27,7 @@ from threading import Lock
 
 import xarray as xr
 from compare import SINGLE, resting, settling, shaken
-from layered_site import ROOT, changed
+from layered_site import ROOT, asked, changed
 from speed_models import FRICTION_ANGLE, packing, touching_wall, wall
 
 DYNAMICS, ALGEBRA = ROOT / "fortran" / "dynamics", ROOT / "fortran" / "algebra"
@@ -238,7 +238,7 @@ def variants(words: list[str]) -> dict[str, tuple[Path, str]]:
                 label = f"{file.stem}: {name} {word}"
                 start, end = match.span(2)[0], match.end()
                 found[label] = (file, text[:start] + said + text[end:])
-    return {k: v for k, v in found.items() if not words or any(w in k for w in words)}
+    return {k: v for k, v in found.items() if any(w in k for w in words)}
 
 
 def row(name: str, results: dict, before: dict) -> str:
@@ -255,13 +255,7 @@ def row(name: str, results: dict, before: dict) -> str:
 
 def main() -> None:
     """Run the engine as it is, then every variant."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("build", type=Path)
-    parser.add_argument("--quick", action="store_true", help="small cases, minutes in all")
-    parser.add_argument("--hard", action="store_true", help="walls with long steps")
-    parser.add_argument("--only", nargs="*", default=[], metavar="WORD", help="variants with it")
-    parser.add_argument("--jobs", type=int, default=1, help="cases at once")
-    options = parser.parse_args()
+    options = asked(__doc__, "build", quick=False, hard=False, only=[""], jobs=1)
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
         files = {}

@@ -9,7 +9,6 @@ neighbouring runs.
 """
 
 import os
-import resource
 import statistics
 import subprocess
 import sys
@@ -17,25 +16,19 @@ import tempfile
 import time
 from pathlib import Path
 
-ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT / "tests" / "robustness"))
-
-from interrupted import layered_site, native_program, prepare, wall  # noqa: E402
-from options import asked  # noqa: E402
+import layered_site as main_job
+from interrupted import layered_site, native_program, prepare, wall
+from options import asked
 
 TARGET = 2.0  # % of the run
 
 
 def spent(program: str, folder: Path) -> tuple[float, float]:
     """Processor and wall seconds of a run."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    begun = time.perf_counter()
+    begun, worked = time.perf_counter(), main_job.processor_time()
     arguments = [program, "run", "model.nml", "-q", "-o", "out.nc"]
     subprocess.run(arguments, cwd=folder, check=True, stdout=subprocess.DEVNULL)
-    wall_time = time.perf_counter() - begun
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    processor = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return processor, wall_time
+    return main_job.processor_time() - worked, time.perf_counter() - begun
 
 
 def measure(program: str, without: Path, often: Path, checkpoints: int, steps: int, rounds: int):

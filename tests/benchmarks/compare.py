@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Two engines in turns: python tests/benchmarks/compare.py BEFORE AFTER [--cases WORD …]
+"""Two engines in turns: compare.py BEFORE AFTER [--pairs N] [--cases WORD …]
 
 BEFORE and AFTER are executables `sitedda-native` of two commits.  Each pair runs both on the same
 input, in changing order, on one thread; what is compared is processor time, since a machine that
@@ -8,7 +8,6 @@ largest that is shaken, the time of a short run is taken off that of a long one;
 whole run counts.  Printed: the ratio BEFORE/AFTER, its median and range, and the least times.
 """
 
-import argparse
 import os
 import re
 import statistics
@@ -19,7 +18,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from layered_site import INPUT, changed, processor_time
+from layered_site import INPUT, asked, changed, processor_time
 from speed_models import YOUNG_MODULUS, Model, touching_wall, wall
 
 import sitedda
@@ -98,25 +97,18 @@ def cases() -> dict[str, Case]:
 
 def main() -> None:
     """Measure in turns, then print."""
-    known = cases()
-    options = arguments(list(known))
+    known, options = cases(), asked(__doc__, "before", "after", pairs=5, cases=[str])
     engines = (options.before.resolve(), options.after.resolve())
-    for name, case in known.items():
-        if options.cases and not any(f"{name} ".startswith(f"{word} ") for word in options.cases):
-            continue
+    words = options.cases or list(known)
+    chosen = [name for name in known if any(f"{name} ".startswith(f"{word} ") for word in words)]
+    if not chosen:
+        raise SystemExit(f"no case begins with {words}; known are {', '.join(known)}")
+    for name in chosen:
+        case = known[name]
         try:
             report(name, measured(engines, case, options.pairs))
         except subprocess.CalledProcessError as failure:
             print(f"{name:22} fails with {failure.cmd[0]}", flush=True)
-
-
-def arguments(known: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("before", type=Path, help="executable")
-    parser.add_argument("after", type=Path, help="executable")
-    parser.add_argument("--pairs", type=int, default=5)
-    parser.add_argument("--cases", nargs="+", metavar="WORD", help=f"of {', '.join(known)}")
-    return parser.parse_args()
 
 
 def measured(engines, case: Case, pairs: int) -> list[tuple[float, float]]:

@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Hard walls of every joint law: python tests/benchmarks/hard.py BUILD [--laws WORD …]
 
+usage: hard.py BUILD [--laws WORD …] [--adaptive] [--keep FOLDER] [--jobs N]
+
 BUILD is a Meson build folder, or any folder with an executable `sitedda-native`.  Walls of 20 to
 120 bricks are shaken by 1 g, meet gravity suddenly, or are brought to rest and shaken then, with
 friction of 12° to 70° and Δt of 1 to 20 ms.  Printed for each law: how many runs end, with a fixed
 Δt and with an adaptive one, their iterations, factors and applications, their processor time, and
-what those that do not end say.
+what those that do not end say.  --adaptive also takes an adaptive step; --keep is a folder for the
+inputs of runs that do not end; --jobs is the number of cases at once.
 """
 
-import argparse
 import sys
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
@@ -17,6 +19,7 @@ from pathlib import Path
 
 import ablation
 import numpy as np
+from layered_site import asked
 from speed_models import GRAVITY, HEAD_JOINT, wall
 
 ANGLES = (12, 20, 30, 40, 55, 70)
@@ -155,16 +158,10 @@ def row(law: str, fixed: dict, adaptive: dict | None) -> str:
 
 def main() -> None:
     """Run all cases."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("build", type=Path)
-    parser.add_argument("--laws", nargs="*", default=[], metavar="WORD", help="laws with it")
-    parser.add_argument("--adaptive", action="store_true", help="with an adaptive step, too")
-    parser.add_argument("--keep", type=Path, help="folder for the inputs of runs that do not end")
-    parser.add_argument("--jobs", type=int, default=1, help="cases at once")
-    options = parser.parse_args()
+    options = asked(__doc__, "build", laws=[""], adaptive=False, keep=Path, jobs=1)
     print(f"| law | ends |{' adaptive |' * options.adaptive} it / F / S | s |")
     for law in LAWS:
-        if options.laws and not any(word in law for word in options.laws):
+        if not any(word in law for word in options.laws):
             continue
         with tempfile.TemporaryDirectory() as folder:
             own = Path(folder)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Microseconds per step of the main job on one core: python3 tests/benchmarks/layered_site.py
 
+usage: layered_site.py [--native PROGRAM] [--repeat N] [--core N]        (core: the last one)
+
 The native executable runs inputs/layered_site.nml (60,000 steps) on one core, without its
 spectral amplification.  "Output included" writes a sample of every step; "output excluded" writes
 the first and the last.  The time of a run of one step (start, input, record) is taken off both.
@@ -9,12 +11,10 @@ all that disturbs a run makes it longer, and the median.  Where other work conti
 time is the fairer.
 """
 
-import argparse
 import os
 import platform
 import re
 import resource
-import shutil
 import statistics
 import subprocess
 import sys
@@ -23,16 +23,23 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT / "tests" / "robustness"))
+
+from interrupted import native_program  # noqa: E402
+from options import asked  # noqa: E402
+
 INPUT = ROOT / "inputs" / "layered_site.nml"
 STEPS = 60_000
 
 
 def main() -> None:
-    options = arguments()
+    options = asked(__doc__, native=str, repeat=5, core=int)
     core = max(os.sched_getaffinity(0)) if options.core is None else options.core
     os.sched_setaffinity(0, {core})
+    options.native = native_program(options.native)
     print(machine(core))
-    print(f"{options.native}: {version(options.native)}")
+    version = subprocess.run([options.native, "--version"], capture_output=True, check=True)
+    print(f"{options.native}: {version.stdout.decode().strip()}")
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
         (folder / "records").symlink_to(INPUT.parent / "records")
@@ -42,36 +49,18 @@ def main() -> None:
     print(f"start and input: {1e3 * min(start)[0]:.1f} ms")
 
 
-def arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    beside = Path(sys.executable).parent / "sitedda-native"
-    native = str(beside) if beside.exists() else shutil.which("sitedda-native")
-    parser.add_argument("--native", default=native, help="the executable")
-    parser.add_argument("--repeat", type=int, default=5)
-    parser.add_argument("--core", type=int, help="core to run on; the last one by default")
-    options = parser.parse_args()
-    if not options.native:
-        parser.error("sitedda-native is not installed; give --native")
-    return options
-
-
 def machine(core: int) -> str:
     """Processor, system and load, in one line."""
-    model = platform.processor() or platform.machine()
-    speed = ""
-    for line in Path("/proc/cpuinfo").read_text().splitlines():
-        name, _, value = line.partition(":")
-        if name.strip() == "model name":
-            model = value.strip()
-        elif name.strip() == "cpu MHz":
-            speed = f", {float(value):.0f} MHz"
+    speed = f"{float(processor('cpu MHz') or 'nan'):.0f} MHz"
+    name = processor("model name") or platform.processor() or platform.machine()
     load = f"load {os.getloadavg()[0]:.1f}"
-    return f"{model}{speed}, core {core} of {os.cpu_count()}, {platform.platform()}, {load}"
+    return f"{name}, {speed}, core {core} of {os.cpu_count()}, {platform.platform()}, {load}"
 
 
-def version(native: str) -> str:
-    done = subprocess.run([native, "--version"], capture_output=True, text=True, check=True)
-    return done.stdout.strip()
+def processor(entry: str) -> str:
+    """The last value of an entry of /proc/cpuinfo, or nothing."""
+    found = re.findall(rf"(?m)^{entry}\s*:\s*(.*)$", Path("/proc/cpuinfo").read_text())
+    return found[-1] if found else ""
 
 
 def measured(options, folder: Path, steps: int, interval: int) -> list[tuple[float, float]]:

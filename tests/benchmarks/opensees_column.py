@@ -8,10 +8,10 @@ refuses PressureIndependMultiYield).  Run from the top of the repository:
     python tests/benchmarks/opensees_column.py
 """
 
-import argparse
 from pathlib import Path
 
 import numpy as np
+from layered_site import asked
 
 import sitedda
 from sitedda import Column, Layer
@@ -79,9 +79,7 @@ def backbone():
 
 def main() -> None:
     """Print the table, and draw the loops."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--plot", type=Path, metavar="FILE", help="picture of the loops")
-    options = parser.parse_args()
+    options = asked(__doc__, plot=Path)
     record = sitedda.read_record(RECORD)
     sample = float(record.time[1] - record.time[0])
     ground = record.acceleration.values[: round(DURATION / sample)]
@@ -94,16 +92,8 @@ def main() -> None:
     for scale in (0.2, 0.5, 1.5):
         step = sample / STEPS
         top, strain, stress = opensees(scale * base, step)
-        ours = nonlinear(
-            column,
-            [backbone()],
-            scale * base,
-            step,
-            damping_curve="masing",
-            branches=80,
-            highest_frequency=50.0,
-            compare=False,
-        )
+        ours = nonlinear(column, [backbone()], scale * base, step, damping_curve="masing",
+                         branches=80, highest_frequency=50.0, compare=False)  # fmt: skip
         surface = ours.acceleration()
         low = HEIGHT - 0.5 * HEIGHT / CELLS
         theirs = spectral_acceleration(top, step, PERIODS)

@@ -6,14 +6,13 @@ The error is what closed joints take off the first frequency with rigid ones; th
 processor time of a run, the least of three, over that at 1 E.  --docs draws docs/howto/penalty.png.
 """
 
-import argparse
 import re
 import time
-from pathlib import Path
+
+from layered_site import ROOT, asked
 
 import sitedda
 
-ROOT = Path(__file__).parents[2]
 RATIOS = (1, 4, 10, 40, 100, 400)  # of the penalty to E · 1 m
 STEPS = {"wall": 2000, "slope": 600, "column": 2000}
 REPEATS = 3
@@ -21,9 +20,7 @@ REPEATS = 3
 
 def main() -> None:
     """Measure, print a row of the page for each penalty, draw."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--docs", action="store_true", help="draw the figure of the page")
-    options = parser.parse_args()
+    options = asked(__doc__, docs=False)
     found = {name: [measured(name, ratio) for ratio in RATIOS] for name in STEPS}
     for i, ratio in enumerate(RATIOS):
         cells = (f"{found[name][i][0] / found[name][0][0]:.2f}, {100 * found[name][i][1]:.2f} %"

@@ -1,18 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Multi-fidelity site terms of a basin and a ridge beside plain sampling.
 
-    python tests/benchmarks/site_term.py --large 600 --repeats 20 --runs 30
+    python tests/benchmarks/site_term.py [--shapes basin ridge] [--large 600] [--repeats 20]
+        [--runs 30] [--columns 10000] [--size 10] [--folder FOLDER]
 
-Each repeat has plane runs of its own.  An interval is counted as right if it holds the mean of the
-large plain sample, give or take the interval of that mean.
+--large and --runs are the plane runs of the large sample, which --folder keeps, and of a repeat;
+--size is that of the cells, m.  Each repeat has plane runs of its own.  An interval is counted as
+right if it holds the mean of the large plain sample, give or take the interval of that mean.
 """
 
-import argparse
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from layered_site import asked
 
 import sitedda
 from sitedda import Column, HalfSpace, Layer
@@ -100,15 +102,8 @@ def write_model(folder: Path, name: str, size: float, step: float = 4e-3) -> str
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--shapes", nargs="+", choices=SHAPES, default=list(SHAPES))
-    parser.add_argument("--large", type=int, default=600, help="plane runs of the large sample")
-    parser.add_argument("--repeats", type=int, default=20)
-    parser.add_argument("--runs", type=int, default=30, help="plane runs of a repeat")
-    parser.add_argument("--columns", type=int, default=10_000)
-    parser.add_argument("--size", type=float, default=10.0, help="of the cells, m")
-    parser.add_argument("--folder", type=Path, help="keeps the runs of the large sample")
-    options = parser.parse_args()
+    options = asked(__doc__, shapes=list(SHAPES), large=600, repeats=20, runs=30, columns=10_000,
+                    size=10.0, folder=Path)  # fmt: skip
     with tempfile.TemporaryDirectory() as temporary:
         for name in options.shapes:
             compare(name, Path(temporary), options)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How fast the engine steps: python tests/benchmarks/speed.py [--models NAME …] [--docs].
 
+usage: speed.py [--models NAME …] [--threads N …] [--full] [--docs]   (full: all settings)
+
 Stacks, running-bond walls and a packing of random polygons, at time steps of 1e-3 and 1e-5 s and
 penalties of E and 100 E (times 1 m), on one thread and on two: quiet steps (settled, nothing
 changes), shaken ones, the first ten after gravity has come suddenly on a wall that touches
@@ -13,11 +15,10 @@ stretches of steps where a step takes microseconds.  With --docs the table and t
 docs/.
 """
 
-import argparse
 import json
 import os
 import platform
-import resource
+import re
 import statistics
 import subprocess
 import sys
@@ -26,9 +27,10 @@ import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from layered_site import ROOT, asked, processor
 from speed_models import MODELS, PERIOD, TOUCHING, YOUNG_MODULUS
 
-DOCS = Path(__file__).parents[2] / "docs"
+DOCS = ROOT / "docs"
 PHASES = ("search", "detect", "assemble", "factorise", "solve", "iterate", "update")
 SETTLING, REST = 12, 15  # looks, steps between them: after each look all rates are set to zero
 LEAD = 60  # steps of shaking before the shaken phase is measured
@@ -79,7 +81,7 @@ SOR = PLAIN[:3]
 
 
 def main() -> None:
-    options = arguments()
+    options = asked(__doc__, models=list(MODELS), threads=[1, 2], full=False, docs=False, case=str)
     if options.case:
         print(json.dumps(measure(Case(**json.loads(options.case)))))
         return
@@ -95,27 +97,13 @@ def main() -> None:
         speed_report.write(DOCS, machine(), results)
 
 
-def arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--models", nargs="+", choices=MODELS, default=list(MODELS))
-    parser.add_argument("--threads", nargs="+", type=int, default=[1, 2])
-    parser.add_argument("--full", action="store_true", help="all settings for all models")
-    parser.add_argument("--docs", action="store_true", help="write docs/benchmarks.*")
-    parser.add_argument("--case", help=argparse.SUPPRESS)
-    return parser.parse_args()
-
-
 def machine() -> str:
     """Processor, what it is able to do now, and versions, in one line."""
     import numpy as np
 
     import sitedda
 
-    name = platform.processor() or platform.machine()
-    if Path("/proc/cpuinfo").exists():
-        for entry in Path("/proc/cpuinfo").read_text().splitlines():
-            if entry.startswith("model name"):
-                name = entry.split(":")[1].strip()
+    name = processor("model name") or platform.processor() or platform.machine()
     square, long = np.ones((512, 512)), np.ones(30_000_000, np.float32)
     products = 2e-9 * 512**3 / best_time(lambda: square @ square)
     reads = 1e-9 * long.nbytes / best_time(lambda: long @ long)
@@ -202,15 +190,8 @@ def let_settle(case: Case, file: Path, budget: float, notes: list[str]) -> dict:
 
 
 def most_memory() -> float:
-    """The most that this process has used, MB.
-
-    On Linux, not what it was forked from, which is in ru_maxrss.
-    """
-    status = Path("/proc/self/status")
-    if not status.exists():
-        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    lines = dict(line.split(":", 1) for line in status.read_text().splitlines() if ":" in line)
-    return int(lines["VmHWM"].split()[0]) / 1024
+    """The most that this process has used, MB; ru_maxrss would include what it was forked from."""
+    return int(re.search(r"VmHWM:\s*(\d+)", Path("/proc/self/status").read_text())[1]) / 1024
 
 
 def beside(run, model, case: Case, rest: int) -> dict:

@@ -15,7 +15,6 @@ Then the time and memory to plan and to collect very many cases, whose results a
 with 14 numbers and a history.
 """
 
-import argparse
 import json
 import os
 import resource
@@ -24,6 +23,8 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+
+from layered_site import asked, processor_time
 
 RECORD = Path(__file__).parents[2] / "inputs/records/LomaPrieta1989_USGS1002_APEEL2_133.smc"
 RESULTS = ["largest_tilt_rad", "displacement[top].x.largest", "displacement[top].x"]
@@ -68,15 +69,11 @@ def as_study(file: Path, count: int, folder: Path, workers: int) -> None:
 
 def measured(*programs: list[str]) -> tuple[float, float]:
     """Seconds of the clock, and of processors, of this program with arguments, all at once."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    begun = time.perf_counter()
+    begun, worked = time.perf_counter(), processor_time()
     started = [subprocess.Popen([sys.executable, __file__, *words]) for words in programs]
     if any([program.wait() for program in started]):
         sys.exit("a program has failed")
-    wall = time.perf_counter() - begun
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return wall, cpu
+    return time.perf_counter() - begun, processor_time() - worked
 
 
 def compare(count: int, workers: int, folder: Path) -> None:
@@ -160,14 +157,8 @@ def _fill(study: Path) -> None:
 
 def main() -> None:
     """Read the command line and measure."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--cases", type=int, default=1000)
-    parser.add_argument("--planned", type=int, default=10000)
-    parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--folder", type=Path)
-    parser.add_argument("--file", type=Path)
-    parser.add_argument("--mode", default="all", help=argparse.SUPPRESS)
-    options = parser.parse_args()
+    options = asked(__doc__, cases=1000, planned=10000, workers=2, folder=Path, file=Path,
+                    mode="all")  # fmt: skip
     os.environ |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     with tempfile.TemporaryDirectory() as scratch:
         folder = options.folder or Path(scratch)

@@ -13,7 +13,6 @@ or makes one outside of its folder.  What fails is kept in a folder, from which 
 To attack as another user: setpriv --reuid=65534 --regid=65534 --clear-groups python ….
 """
 
-import argparse
 import contextlib
 import hashlib
 import importlib
@@ -53,6 +52,7 @@ from mutations import (  # noqa: E402
     mutated_input,
     mutated_record,
 )
+from options import asked  # noqa: E402
 
 import sitedda  # noqa: E402
 from sitedda import program  # noqa: E402
@@ -727,14 +727,8 @@ def spread(count: int, first: int, kinds: list[str]) -> Callable:
 
 def main() -> int:
     """Attack, and count."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--cases", type=int, default=20_000)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--kinds", default=",".join(KINDS))
-    parser.add_argument("--keep", type=Path, default=Path("attack_failures"))
-    parser.add_argument("--replay", type=Path)
-    parser.add_argument("--serve", action="store_true", help=argparse.SUPPRESS)
-    wanted = parser.parse_args()
+    wanted = asked(__doc__, cases=20_000, seed=1, kinds=",".join(KINDS),
+                   keep=Path("attack_failures"), replay=Path, serve=False)  # fmt: skip
     if wanted.serve:
         serve()
         return 0

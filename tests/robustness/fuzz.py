@@ -4,14 +4,15 @@
 
 Inputs, records, files of lines and polygons, block files; `damage.py` does it to checkpoints.
 
-usage: python tests/robustness/fuzz.py [options]
+usage: python tests/robustness/fuzz.py [--inputs N] [--records N] [--files N] [--seed S]
+       [--probe PROBE] [--keep FOLDER] [--time-limit SECONDS] [--any-memory]
 
 --probe names the executable `probe` of a native build (meson setup BUILD -Dtester=true); without it
-the installed Python package is asked.  What crashes, hangs, runs out of memory, or gives a value
+the installed Python package is asked.  --files is the number of each kind; --any-memory is for
+probes with an address sanitizer.  What crashes, hangs, runs out of memory, or gives a value
 that is not finite without an error is kept in a folder.  Ends with status 1 if there was any.
 """
 
-import argparse
 import collections
 import os
 import resource
@@ -28,6 +29,7 @@ sys.path[:0] = [str(HERE), str(HERE.parent / "python")]
 
 from mutated_files import mutated_file  # noqa: E402
 from mutations import mutated_input, mutated_record  # noqa: E402
+from options import asked  # noqa: E402
 
 PYTHON_PROBE = [sys.executable, str(HERE / "probe.py")]
 TIME_LIMIT = float(os.environ.get("FUZZ_TIME_LIMIT", "5"))  # s of a processor for one file
@@ -176,14 +178,7 @@ def ask_about(probe: Probe, kind: str, file: Path, tally: Tally, limit: float = 
     return wrong
 
 
-def fuzz(
-    command,
-    kind: str,
-    seeds,
-    keep: Path | None = None,
-    limit: float = TIME_LIMIT,
-    limit_memory=True,
-) -> Tally:
+def fuzz(command, kind, seeds, keep=None, limit=TIME_LIMIT, limit_memory=True) -> Tally:
     """Files of these seeds, each made, put to the probe, and kept if the answer is wrong."""
     tally = Tally()
     with tempfile.TemporaryDirectory() as folder, Probe(command, limit_memory) as probe:
@@ -204,23 +199,15 @@ def fuzz(
 
 def main() -> int:
     """The long mode."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--inputs", type=int, default=10_000)
-    parser.add_argument("--records", type=int, default=2_000)
-    parser.add_argument("--files", type=int, default=1_000, help="of each of " + ", ".join(FILES))
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--probe")
-    parser.add_argument("--keep", type=Path, default=Path("fuzz_failures"))
-    parser.add_argument("--time-limit", type=float, default=TIME_LIMIT)
-    parser.add_argument("--any-memory", action="store_true", help="for address-sanitized probes")
-    wanted = parser.parse_args()
+    wanted = asked(__doc__, inputs=10_000, records=2_000, files=1_000, seed=0, probe=str,
+                   keep=Path("fuzz_failures"), time_limit=TIME_LIMIT, any_memory=False)  # fmt: skip
     command = [wanted.probe] if wanted.probe else PYTHON_PROBE
     failed = 0
     kinds = {"input": wanted.inputs, "record": wanted.records} | dict.fromkeys(FILES, wanted.files)
     for kind, count in kinds.items():
         seeds = range(wanted.seed, wanted.seed + count)
-        asked = PYTHON_PROBE if kind in FILES else command
-        tally = fuzz(asked, kind, seeds, wanted.keep, wanted.time_limit, not wanted.any_memory)
+        own = PYTHON_PROBE if kind in FILES else command
+        tally = fuzz(own, kind, seeds, wanted.keep, wanted.time_limit, not wanted.any_memory)
         print(f"{count} {kind}s: {tally}", flush=True)
         failed += len(tally.failures)
     return min(failed, 1)

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Give runs less memory than they need, step by step: each must end, or say what it needs.
 
-usage: python tests/robustness/memory_limits.py [--from MIB] [--to MIB] [--step MIB]
+usage: python tests/robustness/memory_limits.py [--least MIB] [--most MIB] [--step MIB]
        [--solvers NAME …] [--cores NAME …] [--blocks N] [--program PROGRAM]
 
 A limit on the addresses of a process (ulimit -v) grows from one run of a wall to the next.  A run
@@ -12,7 +12,6 @@ a compiler or a library is printed, and the status is then 1.  --cores names pro
 kernels OpenBLAS shall take (OPENBLAS_CORETYPE): without AVX-512 all its products need a buffer.
 """
 
-import argparse
 import collections
 import os
 import resource
@@ -26,9 +25,10 @@ sys.path[:0] = [str(HERE), str(HERE.parent / "python")]
 
 from environment import executable  # noqa: E402
 from model_text import DRY, ROCK, group, namelist  # noqa: E402
+from options import asked  # noqa: E402
 
 MEBI = 2**20
-SOLVERS = ("direct", "lagged", "jacobi")
+SOLVERS = ["direct", "lagged", "jacobi"]
 # Threads reserve addresses of their own, by chance more or fewer.
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 PROCESSOR_TIME = 60  # s; a run takes less than one
@@ -103,17 +103,10 @@ def is_sound(outcomes: list[str]) -> bool:
 
 def main() -> int:
     """Go through solvers and processors, and print what is wrong."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--from", dest="first", type=int, default=100, metavar="MIB")
-    parser.add_argument("--to", type=int, default=360, metavar="MIB")
-    parser.add_argument("--step", type=int, default=1, metavar="MIB")
-    parser.add_argument("--solvers", nargs="+", default=SOLVERS, choices=SOLVERS)
-    parser.add_argument("--cores", nargs="+", default=["Haswell", "SkylakeX"])
-    parser.add_argument("--blocks", type=int, default=2500)
-    parser.add_argument("--program", default=None)
-    options = parser.parse_args()
+    options = asked(__doc__, least=100, most=360, step=1, solvers=SOLVERS,
+                    cores=["Haswell", "SkylakeX"], blocks=2500, program=str)  # fmt: skip
     program = Path(options.program or executable("sitedda-native")).resolve()
-    limits = [mib * MEBI for mib in range(options.first, options.to + 1, options.step)]
+    limits = [mib * MEBI for mib in range(options.least, options.most + 1, options.step)]
     failed = False
     with tempfile.TemporaryDirectory() as folder:
         for core in options.cores:

@@ -2,18 +2,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Change the engine in one place at a time and see whether the tests notice.
 
-usage: python tests/robustness/mutants.py FOLDER [--seed N] [--mutants N] [--limit SECONDS] [--list]
+usage: python tests/robustness/mutants.py FOLDER [--seed N] [--mutants N] [--first I]
+       [--limit SECONDS] [--list]
 
 A mutant is the engine with one named constant or one number of a formula doubled or halved, or one
 sign or factor of a formula turned round: a third of each, drawn among all places of fortran/ but
 those of `EXCLUDED`.  Each is built in FOLDER (a copy of the tree, kept, so that only what depends
 on the changed file is compiled), then tested by the Fortran suites and by the Python tests, those
 first that speak of what the file is about, until one fails or LIMIT seconds of testing have passed
-(--limit 0: all of them).  What killed mutants runs on the unchanged engine at the end: a test that
-fails there, too, has killed nothing.  Ends with status 1 below `LEAST` of them killed.
+(--limit 0: all; --first: where to go on; --list builds nothing).  What killed mutants runs on the
+unchanged engine at the end: a test that fails there, too, has killed nothing.  Ends with status 1
+below `LEAST` of them killed.
 """
 
-import argparse
 import math
 import os
 import random
@@ -27,6 +28,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
+
+from options import asked
 
 ROOT = Path(__file__).resolve().parents[2]
 LEAST = 35 / 40  # of the mutants, killed
@@ -269,14 +272,8 @@ def unchanged_fails(engine: Engine, killers: set[str]) -> set[str]:
 
 def main() -> int:
     """Draw, build, test, count."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("--seed", type=int, default=random.randrange(10**6))
-    parser.add_argument("--mutants", type=int, default=40)
-    parser.add_argument("--first", type=int, default=0, help="of them, where to go on")
-    parser.add_argument("--limit", type=float, default=300.0, help="seconds; 0: all tests")
-    parser.add_argument("--list", action="store_true", help="the mutants, without building them")
-    options = parser.parse_args()
+    options = asked(__doc__, "folder", seed=random.randrange(10**6), mutants=40, first=0,
+                    limit=300.0, list=False)  # fmt: skip
     mutants, left_out = draw(options.seed, options.mutants)
     print(f"seed {options.seed}, {len(mutants)} mutants; places left out:")
     for why, count in left_out.items():
