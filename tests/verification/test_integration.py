@@ -4,17 +4,14 @@
 Their energy and transfer functions, their peaks, and the DDA member are validation cases.
 """
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from model_text import tower
 
 import sitedda
 from sitedda.response import amplifications
-from sitedda_evidence.validation.integration import soil_column_text
+from sitedda_evidence.validation.integration import base_and_record, soil_column_text
 
-INPUTS = Path(__file__).parents[2] / "inputs"
 LISTENED = 45.0  # s: ten after the end of the record, when all has died out
 
 # --- Supports -------------------------------------------------------------------------------------
@@ -28,23 +25,8 @@ def soil(request, tmp_path_factory):
     return file, sitedda.run(file).history
 
 
-def averaged_record(time: np.ndarray) -> np.ndarray:
-    """Acceleration of the base (m/s²) averaged over the steps that end at these times."""
-    record = sitedda.read_record(
-        INPUTS / "records" / "LomaPrieta1989_USGS1002_APEEL2_133.smc", format="smc", unit="cm/s2"
-    )
-    velocity = np.interp(time, record.time.values, record.velocity.values, right=0.0)
-    return np.diff(velocity) / np.diff(time)
-
-
 def test_the_base_follows_the_record_and_rests_after_it(soil):
-    _, history = soil
-    time = history.time.values
-    base = history.acceleration.sel(point="base").isel(axis=0).values[1:]
-    record = averaged_record(time)
-    after = time[1:] > 36.5  # s, the record has ended
-    rest = np.sqrt(np.mean(base[after] ** 2)) / abs(base).max()
-    print(f"base {abs(base).max():.4f}, record {abs(record).max():.4f} m/s², after it {rest:.1e}")
+    base, record, rest = base_and_record(soil[1])
     assert abs(base).max() == pytest.approx(abs(record).max(), rel=0.03)
     assert rest < 1e-6
 

@@ -123,11 +123,23 @@ class Outcome:
     pictures: list[Picture] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
+    def compare(self, *values) -> None:
+        """Add a value of a publication, see `Compared`."""
+        self.compared.append(Compared(*values))
 
-def picture(name: str, caption: str, draw_on: Callable[[Figure], None]) -> Picture:
-    """Return a picture from a function that draws on an empty figure."""
+    def require(self, *values) -> None:
+        """Add a row that must be true, see `reached`."""
+        self.rows.append(reached(*values))
+
+    def tabulate(self, *values) -> None:
+        """Add a table, see `Table`."""
+        self.tables.append(Table(*values))
+
+
+def picture(name: str, caption: str, draw_on: Callable[..., None], *values) -> Picture:
+    """Return a picture from a function that draws values on an empty figure."""
     figure = Figure()
-    draw_on(figure)
+    draw_on(figure, *values)
     return Picture(figure, caption, name)
 
 
@@ -309,3 +321,9 @@ def observed_order(steps: Sequence[float], errors: Sequence[float]) -> list[floa
         ratio = math.log(errors[i] / errors[i - 1]) if both else math.nan
         orders.append(ratio / math.log(steps[i] / steps[i - 1]))
     return orders
+
+
+def convergence(title: str, head: str, steps: Sequence[float], errors: Sequence[float]) -> Table:
+    """Return a table of errors by step, with their orders."""
+    rows = zip(steps, errors, observed_order(steps, errors), strict=True)
+    return Table(title, (head, "error", "order"), list(rows))

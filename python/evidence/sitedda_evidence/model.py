@@ -14,6 +14,7 @@ from sitedda.facade.run import run
 from sitedda.input.groups import group_text
 
 GRAVITY = 9.81  # m/s²
+STORED = ("kinetic", "strain", "contact", "support", "gravity")
 STIFF = 1e15  # Pa, modulus of a practically rigid base
 
 
@@ -37,16 +38,11 @@ def contact(normal_stiffness: float, **more) -> str:
     return group("contact", normal_stiffness=normal_stiffness, **more)
 
 
-def material(name, density, young_modulus, poisson_ratio=0.0, velocity=None) -> str:
+def material(name, density, young_modulus, poisson_ratio=0.0, velocity=None, **more) -> str:
     """``&material``: kg/m³, Pa, and velocity at the start (m/s, m/s, rad/s)."""
-    return group(
-        "material",
-        name=name,
-        density=density,
-        young_modulus=young_modulus,
-        poisson_ratio=poisson_ratio,
-        initial_velocity=velocity,
-    )
+    own = {"name": name, "density": density, "young_modulus": young_modulus}
+    own |= {"poisson_ratio": poisson_ratio, "initial_velocity": velocity}
+    return group("material", **own, **more)
 
 
 def joint(name: str, friction_angle: float, **more) -> str:
@@ -73,14 +69,8 @@ def measured(name: str, point, block: str = "") -> str:
 
 def motion(name: str, values, time_step: float, quantity="acceleration", drift_order=0) -> str:
     """``&motion`` from samples in SI units."""
-    return group(
-        "motion",
-        name=name,
-        quantity=quantity,
-        time_step=time_step,
-        drift_order=drift_order,
-        values=values,
-    )
+    more = {"time_step": time_step, "drift_order": drift_order, "values": values}
+    return group("motion", name=name, quantity=quantity, **more)
 
 
 def rectangle(left: float, bottom: float, width: float, height: float) -> np.ndarray:
@@ -96,21 +86,30 @@ def turned(points, angle: float, about=(0.0, 0.0)) -> np.ndarray:
 
 
 @contextmanager
-def simulation(text: str) -> Iterator[Simulation]:
-    """Return a simulation of an input text, which the caller advances."""
+def written(text: str) -> Iterator[Path]:
+    """Return the file of an input text in a temporary folder."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "case.nml"
         file.write_text(text)
-        with Simulation(file) as opened:
-            yield opened
+        yield file
+
+
+@contextmanager
+def simulation(text: str) -> Iterator[Simulation]:
+    """Return a simulation of an input text, which the caller advances."""
+    with written(text) as file, Simulation(file) as opened:
+        yield opened
 
 
 def history(text: str) -> xr.Dataset:
     """Run an input text to its end and return its output."""
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "case.nml"
-        file.write_text(text)
+    with written(text) as file:
         return run(file).history
+
+
+def gained(energies: dict[str, float]) -> float:
+    """Return the stored energy above that at the start, J/m."""
+    return sum(energies[kind] for kind in STORED) - energies["initial"]
 
 
 def residual(data: xr.Dataset) -> float:

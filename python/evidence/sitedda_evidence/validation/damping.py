@@ -1,9 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Damping of materials: free decay, and a layered site beside SHAKE's complex modulus."""
 
-import tempfile
-from pathlib import Path
-
 import numpy as np
 
 from sitedda.engine.checking import transfer
@@ -15,7 +12,8 @@ from sitedda.site.column import Column, Layer
 
 from .. import model as nml
 from ..case import Outcome, Row, absolute, at_most, case, relative
-from .integration import PENALTY, ROCK, WIDTH, column_text, recorded
+from .integration import ROCK, column_text
+from .sliding import recorded
 
 DENSITY = 2000.0  # kg/m³
 REFERENCE = 14.2  # Hz
@@ -87,9 +85,7 @@ def _free_swing(frequency: float, damping: dict) -> tuple[np.ndarray, np.ndarray
     text = nml.text(
         nml.control(step, steps, gravity=(0, 0), integration="midpoint"),
         nml.contact(40 * shear),
-        nml.group(
-            "material", density=DENSITY, young_modulus=2 * shear, poisson_ratio=0.0, **damping
-        ),
+        nml.material("soil", DENSITY, 2 * shear, **damping),
         nml.joint("none", 30.0),
         nml.block("square", nml.rectangle(0, 0, 1, 1)),
     )
@@ -168,24 +164,12 @@ def material_damping(short: bool) -> Outcome:
     return Outcome(rows, figure)
 
 
-def _with_damping(text: str, ratio: float) -> str:
-    """Return an input text whose material has a constant damping ratio."""
-    return _with_body(text, damping_ratio=ratio, reference_frequency=REFERENCE)
-
-
-def _with_body(text: str, **variables: float) -> str:
-    """An input text whose material has further variables."""
-    body = "".join(f"{name} = {value}\n   " for name, value in variables.items())
-    return text.replace("name = 'rock'", f"{body}name = 'rock'", 1)
-
-
 def _peaks(ratio: float, step: float):
     """Return peaks by `transfer` and time stepping, remaining energy, and stepped curve."""
-    text = column_text(15, ROCK, (step, round(60 / step)), recorded(), integration="midpoint")
-    text = text.replace(nml.contact(PENALTY * ROCK[1]), nml.contact(1.5e12))  # that of Table I
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "case.nml"
-        file.write_text(_with_damping(text, ratio))
+    body = {"damping_ratio": ratio, "reference_frequency": REFERENCE}
+    text = column_text(15, ROCK, (step, round(60 / step)), recorded("shaking"), body=body,
+                       penalty=1.5e12, integration="midpoint")  # of Table I  # fmt: skip
+    with nml.written(text) as file:
         fine = np.linspace(13.5, 14.5, 10001)
         curve = abs(transfer(file, fine))
         history = run(file).history
@@ -226,14 +210,7 @@ def _uniform_column(damping, **options) -> Column:
 def _stiff_stack(layers: int, **body: float):
     """Transfer function of Table I's rock in so many layers with stiff joints, at `FREQUENCIES`."""
     still = nml.motion("shaking", np.zeros(3), 1.0)
-    text = column_text(15, ROCK, (1e-4, 10), still, integration="midpoint")
-    old = nml.group("layers", name="layer", width=WIDTH, thickness=1.0, count=15)
-    new = nml.group("layers", name="layer", width=WIDTH, thickness=HEIGHT / layers, count=layers)
-    young = ROCK[1]
-    text = text.replace(old, new).replace(
-        nml.contact(PENALTY * young), nml.contact(STIFF_JOINTS * young)
-    )
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "case.nml"
-        file.write_text(_with_body(text, **body))
+    text = column_text(layers, ROCK, (1e-4, 10), still, HEIGHT, STIFF_JOINTS * ROCK[1], body,
+                       integration="midpoint")  # fmt: skip
+    with nml.written(text) as file:
         return transfer(file, FREQUENCIES)

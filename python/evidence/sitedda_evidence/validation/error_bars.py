@@ -2,13 +2,12 @@
 """Error bars of a run that contain the exact values."""
 
 import math
-import tempfile
-from pathlib import Path
 
 from sitedda.report.style import canvas
 from sitedda.study.error_bars import accuracy
 
 from ..case import Outcome, absolute, at_most, case
+from ..model import written
 
 G = 9.81
 FRICTION = 20.0  # degrees
@@ -47,10 +46,8 @@ def slip() -> float:
 )
 def error_bars(short: bool) -> Outcome:
     """Check that the slip lies within an error bar of less than 5 %."""
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "slide.nml"
-        file.write_text(SLIDE)
-        found = accuracy(file, folder=Path(folder) / "runs")
+    with written(SLIDE) as file:
+        found = accuracy(file, folder=file.parent / "runs")
     rows, (figure, (axis,)) = [], canvas(1, size=(5.0, 3.0))
     for name in ("largest_slip_m", "residual_displacement_m"):
         got, bar = found[name].finest, found[name].bar

@@ -3,6 +3,7 @@
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from shapely import Polygon
 
 from sitedda.report.style import (
     BLUE,
@@ -18,7 +19,7 @@ from sitedda.report.style import (
 )
 
 from .. import model as nml
-from ..case import Outcome, Table, at_most, case, observed_order, relative
+from ..case import Outcome, Table, at_most, case, convergence, observed_order, relative
 
 DENSITY = 2500.0  # kg/m³
 
@@ -84,16 +85,14 @@ def _dropped_block(time_step: float, stiffness: float):
         nml.held("floor", nml.rectangle(-2, -1, 4, 1), "stiff"),
         nml.block("block", body, "stiff"),
     )
-    kinds = ("kinetic", "strain", "contact", "support", "gravity")
     time, height, total = [0.0], [1.0], [0.0]
     with nml.simulation(text) as fall:
         while not fall.done:
             fall.advance()
-            energies = fall.energies
             time.append(fall.time)
             height.append(fall.coordinates[1, 1] - 0.5)
-            total.append(sum(energies[kind] for kind in kinds) - energies["initial"])
-        audit = abs(energies["balance"]) / (DENSITY * nml.GRAVITY)
+            total.append(nml.gained(fall.energies))
+        audit = abs(fall.energies["balance"]) / (DENSITY * nml.GRAVITY)
     return np.array(time), np.array(height), np.array(total), audit
 
 
@@ -109,24 +108,16 @@ def _bounce_table(steps, table) -> Table:
 
 def _draw_bounce(runs, table):
     figure, (left, right) = canvas()
-    for (dt, (time, height, *_)), color in zip(
-        runs.items(), "0.8 0.65 0.5 0.3 b".split(), strict=False
-    ):
-        left.plot(
-            time, height, color=BLUE if color == "b" else color, lw=1, label=f"{1e3 * dt:g} ms"
-        )
+    colors = ("0.8", "0.65", "0.5", "0.3", BLUE)
+    for (dt, (time, height, *_)), color in zip(runs.items(), colors, strict=False):
+        left.plot(time, height, color=color, lw=1, label=f"{1e3 * dt:g} ms")
     left.set(xlabel="time (s)", ylabel="gap under the block (m)", title="Dropped from 1 m")
     left.legend(frameon=False, title="Δt")
     steps, loss = [line[0] for line in table], [line[-1] for line in table]
     fine = np.geomspace(min(steps) / 2, max(steps) * 1.5)
     omega = table[0][1] / table[0][0]
-    right.loglog(
-        fine,
-        [1 - _restitution(omega * dt) ** 2 for dt in fine],
-        color=INK,
-        lw=1,
-        label="closed form",
-    )
+    theory = [1 - _restitution(omega * dt) ** 2 for dt in fine]
+    right.loglog(fine, theory, color=INK, lw=1, label="closed form")
     right.loglog(steps, loss, "o", color=BLUE, label="engine")
     right.set(xlabel="Δt (s)", ylabel="height lost at the first bounce (m)")
     return figure
@@ -163,11 +154,6 @@ def _run_spinners():
     return {"rectangle": nml.rectangle(0, 0, 2, 1), "L": ell}
 
 
-def _area_of(polygon) -> float:
-    x, y = polygon.T
-    return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
-
-
 def _edge_lengths(polygon) -> np.ndarray:
     return np.linalg.norm(np.roll(polygon, -1, axis=0) - polygon, axis=1)
 
@@ -175,13 +161,9 @@ def _edge_lengths(polygon) -> np.ndarray:
 def _spin(shape, turns: int, steps_per_turn: int) -> dict:
     """Spin a body of E = 10 GPa at one turn a second while it flies away at 1 m/s."""
     rate = 2 * np.pi
+    step, steps = 1 / steps_per_turn, turns * steps_per_turn
     text = nml.text(
-        nml.control(
-            1 / steps_per_turn,
-            turns * steps_per_turn,
-            gravity=(0, 0),
-            max_displacement_ratio=1.0,
-        ),
+        nml.control(step, steps, gravity=(0, 0), max_displacement_ratio=1.0),
         nml.contact(1e10),
         nml.material("rock", DENSITY, 1e10, 0.2, velocity=(1.0, 0.5, rate)),
         nml.joint("j", 30.0),
@@ -189,29 +171,18 @@ def _spin(shape, turns: int, steps_per_turn: int) -> dict:
     )
     with nml.simulation(text) as flight:
         start = flight.polygons[0]
-        area, edges = _area_of(start), _edge_lengths(start)
+        area, edges = Polygon(start).area, _edge_lengths(start)
         path, changes = [start], []
         for _ in range(4 * turns):
             flight.advance(steps_per_turn // 4)
             now = flight.polygons[0]
             path.append(now)
-            changes.append(
-                (
-                    abs(_area_of(now) / area - 1),
-                    np.abs(_edge_lengths(now) / edges - 1).max(),
-                    abs(flight.rates[0, 2] / rate - 1),
-                )
-            )
-        angle = flight.coordinates[0, 2]
-    worst = np.max(changes, axis=0)
-    return {
-        "turns": angle / (2 * np.pi),
-        "area": worst[0],
-        "edge": worst[1],
-        "momentum": worst[2],
-        "path": path,
-        "changes": np.array(changes),
-    }
+            ratios = (Polygon(now).area / area, _edge_lengths(now) / edges,
+                      flight.rates[0, 2] / rate)  # fmt: skip
+            changes.append([np.abs(ratio - 1).max() for ratio in ratios])
+        turned = flight.coordinates[0, 2] / (2 * np.pi)
+    worst = dict(zip(("area", "edge", "momentum"), np.max(changes, axis=0), strict=True))
+    return worst | {"turns": turned, "path": path, "changes": np.array(changes)}
 
 
 def _draw_spin(pictures):
@@ -219,9 +190,8 @@ def _draw_spin(pictures):
     for i, (name, found) in enumerate(pictures):
         color = COLORS[i % len(COLORS)]
         turns = 0.25 * np.arange(1, len(found["changes"]) + 1)
-        right.semilogy(
-            turns, np.maximum.accumulate(found["changes"][:, 0]), color=color, lw=0.8, label=name
-        )
+        worst = np.maximum.accumulate(found["changes"][:, 0])
+        right.semilogy(turns, worst, color=color, lw=0.8, label=name)
         if i % 2 == 0 or len(pictures) == 2:
             shift = [0.0, -3.5 * (i > 0)]
             draw_blocks(left, [p + shift for p in found["path"][:9]], color, alpha=0.35)
@@ -229,9 +199,8 @@ def _draw_spin(pictures):
     left.set_title("the first two turns, by quarters", fontsize=10)
     bare(left)
     right.axhline(1e-10, color=RED, lw=1, ls="--", label="allowed")
-    right.set(
-        xlabel="turns", ylabel="largest relative change of the area so far", ylim=(1e-17, 1e-9)
-    )
+    words = "largest relative change of the area so far"
+    right.set(xlabel="turns", ylabel=words, ylim=(1e-17, 1e-9))
     right.legend(frameon=False, fontsize=8, title="steps a turn", loc="lower right")
     return figure
 
@@ -265,20 +234,10 @@ def edge(short: bool) -> Outcome:
         at_most("audit", run["audit"], 1e-6),
         at_most("energy above the start, of m g drop", run["gain"], 1e-6),
     ]
-    tables = []
-    if not short:
-        errors = [
-            abs(np.interp(landing, r["time"], r["angle"]) / truth["angle"][-1] - 1)
-            for r in runs.values()
-        ]
-        tables.append(
-            Table(
-                "Relative error of the angle at landing by Δt.",
-                ("Δt (s)", "error", "order"),
-                list(zip(steps, errors, observed_order(steps, errors), strict=True)),
-            )
-        )
-    return Outcome(rows, _draw_edge(run, truth), tables)
+    ends = [np.interp(landing, one["time"], one["angle"]) for one in runs.values()]
+    errors = [abs(end / truth["angle"][-1] - 1) for end in ends]
+    table = convergence("Relative error of the angle at landing by Δt.", "Δt (s)", steps, errors)
+    return Outcome(rows, _draw_edge(run, truth), [] if short else [table])
 
 
 WIDTH, HEIGHT, SPEED, TABLE = 1.0, 0.4, 2.0, 2.0  # m, m, m/s, m
@@ -298,28 +257,16 @@ def _slide_off(time_step: float) -> dict:
         nml.held("floor", nml.rectangle(-3, -0.5, 9, 0.5), "stiff", "rough"),
         nml.block("block", body, "moving", "rough"),
     )
-    kinds = ("kinetic", "strain", "contact", "support", "gravity")
-    found: dict = {
-        key: [] for key in ("time", "x", "y", "angle", "polygon", "low", "total", "kinetic")
-    }
+    keys = ("time", "x", "y", "angle", "polygon", "low", "total", "kinetic")
+    found: dict = {key: [] for key in keys}
     with nml.simulation(text) as flight:
         while not flight.done:
             flight.advance()
             energies, polygon = flight.energies, flight.polygons[2]
-            x, y, angle = flight.coordinates[2, :3]
-            values = (
-                flight.time,
-                x,
-                y,
-                angle,
-                polygon,
-                polygon[:, 1].min(),
-                sum(energies[kind] for kind in kinds) - energies["initial"],
-                energies["kinetic"],
-            )
-            for key, value in zip(found, values, strict=True):
+            values = (flight.time, *flight.coordinates[2, :3], polygon, polygon[:, 1].min(),
+                      nml.gained(energies), energies["kinetic"])  # fmt: skip
+            for key, value in zip(keys, values, strict=True):
                 found[key].append(value)
-        energies = flight.energies
     low, kinetic = np.array(found["low"]), np.array(found["kinetic"])
     touch = int(np.argmax(low < 0.0))
     part = low[touch - 1] / (low[touch - 1] - low[touch])
@@ -365,9 +312,8 @@ def _tipping_block() -> dict:
         return min(0.5 * WIDTH - z[0], force(t, z))
 
     off.terminal, off.direction = True, -1
-    tip = solve_ivp(
-        rates, (0, 2), [0, 0, SPEED, 0], events=off, rtol=1e-11, atol=1e-12, max_step=1e-3
-    )
+    exact = {"rtol": 1e-11, "atol": 1e-12, "max_step": 1e-3}
+    tip = solve_ivp(rates, (0, 2), [0, 0, SPEED, 0], events=off, **exact)
     s, angle, ds, turn = tip.y
     t, n = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
     place = s * t + half * n + np.array([[0.0], [TABLE]])

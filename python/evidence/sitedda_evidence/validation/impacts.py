@@ -9,6 +9,7 @@ from sitedda.report.style import BLUE, COLORS, INK, canvas
 
 from .. import model as nml
 from ..case import Outcome, Table, at_most, case, true
+from .rocking import tower_text, zero_times
 
 DENSITY = 2500.0  # kg/m³
 STORED = ("kinetic", "strain", "contact", "support")
@@ -27,15 +28,14 @@ def restitution(short: bool) -> Outcome:
     count, omegas = (2, (0.05, 2.0, 300.0)) if short else (40, (0.05, 0.3, 2.0, 20.0, 300.0))
     rows, figure = [], canvas(1, size=(7, 4))
     for i, asked in enumerate((0.0, 0.2, 0.5, 0.8)):
-        runs = [
+        got = np.array([
             (omega, *_run_bounce(omega, asked, random.random(), stiff))
             for omega in omegas
             for stiff in random.integers(0, 2, count)
-        ]
-        got = np.array(runs)
+        ])  # fmt: skip
         error, growth, audit = abs(got[:, 1] - asked).max(), got[:, 2].max(), got[:, 3].max()
         rows += [
-            at_most(f"e = {asked:g}, {len(runs)} bounces: largest error", error, 0.02),
+            at_most(f"e = {asked:g}, {len(got)} bounces: largest error", error, 0.02),
             at_most(f"e = {asked:g}: largest energy over the first, less 1", growth, 1e-9),
             at_most(f"e = {asked:g}: audit", audit, 1e-6),
         ]
@@ -86,8 +86,7 @@ def rocking_times(short: bool) -> Outcome:
     for penalty in penalties:
         for time_step in steps:
             time, angle, audit = _run_rock(penalty, time_step)
-            at = np.flatnonzero(angle[1:] * angle[:-1] < 0)
-            times = (time[at] - angle[at] * time_step / (angle[at + 1] - angle[at]))[:4]
+            times = np.array(zero_times(time, angle)[:4])
             error = abs(times / theory - 1).max() if len(times) == 4 else np.inf
             name = f"k_n {penalty:g} N/m, Δt {1e3 * time_step:g} ms"
             rows.append(at_most(f"{name}: largest error of four impact times", error, 0.02))
@@ -98,15 +97,13 @@ def rocking_times(short: bool) -> Outcome:
         axes.axvline(t, color=INK, lw=0.8, ls="--")
     axes.set(xlabel="time (s)", ylabel="angle (rad)", title="dashed: Housner's impacts")
     if not short:
-        times = _run_rock(1e10, 5e-4, scale=2.0)
-        at = np.flatnonzero(times[1][1:] * times[1][:-1] < 0)[:4]
-        error = abs(times[0][at] / (np.sqrt(2) * theory) - 1).max()
+        times = np.array(zero_times(*_run_rock(1e10, 5e-4, scale=2.0)[:2])[:4])
+        error = abs(times / (np.sqrt(2) * theory) - 1).max()
         rows.append(at_most("twice the size: largest error of four impact times", error, 0.02))
     for ratio, pulse in ((3.0, 0.107748),) if short else ((1.5, 0.290795), (3.0, 0.107748)):
         for share, falls in ((0.98, False), (1.02, True)):
-            _, angle, _ = _run_rock(
-                1e10, 5e-4, duration=2.5, angle=0.0, pulse=(ratio, share * pulse)
-            )
+            pushed = {"duration": 2.5, "angle": 0.0, "pulse": (ratio, share * pulse)}
+            _, angle, _ = _run_rock(1e10, 5e-4, **pushed)
             fell = bool(abs(angle).max() > 1.0)
             rows.append(true(f"a/(g tan α) {ratio:g}, {share:g} of the pulse: falls", falls, fell))
     head = ("k_n (N/m)", "Δt (s)", "first (s)", "second", "third", "fourth")
@@ -119,28 +116,9 @@ def _run_rock(penalty, time_step, duration=1.9, angle=None, pulse=None, scale=1.
     slender = np.arctan2(width, height)
     angle = 0.5 * slender if angle is None else angle
     duration *= np.sqrt(scale)
-    body = nml.rectangle(-0.5 * width, 0.0, width, height)
-    shaking = ""
-    if angle:
-        body = nml.turned(body, -angle, (0.5 * width, 0.0))
-    if pulse:
-        samples = np.arange(0.0, duration, 0.25 * time_step) < pulse[1]
-        shaking = pulse[0] * nml.GRAVITY * np.tan(slender) * samples[: int(4 * 0.4 / time_step)]
-        shaking = nml.motion("shaking", shaking, 0.25 * time_step)
-    text = nml.text(
-        nml.control(
-            time_step,
-            round(duration / time_step),
-            base_motion_x="shaking" if pulse else None,
-            max_displacement_ratio=0.02,
-        ),
-        nml.contact(penalty),
-        nml.material("stiff", DENSITY, 1e12),
-        nml.joint("rough", 75.0, restitution=0.0),
-        shaking,
-        nml.held("base", nml.rectangle(-3, -0.5, 6, 0.5), "stiff"),
-        nml.block("tower", body, "stiff"),
-    )
+    push = pulse and (lambda t: pulse[0] * nml.GRAVITY * np.tan(slender) * (t < pulse[1]))
+    text = tower_text(time_step, duration, angle, push, penalty, 0.25 * time_step, (width, height),
+                      1e12, 0.0, max_displacement_ratio=0.02)  # fmt: skip
     time, turn = [0.0], [angle]
     with nml.simulation(text) as tower:
         while not tower.done and abs(turn[-1]) < 1.2:

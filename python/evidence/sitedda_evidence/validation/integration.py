@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Members of the time integration: energy, transfer functions, and supports that do not ring."""
 
-import tempfile
-from pathlib import Path
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -17,8 +16,8 @@ from .. import model as nml
 from ..case import Outcome, Table, absolute, at_most, case, relative
 from .packing import pile_text
 from .rocking import SLENDER, tower_text
-from .settlement import PENALTIES, STORED, TIME_STEPS, wall_text
-from .sliding import record_file
+from .settlement import PENALTIES, TIME_STEPS, wall_text
+from .sliding import record_file, recorded
 
 OTHERS = ("midpoint", "theta", "backward_euler")  # besides the DDA member
 ROCK = (2643.0, 4.788e9, 0.25)  # kg/m³, Pa: table I of the paper
@@ -30,8 +29,8 @@ WIDTH = 15.0  # m, of the layers
 # ---------------------------------------------------------------- layered columns
 
 
-def column_text(layers: int, rock, steps, shaking: str, **more) -> str:
-    """Layers of 1 m on a base block that follows a motion "shaking" in x.
+def column_text(layers, rock, steps, shaking, height=None, penalty=None, body=None, **more) -> str:
+    """Layers on a base block that follows a motion "shaking" in x.
 
     Parameters
     ----------
@@ -42,33 +41,28 @@ def column_text(layers: int, rock, steps, shaking: str, **more) -> str:
         Time step (s) and number of steps.
     shaking : str
         The group ``&motion``.
+    height : float, optional
+        Of all layers, m; by default each has 1 m.
+    penalty : float, optional
+        N/m; by default `PENALTY` times Young's modulus.
+    body : dict, optional
+        Other variables of ``&material``.
     **more
         Other variables of ``&control``.
     """
     points = [(x, y) for y in (-0.25, -0.75) for x in (2.5, 12.5)]
+    height = float(height or layers)
     return nml.text(
         nml.control(*steps, gravity=(0, 0), **more),
-        nml.contact(PENALTY * rock[1]),
-        nml.material("rock", *rock),
+        nml.contact(penalty or PENALTY * rock[1]),
+        nml.material("rock", *rock, **(body or {})),
         nml.joint("glued", 50.0, **GLUE),
         shaking,
         nml.held("base", nml.rectangle(0, -1, WIDTH, 1), points=points, motion_x="shaking"),
-        nml.group("layers", name="layer", width=WIDTH, thickness=1.0, count=layers),
+        nml.group("layers", name="layer", width=WIDTH, thickness=height / layers, count=layers),
         nml.measured("base", (WIDTH / 2, -0.5), "base"),
-        nml.measured("surface", (WIDTH / 2, float(layers))),
+        nml.measured("surface", (WIDTH / 2, height)),
         nml.group("amplification", surface="surface", base="base", lowest=1.0, highest=25.0),
-    )
-
-
-def recorded() -> str:
-    """The group ``&motion`` of the shipped record."""
-    return nml.group(
-        "motion",
-        name="shaking",
-        file=str(record_file()),
-        format="smc",
-        quantity="acceleration",
-        unit="cm/s2",
     )
 
 
@@ -77,15 +71,7 @@ def soil_column_text(time_step: float, duration: float, **more) -> str:
     density, speed, poisson = 1900.0, 350.0, 0.3
     young = 2 * (1 + poisson) * density * speed**2
     steps = (time_step, round(duration / time_step))
-    return column_text(30, (density, young, poisson), steps, recorded(), **more)
-
-
-def _run_text(text: str, ask=None):
-    """Return the history of an input text, and the result of a function of its file."""
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "case.nml"
-        file.write_text(text)
-        return run(file).history, ask(file) if ask else None
+    return column_text(30, (density, young, poisson), steps, recorded("shaking"), **more)
 
 
 def _accelerations(history) -> tuple[np.ndarray, np.ndarray]:
@@ -110,63 +96,52 @@ def supports(short: bool) -> Outcome:
     """Table I's layers and 30 m of soil under a record, at steps far beyond 4/ω of the supports."""
     duration = 45.0  # s, ten after the end of the record
     site = (2.29e-3, 4e-3, 5e-3, 7e-3, 10e-3)  # 1 ms: the paper's layers
-    texts = {
-        f"table I, Δt {1e3 * dt:g} ms": column_text(
-            15, ROCK, (dt, round(duration / dt)), recorded()
-        )
-        for dt in site
-    }
+    texts = {f"table I, Δt {1e3 * dt:g} ms":
+             column_text(15, ROCK, (dt, round(duration / dt)), recorded("shaking"))
+             for dt in site}  # fmt: skip
     texts["soil, Δt 10 ms"] = soil_column_text(10e-3, duration)
     rows, drawn = [], {}
     for name, text in texts.items():
-        (history, curve), found = _with_transfer(text)
+        history, curve, found = with_transfer(text)
+        base, record, rest = base_and_record(history)
+        driven, moved = abs(record).max(), abs(base).max()
         rows += [
             relative(f"{name}: peak of the amplification", curve[1], found.amplitude, 1e-4),
             absolute(f"{name}: its frequency", curve[0], found.frequency, 2e-3, "Hz"),
-        ]
-        base, record, after = _base_and_record(history)
-        rest = np.sqrt(np.mean(base[after] ** 2)) / abs(base).max()
-        rows += [
-            relative(
-                f"{name}: peak acceleration of the base",
-                abs(record).max(),
-                abs(base).max(),
-                0.03,
-                "m/s²",
-            ),
+            relative(f"{name}: peak acceleration of the base", driven, moved, 0.03, "m/s²"),
             at_most(f"{name}: rms of the base after the record, of its peak", rest, 1e-6),
         ]
         drawn[name] = history.time.values[1:], base, record
     return Outcome(rows, _draw_supports(drawn))
 
 
-def _with_transfer(text: str):
+def with_transfer(text: str):
     """History, peak of the exact transfer function (Hz, amplitude), peak of the run."""
 
-    def near_peak(file):
-        def curve(low, high):
-            frequency = np.linspace(low, high, 401)
-            values = abs(transfer(file, frequency))
-            best = int(np.argmax(values))
-            return float(frequency[best]), float(values[best])
+    def largest(low, high):
+        frequency = np.linspace(low, high, 401)
+        values = abs(transfer(file, frequency))
+        best = int(np.argmax(values))
+        return float(frequency[best]), float(values[best])
 
-        first = curve(1.5, 20.0)
-        return curve(first[0] - 0.06, first[0] + 0.06)
-
-    history, exact = _run_text(text, near_peak)
+    with nml.written(text) as file:
+        history = run(file).history
+        near = largest(1.5, 20.0)[0]
+        exact = largest(near - 0.06, near + 0.06)
     step = float(history.time[1] - history.time[0])
     frequency, ratio = amplification(*_accelerations(history), step, 8)
-    return (history, exact), find_peak(frequency, abs(ratio), 1.5, 20.0)
+    return history, exact, find_peak(frequency, abs(ratio), 1.5, 20.0)
 
 
-def _base_and_record(history):
-    """Acceleration of the base, that of the record averaged over each step (m/s²), and which steps
-    come after it."""
-    time = history.time.values
+def base_and_record(history):
+    """Accelerations of the base and of the record averaged over each step (m/s²), and the root mean
+    square of the base after the record over its peak."""
+    time, base = history.time.values, _accelerations(history)[1][1:]
     record = read_record(record_file(), format="smc", unit="cm/s2")
     velocity = np.interp(time, record.time.values, record.velocity.values, right=0.0)
-    end = float(record.time[-1]) + 10 * (time[1] - time[0])
-    return _accelerations(history)[1][1:], np.diff(velocity) / np.diff(time), time[1:] > end
+    after = time[1:] > float(record.time[-1]) + 10 * (time[1] - time[0])
+    rest = np.sqrt(np.mean(base[after] ** 2)) / abs(base).max()
+    return base, np.diff(velocity) / np.diff(time), rest
 
 
 def _draw_supports(drawn):
@@ -212,11 +187,7 @@ def transfer_error(changes: dict) -> tuple:
     time = np.arange(0.0, 0.06, step)
     pulse = np.exp(-0.5 * ((time - 0.03) / 0.0025) ** 2) * np.sin(2 * np.pi * 60 * (time - 0.03))
     shaking = nml.motion("shaking", pulse, step)
-    text = column_text(5, ROCK, (step, 3000), shaking, **changes)
-
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "case.nml"
-        file.write_text(text)
+    with nml.written(column_text(5, ROCK, (step, 3000), shaking, **changes)) as file:
         frequency, found = amplification(*_accelerations(run(file).history), step, 1)
         inside = (frequency >= BAND[0]) & (frequency <= BAND[1])
         frequency, found = frequency[inside], found[inside]
@@ -249,31 +220,20 @@ def audited(text: str, every: int = 1) -> Audited:
             model.advance(every)
             energies = model.energies
             time.append(model.time)
-            total.append(sum(energies[kind] for kind in STORED) - energies["initial"])
+            total.append(nml.gained(energies))
             balance.append(abs(energies["balance"]))
             handed = max(handed, abs(energies["gravity"]), energies["kinetic"])
     above = np.array(total) / handed
-    return Audited(
-        above.max(),
-        np.diff(above).max(),
-        above.min(),
-        max(balance) / handed,
-        np.array(time),
-        above,
-    )
+    worst = (above.max(), np.diff(above).max(), above.min(), max(balance) / handed)
+    return Audited(*worst, np.array(time), above)
 
 
 def collision_text(time_step: float, **more) -> str:
     """A block of 1 m x 1 m that flies at 1 m/s onto a fixed one, slightly turned, and away."""
     flying = nml.rectangle(0.011, 0.0, 1.0, 1.0) @ np.array([[1.0, 0.02], [-0.02, 1.0]])
+    more |= {"gravity": (0, 0), "max_displacement_ratio": 0.02}
     return nml.text(
-        nml.control(
-            time_step,
-            round(0.5 / time_step),
-            gravity=(0, 0),
-            max_displacement_ratio=0.02,
-            **more,
-        ),
+        nml.control(time_step, round(0.5 / time_step), **more),
         nml.contact(40 * 5e9),
         nml.material("still", 2500.0, nml.STIFF),
         nml.material("flying", 2500.0, 5e9, 0.2, velocity=(-1.0, 0.0, 0.0)),
@@ -288,15 +248,10 @@ def _energy_texts(integration: str, short: bool) -> dict[str, tuple[str, int]]:
     member = {"integration": integration}
     sizes = (50,) if short else (50, 200)
     steps = TIME_STEPS[:2] if short else TIME_STEPS
-    found = {
-        f"wall of {size}, {penalty:g} E, Δt {dt:g} s": (
-            wall_text(size, penalty, dt, 100 if short else 200, **member),
-            1,
-        )
-        for size in sizes
-        for penalty in PENALTIES[::3]
-        for dt in steps
-    }
+    found = {}
+    for size, penalty, dt in product(sizes, PENALTIES[::3], steps):
+        text = wall_text(size, penalty, dt, 100 if short else 200, **member)
+        found[f"wall of {size}, {penalty:g} E, Δt {dt:g} s"] = text, 1
     found["rocking block"] = tower_text(5e-4, 2.0 if short else 3.0, 0.6 * SLENDER, **member), 1
     found["collision"] = collision_text(1e-3, **member), 1
     count, columns, duration = (60, 8, 1.2) if short else (300, 25, 3.0)
@@ -316,10 +271,8 @@ def integration(short: bool) -> Outcome:
     """Energies of walls, a rocking block, a collision and falling polygons; transfer functions."""
     rows, lines, drawn, curves = [], [], {}, {}
     for name in OTHERS:
-        found = {
-            label: audited(text, every)
-            for label, (text, every) in _energy_texts(name, short).items()
-        }
+        texts = _energy_texts(name, short)
+        found = {label: audited(*text) for label, text in texts.items()}
         for what, index in (("energy above the start", 0), ("growth in a step", 1), ("audit", 3)):
             worst = max(found, key=lambda key, index=index, found=found: found[key][index])
             rows.append(at_most(f"{name}: {what}, worst at {worst}", found[worst][index], 1e-6))
@@ -341,9 +294,8 @@ def _draw_integration(drawn, curves):
     for (name, found), color in zip(drawn.items(), COLORS, strict=False):
         left.plot(found.time, found.total, color=color, label=name)
     left.axhline(0, color=RED, lw=0.8, ls="--")
-    left.set(
-        xlabel="time (s)", ylabel="energy above the start / handed over", title="falling polygons"
-    )
+    words = "energy above the start / handed over"
+    left.set(xlabel="time (s)", ylabel=words, title="falling polygons")
     for (name, (frequency, found, exact)), color in zip(curves.items(), COLORS, strict=False):
         right.semilogy(frequency, exact, color=color, lw=2.5, alpha=0.3)
         right.semilogy(frequency, found, color=color, lw=0.8, label=name)

@@ -22,7 +22,7 @@ FRICTION = 0.65  # of the walls
 def arch(friction: float, thickness: float) -> Model:
     """A half-circle arch of 27 voussoirs, of a thickness over its radius, on two bases."""
     model = Model("Arch held by friction", time_step=1e-2, gravity=(0.0, -GRAVITY))
-    _add_stone(model, friction, shear_ratio=0.1)
+    _add_stone(model, friction)
     for stone in voussoirs(27, thickness * RADIUS):
         model.block(stone)
     for left in (-1.2 * RADIUS, 0.8 * RADIUS):
@@ -38,7 +38,7 @@ def tilted_wall(bricks: int, courses: int, angle: float) -> Model:
     tilt = math.radians(angle)
     model = Model("Wall on a tilting table", time_step=1e-2)
     model.control(gravity=(GRAVITY * math.sin(tilt), -GRAVITY * math.cos(tilt)))
-    _add_stone(model, FRICTION, shear_ratio=0.1)
+    _add_stone(model, FRICTION)
     model.block(rectangle(-1.0, -0.1, 0.2 * bricks + 2.0, 0.1), name="table")
     model.wall(brick_length=0.2, brick_height=0.1, bricks=bricks, courses=courses)
     model.fixed_point(-1.0, -0.1)
@@ -47,8 +47,8 @@ def tilted_wall(bricks: int, courses: int, angle: float) -> Model:
     return model
 
 
-def _add_stone(model: Model, friction: float, shear_ratio: float) -> None:
-    model.contact(normal_stiffness=1e11, shear_ratio=shear_ratio)
+def _add_stone(model: Model, friction: float) -> None:
+    model.contact(normal_stiffness=1e11, shear_ratio=0.1)
     model.material("stone", density=2000.0, young_modulus=1e12, poisson_ratio=0.0)
     model.joint("dry", friction_angle=math.degrees(math.atan(friction)))
 

@@ -5,12 +5,12 @@ import hashlib
 
 import numpy as np
 from scipy.spatial import ConvexHull, cKDTree
+from shapely import Polygon
 
 from sitedda.report.style import BLUE, GROUND, ORANGE, RED, bare, canvas, draw_blocks
 
 from .. import model as nml
 from ..case import Outcome, Table, at_most, case, true
-from .stability import centre_and_area
 
 DENSITY, YOUNG, PENALTY, TIME_STEP = 2500.0, 1e9, 1e9, 5e-4  # kg/m³, Pa, N/m, s
 SPACING = 0.25  # m, spacing of the grid of polygons
@@ -39,7 +39,7 @@ def polygons(count: int, columns: int, seed: int = 5) -> list[np.ndarray]:
         points = random.uniform(-1.0, 1.0, (random.integers(4, 12), 2))
         hull = points[ConvexHull(points).vertices]
         edges = np.linalg.norm(np.roll(hull, -1, axis=0) - hull, axis=1)
-        if edges.min() < 0.15 or centre_and_area(hull)[1] < 0.8:
+        if edges.min() < 0.15 or Polygon(hull).area < 0.8:
             continue
         row, column = divmod(len(found), columns)
         middle = SPACING * np.array([column + 0.5, row + 0.5]) + [0.0, 0.1]
@@ -63,9 +63,8 @@ def overlap(first: np.ndarray, second: np.ndarray) -> float:
 def deepest_overlap(shapes: list[np.ndarray]) -> float:
     """Return the largest overlap (m) of any two of many convex polygons."""
     centres = np.array([shape.mean(axis=0) for shape in shapes])
-    radii = np.array(
-        [np.linalg.norm(s - c, axis=1).max() for s, c in zip(shapes, centres, strict=True)]
-    )
+    arms = (shape - centre for shape, centre in zip(shapes, centres, strict=True))
+    radii = np.array([np.linalg.norm(arm, axis=1).max() for arm in arms])
     small = np.flatnonzero(radii < 2 * SPACING)
     large = np.flatnonzero(radii >= 2 * SPACING)
     tree = cKDTree(centres[small])
@@ -123,26 +122,17 @@ def pile_text(count: int, columns: int, duration: float, **more) -> str:
 
 def _dropped_packing(count: int, columns: int, duration: float) -> dict:
     """Run the packing and record it twenty times a second."""
-    kinds = ("kinetic", "strain", "contact", "support", "gravity")
-    found: dict = {
-        key: [] for key in ("time", "kinetic", "total", "work", "balance", "depth", "marks")
-    }
+    keys = ("time", "kinetic", "total", "work", "balance", "depth", "marks")
+    found: dict = {key: [] for key in keys}
     with nml.simulation(pile_text(count, columns, duration)) as pile:
         start = pile.polygons
         while not pile.done:
             pile.advance(round(0.05 / TIME_STEP))
             energies, shapes = pile.energies, pile.polygons
             mark = hashlib.sha256(pile.coordinates.tobytes() + pile.rates.tobytes()).hexdigest()
-            values = (
-                pile.time,
-                energies["kinetic"],
-                sum(energies[kind] for kind in kinds) - energies["initial"],
-                -energies["gravity"],
-                abs(energies["balance"]),
-                deepest_overlap(shapes),
-                mark,
-            )
-            for key, value in zip(found, values, strict=True):
+            values = (pile.time, energies["kinetic"], nml.gained(energies), -energies["gravity"],
+                      abs(energies["balance"]), deepest_overlap(shapes), mark)  # fmt: skip
+            for key, value in zip(keys, values, strict=True):
                 found[key].append(value)
         rates, places, summary = pile.rates[3:], pile.coordinates[3:], pile.summary
     work = max(found["work"])
@@ -173,15 +163,10 @@ def _draw_packing(found):
         draw_blocks(axes, shapes, [GROUND] * 3 + tint, lw=0.25)
         axes.set_title(title)
         bare(axes)
-    right.semilogy(
-        found["time"],
-        np.array(found["kinetic"]) / max(found["work"]),
-        color=BLUE,
-        label="kinetic energy / work of gravity",
-    )
-    right.semilogy(
-        found["time"], np.maximum(found["depth"], 1e-9), color=ORANGE, label="deepest overlap (m)"
-    )
+    moving = np.array(found["kinetic"]) / max(found["work"])
+    depth = np.maximum(found["depth"], 1e-9)
+    right.semilogy(found["time"], moving, color=BLUE, label="kinetic energy / work of gravity")
+    right.semilogy(found["time"], depth, color=ORANGE, label="deepest overlap (m)")
     right.axhline(DEEPEST, color=RED, lw=1, ls="--", label="allowed at rest (m)")
     right.set(xlabel="time (s)")
     right.legend(frameon=False, fontsize=8)

@@ -9,6 +9,7 @@ from sitedda.facade.model import Model
 from sitedda.report.style import BLUE, RED, canvas
 
 from ..case import Outcome, Table, absolute, at_most, case, observed_order, relative
+from ..model import rectangle
 
 DENSITY, SPEED, POISSON = 2000.0, 200.0, 0.25  # kg/m³, m/s, -
 SPEEDS = np.array([np.sqrt(2 * (1 - POISSON) / (1 - 2 * POISSON)), 1.0]) * SPEED  # P, S
@@ -25,10 +26,6 @@ def _ground(title: str, poisson: float, **control) -> Model:
     model.material("rock", density=DENSITY, young_modulus=young, poisson_ratio=poisson)
     model.joint("none", friction_angle=40.0)
     return model
-
-
-def _square_at(x: float, y: float, side: float = 1.0) -> list[float]:
-    return [x, y, x + side, y, x + side, y + side, x, y + side]
 
 
 def _wavelet(frequency: float, time):
@@ -76,7 +73,7 @@ def _lame(count: int, poisson: float) -> float:
     side = 1.0 / count
     for j in range(count):
         for i in range(count):
-            model.block(_square_at(i * side, j * side, side), body=_BODY)
+            model.block(rectangle(i * side, j * side, side, side), body=_BODY)
     found = modes(model, 12)
     x, y = np.pi * _centres(count)
     shape = np.stack([np.cos(x) * np.sin(y), -np.sin(x) * np.cos(y)], axis=-1)
@@ -139,7 +136,7 @@ def _prism(length: int, poisson: float):
     for j in range(length):
         half, y = length - j, float(j - length)
         for i in range(-half, half):
-            corners = np.reshape(_square_at(float(i), y), (4, 2))
+            corners = rectangle(i, y, 1, 1)
             cut = {-half: 3, half - 1: 2}.get(i)
             outline = corners if cut is None else np.delete(corners, cut, axis=0)
             model.block(outline.ravel().tolist(), name=f"b_{j}_{i}", body=_BODY)
@@ -258,7 +255,7 @@ def _field(columns: int, axis: str, number: float, rates) -> list[np.ndarray]:
     model = _ground("oblique", POISSON, time_step=step, duration=duration)
     for j in range(rows):
         for i in range(columns):
-            model.block(_square_at(i, j), name=f"b_{j}_{i}", body=_BODY)
+            model.block(rectangle(i, j, 1, 1), name=f"b_{j}_{i}", body=_BODY)
     wavelet = _wavelet(frequency, np.arange(0.0, 3 / frequency, step) - 1.5 / frequency)[1]
     for i in range(columns + 1):
         values = np.cos(number * i) * wavelet

@@ -5,9 +5,10 @@ import numpy as np
 from scipy.integrate import quad, solve_ivp
 
 from sitedda.report.style import BLUE, COLORS, GROUND, INK, RED, STONE, bare, canvas, draw_blocks
+from sitedda.stability import bisect
 
 from .. import model as nml
-from ..case import Outcome, Table, at_most, case, observed_order, relative, true
+from ..case import Outcome, Table, at_most, case, convergence, relative, true
 
 WIDTH, HEIGHT, DENSITY = 0.5, 2.0, 2500.0  # m, m, kg/m³
 SLENDER = np.arctan2(WIDTH, HEIGHT)  # Housner's α
@@ -82,15 +83,8 @@ def _integrate_rocking(t, duration, state, sign, base, step):
 
     impact.terminal, impact.direction = True, -1
     overturned.terminal = True
-    return solve_ivp(
-        rates,
-        (t, duration),
-        state,
-        events=(impact, overturned),
-        rtol=1e-10,
-        atol=1e-13,
-        max_step=step,
-    )
+    exact = {"rtol": 1e-10, "atol": 1e-13, "max_step": step}
+    return solve_ivp(rates, (t, duration), state, events=(impact, overturned), **exact)
 
 
 def _wait_for_uplift(t, duration, base, step):
@@ -106,27 +100,25 @@ def _wait_for_uplift(t, duration, base, step):
 
 
 def tower_text(
-    time_step, duration, angle=0.0, base=None, penalty=PENALTY, sampled=2e-3, **more
-) -> str:
+    time_step, duration, angle=0.0, base=None, penalty=PENALTY, sampled=2e-3,
+    size=(WIDTH, HEIGHT), modulus=nml.STIFF, restitution=None, **more,
+) -> str:  # fmt: skip
     """A stiff block on a stiff base; the acceleration of the base (m/s²) acts as body force."""
-    body = nml.rectangle(-0.5 * WIDTH, 0.0, WIDTH, HEIGHT)
+    width, height = size
+    body = nml.rectangle(-0.5 * width, 0.0, width, height)
     if angle:
-        body = nml.turned(body, -angle, (0.5 * WIDTH, 0.0))
+        body = nml.turned(body, -angle, (0.5 * width, 0.0))
     shaking = ""
     if base is not None:
         times = np.arange(0.0, duration + sampled, sampled)
-        shaking = nml.motion("shaking", [base(t) for t in times], sampled)
+        shaking = nml.motion("shaking", [*np.trim_zeros(list(map(base, times)), "b"), 0.0], sampled)
+    moved = {"base_motion_x": "shaking" if shaking else None}
+    more = {"max_displacement_ratio": 0.01} | moved | more
     return nml.text(
-        nml.control(
-            time_step,
-            round(duration / time_step),
-            base_motion_x="shaking" if shaking else None,
-            max_displacement_ratio=0.01,
-            **more,
-        ),
+        nml.control(time_step, round(duration / time_step), **more),
         nml.contact(penalty),
-        nml.material("stiff", DENSITY, nml.STIFF),
-        nml.joint("rough", 75.0),
+        nml.material("stiff", DENSITY, modulus),
+        nml.joint("rough", 75.0, restitution=restitution),
         shaking,
         nml.held("base", nml.rectangle(-3, -0.5, 6, 0.5), "stiff"),
         nml.block("tower", body, "stiff"),
@@ -170,30 +162,20 @@ def rocking_decay(short: bool) -> Outcome:
         difference = turn[until] - np.interp(run_time[until], time, theory)
         errors.append(np.abs(difference).max() / angle)
     run = runs[1e-4]
-    third = _zero_times(run[0], run[1])
+    third = zero_times(run[0], run[1])
+    label = "angle until the third impact, largest error of the first amplitude, Δt 0.1 ms"
     rows = [
-        at_most(
-            "angle until the third impact, largest error of the first amplitude, Δt 0.1 ms",
-            errors[steps.index(1e-4)],
-            1e-2,
-        ),
+        at_most(label, errors[steps.index(1e-4)], 1e-2),
         *(relative(f"time of impact {i + 1}", impacts[i], third[i], 1e-2, "s") for i in range(3)),
         relative("ratio of angular velocities at the first impact", RATIO, _ratio_of(run), 1e-2),
         at_most("audit", run[2], 1e-6),
     ]
-    tables = []
-    if not short:
-        tables.append(
-            Table(
-                "Largest error of the angle until the third impact by Δt.",
-                ("Δt (s)", "error", "order"),
-                list(zip(steps, errors, observed_order(steps, errors), strict=True)),
-            )
-        )
+    words = "Largest error of the angle until the third impact by Δt."
+    tables = [] if short else [convergence(words, "Δt (s)", steps, errors)]
     return Outcome(rows, _draw_decay(run, time, theory, impacts), tables)
 
 
-def _zero_times(time, angle) -> list[float]:
+def zero_times(time, angle) -> list[float]:
     """Times at which the angle changes sign, s."""
     at = np.flatnonzero(angle[1:] * angle[:-1] < 0)
     share = angle[at] / (angle[at] - angle[at + 1])
@@ -206,7 +188,7 @@ def _ratio_of(run) -> float:
     Between impacts θ'²/2 = p² [cos(α − θmax) − cos α] when the block passes the upright.
     """
     time, angle = run[:2]
-    first, second = _zero_times(time, angle)[:2]
+    first, second = zero_times(time, angle)[:2]
     after = np.abs(angle[(time > first) & (time < second)]).max()
     energy = np.cos(SLENDER - np.array([angle[0], after])) - np.cos(SLENDER)
     return float(np.sqrt(energy[1] / energy[0]))
@@ -215,11 +197,8 @@ def _ratio_of(run) -> float:
 def _draw_decay(run, time, theory, impacts):
     figure, (left, right) = canvas(width_ratios=[1, 3])
     draw_blocks(left, [nml.rectangle(-1, -0.2, 2, 0.2)], GROUND)
-    draw_blocks(
-        left,
-        [nml.turned(nml.rectangle(-WIDTH / 2, 0, WIDTH, HEIGHT), -theory[0], (WIDTH / 2, 0))],
-        STONE,
-    )
+    block = nml.rectangle(-WIDTH / 2, 0, WIDTH, HEIGHT)
+    draw_blocks(left, [nml.turned(block, -theory[0], (WIDTH / 2, 0))], STONE)
     bare(left)
     right.plot(time, theory / SLENDER, color=INK, lw=3, alpha=0.3, label="Housner")
     right.plot(run[0], run[1] / SLENDER, color=BLUE, lw=1, label="engine, Δt 0.1 ms")
@@ -259,28 +238,19 @@ def rocking_onset(short: bool) -> Outcome:
     rows.append(at_most("audit", audit, 1e-6))
     figure, (axes,) = canvas(1, size=(8, 4))
     for side, label in enumerate(("left corner", "right corner")):
-        axes.plot(
-            [base(t) for t in time],
-            1e-3 * np.array(force)[:, side],
-            label=label,
-            color=COLORS[side],
-        )
+        pushed, kilonewtons = [base(t) for t in time], 1e-3 * np.array(force)[:, side]
+        axes.plot(pushed, kilonewtons, label=label, color=COLORS[side])
     axes.axvline(limit, color=RED, ls="--", lw=1, label="g tan α")
-    axes.set(
-        xlabel="acceleration of the base (m/s²)",
-        ylabel="normal force (kN/m)",
-        xlim=(0, 1.2 * limit),
-        ylim=(0, None),
-    )
+    axes.set(xlabel="acceleration of the base (m/s²)", ylabel="normal force (kN/m)")
+    axes.set(xlim=(0, 1.2 * limit), ylim=(0, None))
     return Outcome(rows, figure)
 
 
 def _corner_forces(contacts, first_corner) -> dict[int, float]:
     """Normal force (N/m) on each of the two lower corners that press."""
     found: dict[int, float] = {}
-    for vertex, force, state in zip(
-        contacts["vertex"], contacts["normal_force"], contacts["state"], strict=True
-    ):
+    columns = (contacts[name] for name in ("vertex", "normal_force", "state"))
+    for vertex, force, state in zip(*columns, strict=True):
         if state and vertex in (first_corner, first_corner + 1):
             found[int(vertex)] = float(force)
     return found
@@ -303,10 +273,8 @@ def overturning(short: bool) -> Outcome:
             base, duration = _one_cycle(side * limit, ratio)
             run = _run_tower(2e-4, duration, 0.0, base, 1e13)
             fell = bool(abs(run[1]).max() > 0.5 * np.pi - 0.3)
-            label = (
-                f"ω/p {ratio:g}, {side:g} of the limit {limit / nml.GRAVITY:.3f} g: it overturns"
-            )
-            rows.append(true(label, falls, fell))
+            over = f"{side:g} of the limit {limit / nml.GRAVITY:.3f} g"
+            rows.append(true(f"ω/p {ratio:g}, {over}: it overturns", falls, fell))
             rows.append(at_most(f"audit, ω/p {ratio:g}, {side:g}", run[2], 1e-6))
             drawn.append((ratio, side, run, housner(duration, 0.0, base)))
         limit_row = limit / (nml.GRAVITY * np.tan(SLENDER))
@@ -336,11 +304,7 @@ def _least_amplitude(ratio) -> float:
     high = 1.02 * nml.GRAVITY * np.tan(SLENDER)
     while not _overturns(high, ratio):
         high *= 1.04
-    low = high / 1.04
-    while high / low > 1.001:
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if _overturns(middle, ratio) else (middle, high)
-    return 0.5 * (low + high)
+    return 0.5 * sum(bisect(lambda a: _overturns(a, ratio), high, high / 1.04, 1e-3))
 
 
 def _draw_overturning(drawn, columns):
@@ -349,12 +313,8 @@ def _draw_overturning(drawn, columns):
         one = axes[i // 2 + (i % 2) * columns]
         one.plot(theory[0], theory[1] / SLENDER, color=INK, lw=3, alpha=0.3, label="Housner")
         one.plot(run[0], run[1] / SLENDER, color=RED if side > 1 else BLUE, lw=1, label="engine")
-        one.set(
-            title=f"ω/p {ratio:g}, {side:g} of the limit",
-            xlabel="time (s)",
-            ylabel="θ / α",
-            ylim=(-4, 4),
-        )
+        one.set(title=f"ω/p {ratio:g}, {side:g} of the limit", ylim=(-4, 4))
+        one.set(xlabel="time (s)", ylabel="θ / α")
     return figure
 
 
@@ -407,13 +367,9 @@ def pulse_text(width, height, pulse, way, time_step, duration, **more) -> str:
     """
     acceleration, lasts = pulse
     base = nml.rectangle(-3, -0.5, 6, 0.5)
+    more["base_motion_x"] = "pulse" if way == "body force" else None
     return nml.text(
-        nml.control(
-            time_step,
-            round(duration / time_step),
-            base_motion_x="pulse" if way == "body force" else None,
-            **more,
-        ),
+        nml.control(time_step, round(duration / time_step), **more),
         nml.contact(1e12),
         nml.material("stiff", DENSITY, nml.STIFF),
         nml.joint("rough", 75.0),
@@ -435,9 +391,8 @@ def pulse_limit(width, height, acceleration, way, time_step=1e-3, share=5e-4, **
     audits = []
 
     def falls(lasts):
-        text = pulse_text(
-            width, height, (acceleration, lasts), way, time_step, lasts + 12 / rate, **more
-        )
+        pulse, duration = (acceleration, lasts), lasts + 12 / rate
+        text = pulse_text(width, height, pulse, way, time_step, duration, **more)
         with nml.simulation(text) as tower:
             while not tower.done:
                 tower.advance(20)
@@ -451,10 +406,8 @@ def pulse_limit(width, height, acceleration, way, time_step=1e-3, share=5e-4, **
 
     if falls(low) or not falls(high):
         return np.nan, max(audits)
-    while high - low > share * expected:
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if falls(middle) else (middle, high)
-    return 0.5 * (low + high), max(audits)
+    limit = 0.5 * sum(bisect(falls, high, low, share))
+    return limit, max(audits)
 
 
 @case(

@@ -9,7 +9,7 @@ from sitedda.input.examples import inputs
 from sitedda.report import style
 
 from .. import model as nml
-from ..case import Outcome, Table, at_most, case, observed_order, relative
+from ..case import Outcome, Table, at_most, case, convergence, relative
 
 ROCK = {"density": 2643.0, "young_modulus": 4.788e9, "poisson_ratio": 0.25}  # paper table I
 RECORD = "LomaPrieta1989_USGS1002_APEEL2_133.smc"
@@ -20,14 +20,7 @@ ALL_SLIDE = 1  # state of a sliding contact
 
 
 def _incline(
-    friction_angle: float,
-    stiffness: float,
-    time_step: float,
-    duration: float,
-    slope: float = 30.0,
-    samples: int = 100,
-    more: str = "",
-    **settings,
+    friction_angle, stiffness, time_step, duration, slope=30.0, samples=100, more="", **settings
 ) -> str:
     """A block of 1 m x 0.5 m on a fixed wedge that falls towards +x by `slope` degrees."""
     angle = -np.radians(slope)
@@ -219,6 +212,12 @@ def record_file() -> Path:
     return inputs() / "records" / RECORD
 
 
+def recorded(name: str, **more) -> str:
+    """Return the group ``&motion`` of the shipped record."""
+    kind = {"quantity": "acceleration", "unit": "cm/s2", "format": "smc"}
+    return nml.group("motion", name=name, file=str(record_file()), **kind, **more)
+
+
 def read_smc(file: Path) -> tuple[np.ndarray, np.ndarray]:
     """Read time (s) and acceleration (m/s²) of an SMC file without the engine."""
     lines = file.read_text().splitlines()
@@ -263,35 +262,18 @@ def newmark(short: bool) -> Outcome:
         _, stiff = _newmark_run(step, fine[-1], slope, friction, scale, 50 * young)
         rows.append(relative("the same with penalty 50 E", slip[-1], stiff[-1], 5e-3, "m"))
         errors = [abs(runs[dt][1][-1] / slip[-1] - 1) for dt in steps]
-        tables.append(
-            Table(
-                "Relative error of the permanent displacement by Δt. The scheme takes the "
-                "acceleration at the end of the step.",
-                ("Δt (s)", "error", "order"),
-                list(zip(steps, errors, observed_order(steps, errors), strict=True)),
-            )
-        )
-    return Outcome(
-        rows, _draw_newmark(fine, base, slip, velocity, data, got, slope, friction), tables
-    )
+        words = ("Relative error of the permanent displacement by Δt. The scheme takes the "
+                 "acceleration at the end of the step.")  # fmt: skip
+        tables = [convergence(words, "Δt (s)", steps, errors)]
+    figure = _draw_newmark(fine, base, slip, velocity, data, got, slope, friction)
+    return Outcome(rows, figure, tables)
 
 
 def _newmark_run(time_step, duration, slope, friction, scale, stiffness=ROCK["young_modulus"]):
     """History and slip (m) of the engine; the record acts in the frame of the base."""
-    shaking = nml.group(
-        "motion",
-        name="record",
-        file=str(record_file()),
-        quantity="acceleration",
-        unit="cm/s2",
-        format="smc",
-        scale=scale,
-        drift_order=0,
-    )
-    text = _incline(
-        friction, stiffness, time_step, duration, slope, 2000, shaking, base_motion_x="record"
-    )
-    data = nml.history(text)
+    shaking = recorded("record", scale=scale, drift_order=0)
+    data = nml.history(_incline(friction, stiffness, time_step, duration, slope, 2000, shaking,
+                                base_motion_x="record"))  # fmt: skip
     return data, _slip_down(data, slope)
 
 
@@ -344,16 +326,9 @@ def shaking_base(short: bool) -> Outcome:
         relative("slip at the end", slip[-1], _relative_slip(data)[-1], 5e-3, "m"),
         at_most("audit", nml.residual(data), 1e-6),
     ]
-    tables = []
-    if not short:
-        tables.append(
-            Table(
-                "Largest error of the slip over its peak by Δt: first order, from the base "
-                "acceleration taken at the end of the step.",
-                ("Δt (s)", "error", "order"),
-                list(zip(steps, errors, observed_order(steps, errors), strict=True)),
-            )
-        )
+    words = ("Largest error of the slip over its peak by Δt: first order, from the base "
+             "acceleration taken at the end of the step.")  # fmt: skip
+    tables = [] if short else [convergence(words, "Δt (s)", steps, errors)]
     return Outcome(rows, _draw_shaking(data, fine, base, slip, friction), tables)
 
 
@@ -452,14 +427,8 @@ def _tilting_table(rate: float, duration: float, time_step: float) -> str:
         dy = x * np.sin(angle) + y * (np.cos(angle) - 1)
         motions += nml.motion(f"x{i}", dx, 0.01, "displacement")
         motions += nml.motion(f"y{i}", dy, 0.01, "displacement")
-        points += nml.group(
-            "fixed_point",
-            x=table[i, 0],
-            y=table[i, 1],
-            block="table",
-            motion_x=f"x{i}",
-            motion_y=f"y{i}",
-        )
+        moved = {"motion_x": f"x{i}", "motion_y": f"y{i}"}
+        points += nml.group("fixed_point", x=table[i, 0], y=table[i, 1], block="table", **moved)
     return nml.text(
         nml.control(time_step, round(duration / time_step)),
         nml.contact(50 * ROCK["young_modulus"]),
@@ -518,14 +487,9 @@ def many_blocks(short: bool) -> Outcome:
     got = moved @ np.array([np.cos(angle), np.sin(angle)])
     expected = np.array([_free_slip(phi, 30.0, 1.0) for phi in friction])
     worst = int(np.argmax(np.abs(got / expected - 1)))
+    label = f"slip of the worst block (φ {friction[worst]:g}°)"
     rows = [
-        relative(
-            f"slip of the worst block (φ {friction[worst]:g}°)",
-            expected[worst],
-            got[worst],
-            1e-6,
-            "m",
-        ),
+        relative(label, expected[worst], got[worst], 1e-6, "m"),
         at_most("audit", abs(energies["balance"] / energies["gravity"]), 1e-6),
     ]
     return Outcome(rows, _draw_sliding(first, last, friction, expected, got))

@@ -5,6 +5,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from shapely import Polygon
 
 from sitedda.base.errors import ConvergenceError, SolverError
 from sitedda.engine.simulation import Simulation
@@ -216,8 +217,7 @@ def wet_wedge(friction: float, head: float) -> Model:
     foot = WET_LENGTH * np.array([math.cos(dip), math.sin(dip)])
     top, toe = foot + [0.0, 8.0], -3.0 * np.array([math.cos(dip), math.sin(dip)])
     block = np.array([(0.0, 0.0), foot, top, (2.0, top[1])])
-    x, y = block.T
-    area = 0.5 * abs(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+    area = Polygon(block).area
     model = Model("Block on a plane with water", time_step=1e-3, gravity=(0.0, -10.0))
     model.contact(normal_stiffness=1e11, shear_ratio=1.0)
     model.material("rock", density=WET_WEIGHT / 10.0 / area, young_modulus=1e12, poisson_ratio=0.2)

@@ -2,9 +2,11 @@
 """Limits of stability: toppling blocks on a slope and masonry arches, against limit analysis."""
 
 import numpy as np
+import shapely
 from scipy.optimize import linprog
 
 from sitedda.report.style import BLUE, GROUND, RED, STONE, bare, canvas, draw_blocks
+from sitedda.stability import bisect
 
 from .. import model as nml
 from ..case import Outcome, Table, at_most, case, relative, true
@@ -13,14 +15,6 @@ DENSITY = 2500.0  # kg/m³
 
 
 # ---------------------------------------------------------------- limit analysis
-
-
-def centre_and_area(polygon) -> tuple[np.ndarray, float]:
-    """Centroid (m) and area (m²) of a polygon, shape (n, 2), counter-clockwise."""
-    after = np.roll(polygon, -1, axis=0)
-    cross = polygon[:, 0] * after[:, 1] - polygon[:, 1] * after[:, 0]
-    area = 0.5 * cross.sum()
-    return ((polygon + after) * cross[:, None]).sum(axis=0) / (6 * area), area
 
 
 def stands(polygons, joints, friction: float) -> bool:
@@ -43,7 +37,8 @@ def stands(polygons, joints, friction: float) -> bool:
     of forces that the engine has: two contacts in each joint.
     """
     columns, sizes = [], 3 * len(polygons)
-    centres, areas = zip(*(centre_and_area(polygon) for polygon in polygons), strict=True)
+    shapes = [shapely.Polygon(polygon) for polygon in polygons]
+    centres = shapely.get_coordinates(shapely.centroid(shapes))
     for first, second, ends, normal in joints:
         tangent = np.array([-normal[1], normal[0]])
         for point in ends:
@@ -56,19 +51,14 @@ def stands(polygons, joints, friction: float) -> bool:
                         column[3 * body : 3 * body + 3] = sign * np.append(direction, moment)
                 columns.append(column)
     weight = np.zeros(sizes)
-    weight[1::3] = areas
-    solved = linprog(
-        np.zeros(len(columns)), A_eq=np.array(columns).T, b_eq=weight, bounds=(0, None)
-    )
-    return solved.status == 0
+    weight[1::3] = shapely.area(shapes)
+    balance = {"A_eq": np.array(columns).T, "b_eq": weight}
+    return linprog(np.zeros(len(columns)), **balance, bounds=(0, None)).status == 0
 
 
-def bisect(low: float, high: float, holds, accuracy: float = 1e-6) -> float:
-    """Return the value at which a condition becomes true between `low` and `high`."""
-    while high - low > accuracy * high:
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if holds(middle) else (middle, high)
-    return 0.5 * (low + high)
+def _limit(stands, low: float, high: float) -> float:
+    """Return the value above which something stands, between two values."""
+    return 0.5 * sum(bisect(stands, high, low, 1e-6))
 
 
 # ---------------------------------------------------------------- arch
@@ -110,7 +100,7 @@ def arch(short: bool) -> Outcome:
     """15 and 27 voussoirs, 3 % above and below the limit."""
     rows, lines, drawn = [], [], []
     for count in (15,) if short else (15, 27):
-        limit = bisect(0.05, 0.2, lambda t, n=count: _arch_stands(n, t * RADIUS))
+        limit = _limit(lambda t, n=count: _arch_stands(n, t * RADIUS), 0.05, 0.2)
         lines.append((count, limit, 0.1075, limit / 0.1075 - 1))
         for side, falls in ((1.03, False), (0.97, True)):
             found = _load_arch(count, side * limit * RADIUS)
@@ -252,8 +242,8 @@ def _slope_stands(friction: float) -> bool:
 )
 def toppling(short: bool) -> Outcome:
     """Stands and falls 5 % of tan φ on each side; the engine's own limit by bisection."""
-    limit = bisect(30.0, 44.0, lambda phi: goodman_bray(phi) <= 1e-9)
-    lower = bisect(20.0, 44.0, _slope_stands)
+    limit = _limit(lambda phi: goodman_bray(phi) <= 1e-9, 30.0, 44.0)
+    lower = _limit(_slope_stands, 20.0, 44.0)
     mu = np.tan(np.radians(limit))
     rows = [relative("Goodman & Bray's limit as printed", 0.7855, mu, 2e-3)]
     drawn = []
@@ -265,19 +255,11 @@ def toppling(short: bool) -> Outcome:
         drawn.append((f"{side:g} of the limit", found))
     tables = []
     if not short:
-        low, high = 0.95 * mu, 1.05 * mu
-        while high - low > 0.004 * mu:
-            middle = 0.5 * (low + high)
-            fell = _load_slope(np.degrees(np.arctan(middle)))["fell"]
-            low, high = (middle, high) if fell else (low, middle)
-        rows.append(
-            relative("limit of the engine by bisection, tan φ", mu, 0.5 * (low + high), 3e-2)
-        )
-        lines = [
-            ("Goodman & Bray", mu),
-            ("limit analysis", np.tan(np.radians(lower))),
-            ("engine", 0.5 * (low + high)),
-        ]
+        rests = lambda one: not _load_slope(np.degrees(np.arctan(one)))["fell"]  # noqa: E731
+        own = 0.5 * sum(bisect(rests, 1.05 * mu, 0.95 * mu, 4e-3))
+        rows.append(relative("limit of the engine by bisection, tan φ", mu, own, 3e-2))
+        by_analysis = np.tan(np.radians(lower))
+        lines = [("Goodman & Bray", mu), ("limit analysis", by_analysis), ("engine", own)]
         tables = [Table("Least tan φ with which the slope stands.", ("by", "tan φ"), lines)]
     return Outcome(rows, _draw_slope(drawn), tables)
 

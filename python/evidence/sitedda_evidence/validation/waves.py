@@ -8,6 +8,7 @@ from sitedda.report.style import BLUE, COLORS, GREEN, ORANGE, RED, STONE, canvas
 
 from .. import model as nml
 from ..case import Outcome, Table, absolute, at_most, case, observed_order, relative
+from .joints import clipped_sine
 
 DENSITY, YOUNG = 2500.0, 5e9  # kg/m³, Pa
 SHEAR = 0.5 * YOUNG  # Pa, ν = 0
@@ -267,16 +268,10 @@ def cantilever(short: bool) -> Outcome:
             kept = shape, data
         lines.append((count, found, theory, beam, abs(found / beam - 1)))
     orders = observed_order([1 / count for count in counts], [line[-1] for line in lines])
-    tables = (
-        []
-        if short
-        else [
-            Table(
-                "First frequency (Hz) by number of blocks.",
-                ("blocks", "engine", "chain of joints", "beam", "error against the beam", "order"),
-                [(*line, order) for line, order in zip(lines, orders, strict=True)],
-            )
-        ]
+    table = Table(
+        "First frequency (Hz) by number of blocks.",
+        ("blocks", "engine", "chain of joints", "beam", "error against the beam", "order"),
+        [(*line, order) for line, order in zip(lines, orders, strict=True)],
     )
     figure, (left, right) = canvas(width_ratios=[2, 3])
     shape, data = kept
@@ -287,7 +282,7 @@ def cantilever(short: bool) -> Outcome:
     tip = data.displacement.sel(point="tip").isel(axis=1)
     right.plot(data.time, 1e6 * tip, color=BLUE)
     right.set(xlabel="time (s)", ylabel="tip (µm)", title="free vibration in the first mode")
-    return Outcome(rows, figure, tables)
+    return Outcome(rows, figure, [] if short else [table])
 
 
 def _joint_spring(count: int) -> float:
@@ -369,7 +364,7 @@ def slip_joint(short: bool) -> Outcome:
         back = _reflected_velocity(data, base, ratio / 0.5)
         returned = _energy(back, data, per_wave) / incident / (ratio / 0.5) ** 2
         got = np.sqrt([passed, returned, max(0.0, 1 - passed - returned)])
-        expected = _clipped_sine(ratio * arriving)
+        expected = clipped_sine(1 / (ratio * arriving))
         for name, a, b in zip(("T", "R", "A"), expected, got, strict=True):
             label = f"{name} at τ/τ_s = {ratio * arriving:.3f}"
             rows.append(absolute(label, a, b, 1e-2))
@@ -395,14 +390,6 @@ def _energy_window(data, period: float) -> np.ndarray:
     return (data.time.values > 5.5 * period) & (data.time.values <= 6.5 * period)
 
 
-def _clipped_sine(ratio: float) -> np.ndarray:
-    """T, R and A of a sine whose amplitude is `ratio` times the strength."""
-    wave = ratio * np.sin(2 * np.pi * (np.arange(100000) + 0.5) / 100000)
-    passed = np.clip(wave, -1, 1)
-    t, r = (np.mean(part**2) / np.mean(wave**2) for part in (passed, wave - passed))
-    return np.sqrt([t, r, 1 - t - r])
-
-
 BELOW, ABOVE, WEAK = 3, 4, 1 / 30  # wavelengths on each side; normal force of the weak joint
 
 
@@ -423,14 +410,15 @@ def _joint_run(ratio: float, per_wave: int):
     text = nml.text(
         nml.control(period / steps, 7 * steps, gravity=(0, 0)),
         nml.contact(PENALTY, fixed_point_ratio=1e4),
-        *(_stressed_material(f"m{i}", pressure) for i, pressure in enumerate(pressures)),
+        *(nml.material(f"m{i}", DENSITY, YOUNG, initial_stress=(0.0, -pressure, 0.0))
+          for i, pressure in enumerate(pressures)),
         nml.joint("rough", 30.0),
         nml.motion("wave", wave, period / 100, "displacement"),
         _column(count, ["rough"] * count, [f"m{i}" for i in range(count)], "x", True),
         nml.measured("below", (0.5, weak - per_wave + 0.5)),
         nml.measured("above", (0.5, weak + per_wave + 0.5)),
         nml.group("output", history_interval=10),
-    )
+    )  # fmt: skip
     return nml.history(text), strength
 
 
@@ -450,17 +438,6 @@ def _pressures(count: int, weak: int, stress: float) -> np.ndarray:
         strain[i] = force[i - 1] / PENALTY - strain[i - 1]
     ends = np.concatenate([[0.0], force, [0.0]])
     return 0.5 * (ends[:-1] + ends[1:]) + YOUNG * strain
-
-
-def _stressed_material(name: str, pressure: float) -> str:
-    return nml.group(
-        "material",
-        name=name,
-        density=DENSITY,
-        young_modulus=YOUNG,
-        poisson_ratio=0.0,
-        initial_stress=(0.0, -pressure, 0.0),
-    )
 
 
 def _velocity(data, point: str) -> np.ndarray:
@@ -487,18 +464,15 @@ def _draw_joint(lines, drawn, strength, per_wave):
     data, ratio = drawn
     period = per_wave / _bar_speed("S")
     stress = DENSITY * _bar_speed("S") * _velocity(data, "above") / strength
-    left.plot(
-        data.time / period,
-        ratio * np.sin(2 * np.pi * (data.time / period)) * (data.time > (BELOW + 1) * period),
-        color="0.7",
-        label="incident",
-    )
-    left.plot(data.time / period, stress, color=BLUE, label="transmitted, engine")
+    cycles = data.time / period
+    incident = ratio * np.sin(2 * np.pi * cycles) * (cycles > BELOW + 1)
+    left.plot(cycles, incident, color="0.7", label="incident")
+    left.plot(cycles, stress, color=BLUE, label="transmitted, engine")
     for side in (-1, 1):
         left.axhline(side, color=RED, lw=0.8, ls="--")
     left.set(xlabel="time / period", ylabel="τ / τ_s", title=f"τ/τ_s = {ratio:g}", xlim=(3.5, 7))
     fine = np.geomspace(1.001, 12, 60)
-    theory = np.array([_clipped_sine(x) for x in fine])
+    theory = np.array([clipped_sine(1 / x) for x in fine])
     got = np.array(lines)
     for i, (name, color) in enumerate((("T", BLUE), ("R", ORANGE), ("A", GREEN))):
         right.semilogx(fine, theory[:, i], color=color, lw=1)
