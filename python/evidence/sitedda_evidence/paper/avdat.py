@@ -2,7 +2,7 @@
 """Reproduce the multidrum column of Avdat (figures 20 to 23, tables III to V)."""
 
 import tempfile
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -17,8 +17,8 @@ from sitedda.input.groups import group_text
 from sitedda.report import Picture
 from sitedda.report.style import BLUE, COLORS, FIELD, INK, RED, small_axes
 
-from ..case import Outcome, Table, picture, reached, study
-from ..compared import Compared, deviation, per_cent, show
+from ..case import Outcome, picture, study
+from ..compared import deviation, per_cent, show
 from ..runs import Task, input_file
 from .discrete import DiscreteModel
 
@@ -339,12 +339,10 @@ def _drum_table(done: Outcome) -> None:
     cells.append(["uniform 0.6 m, height 0.5 m", "0.500", *(f"{v:.2f}" for v in values),
                   _worst_deviation(values)])  # fmt: skip
     cells.append(["paper", "", *(show(_printed(k), 3) for k in _TABLE_V), ""])
-    done.tables.append(
-        Table(
-            "Drum sizes: linear first frequency (Hz); height chosen for k = 1e8 and 2e8 N/m",
-            ["widths", "height (m)", *(f"k = {k:.0e}" for k in _TABLE_V), "furthest off"],
-            cells,
-        )
+    done.tabulate(
+        "Drum sizes: linear first frequency (Hz); height chosen for k = 1e8 and 2e8 N/m",
+        ["widths", "height (m)", *(f"k = {k:.0e}" for k in _TABLE_V), "furthest off"],
+        cells,
     )
 
 
@@ -375,13 +373,11 @@ def _gravity_table(done: Outcome, found: dict) -> None:
                     "yes" if agrees else "no",
                 ]
             )  # fmt: skip
-    done.tables.append(
-        Table(
-            "Table IV: time to gravity turn-on (s) and horizontal displacement u (cm)",
-            ["Δt (s)", "k (N/m)", "paper", "theory", "sitedda", "sitedda: u (cm)",
-             "same verdict"],
-            cells,
-        )
+    done.tabulate(
+        "Table IV: time to gravity turn-on (s) and horizontal displacement u (cm)",
+        ["Δt (s)", "k (N/m)", "paper", "theory", "sitedda", "sitedda: u (cm)",
+         "same verdict"],
+        cells,
     )  # fmt: skip
     total = sum(map(len, _TABLE_IV.values()))
     settled_in_paper = [
@@ -389,21 +385,19 @@ def _gravity_table(done: Outcome, found: dict) -> None:
         if not isinstance(printed[k], str)
     ]  # fmt: skip
     ours = [found[("gravity", *case)]["settled"] is not None for case in settled_in_paper]
-    done.rows += [
-        reached(
-            "Table IV: every (k, Δt) that settles in the paper settles here, within its time",
-            all(ours) and all(late),
-            f"{sum(ours)} of {len(ours)} settle, {sum(late)} within the paper's time;"
-            f" same verdict in {total - len(wrong)} of {total} cases",
-        ),
-        reached(
-            "Table IV: no spurious horizontal displacement",
-            all(found[("gravity", *case)]["sideways"] < _STILL for case in settled_in_paper),
-            "largest "
-            + show(100 * max(found[("gravity", *c)]["sideways"] for c in settled_in_paper), 2)
-            + " cm",
-        ),
-    ]
+    done.require(
+        "Table IV: every (k, Δt) that settles in the paper settles here, within its time",
+        all(ours) and all(late),
+        f"{sum(ours)} of {len(ours)} settle, {sum(late)} within the paper's time;"
+        f" same verdict in {total - len(wrong)} of {total} cases",
+    )
+    done.require(
+        "Table IV: no spurious horizontal displacement",
+        all(found[("gravity", *case)]["sideways"] < _STILL for case in settled_in_paper),
+        "largest "
+        + show(100 * max(found[("gravity", *c)]["sideways"] for c in settled_in_paper), 2)
+        + " cm",
+    )
     _gravity_notes(done, found, wrong)
 
 
@@ -422,25 +416,21 @@ def _uneven_table(done: Outcome, found: dict) -> None:
              strict=True))]
         for step in _STEPS for size in _UNEVEN
     ]  # fmt: skip
-    done.tables.append(
-        Table(
-            f"Columns lost of {len(_SEEDS)} with drums not quite flat, gravity only:"
-            " the original's rules / ours",
-            ["Δt (s)", "uneven by (µm)", *(f"k = {k:.0e}" for k in _UNEVEN_PENALTIES)],
-            cells,
-        )
+    done.tabulate(
+        f"Columns lost of {len(_SEEDS)} with drums not quite flat, gravity only:"
+        " the original's rules / ours",
+        ["Δt (s)", "uneven by (µm)", *(f"k = {k:.0e}" for k in _UNEVEN_PENALTIES)],
+        cells,
     )
     ours = sum(sum(n) for key, n in found.items() if key[0] == "uneven" and key[3] == "consistent")
     old = {
         step: sum(sum(found[("uneven", step, size, "original")]) for size in _UNEVEN)
         for step in _STEPS
     }
-    done.rows.append(
-        reached(
-            "Table IV: columns not perfect are lost with the original's dead band, none without it",
-            ours == 0 and old[1e-3] > 0,
-            f"columns lost: original rules {old[1e-3]} at 1 ms, {old[1e-2]} at 10 ms; ours {ours}",
-        )
+    done.require(
+        "Table IV: columns not perfect are lost with the original's dead band, none without it",
+        ours == 0 and old[1e-3] > 0,
+        f"columns lost: original rules {old[1e-3]} at 1 ms, {old[1e-2]} at 10 ms; ours {ours}",
     )
 
 
@@ -496,40 +486,36 @@ def _frequency_rows(done: Outcome, found: dict) -> None:
             if k in _LOW:
                 worst = max(worst, abs(deviation(fine, paper)))
             expected = float(theory / (1 + Scheme().vibration(theory, 1e-2).elongation))
-            done.compared.append(
-                Compared(
-                    f"dominant frequency at k = {k:.0e} N/m, {kind} load (Hz)",
-                    "Table V",
-                    _pick_single(paper),
-                    theory,
-                    fine,
-                    f"Δt = 1 ms; {coarse:.3f} at 10 ms (theory of the scheme {expected:.3f});"
-                    f" without the weight {_model(k).frequencies[0]:.3f}",
-                )
+            done.compare(
+                f"dominant frequency at k = {k:.0e} N/m, {kind} load (Hz)",
+                "Table V",
+                _pick_single(paper),
+                theory,
+                fine,
+                f"Δt = 1 ms; {coarse:.3f} at 10 ms (theory of the scheme {expected:.3f});"
+                f" without the weight {_model(k).frequencies[0]:.3f}",
             )
     done.notes.append(
         "Table V, low end: the height of the drums was chosen to meet it, so that its agreement"
         " says that such drums exist within the printed bounds, and is no test of the engine. The"
         " test is the theory beside it, and the rise over k."
     )
-    done.rows += [
-        reached(
-            "Table V: within 5 % at low k (1e8, 2e8 N/m) with the chosen drums",
-            worst <= 0.05,
-            f"furthest {per_cent(worst)} from the printed range, allowed 5 %",
-        ),
-        reached(
-            "Table V: frequency rises with k over all k",
-            bool(np.all(np.diff(trend) > 0)),
-            f"from {trend[0]:.2f} to {trend[-1]:.2f} Hz, paper"
-            f" {show(_printed(1e8), 3)} to {show(_printed(1e9), 3)} Hz",
-        ),
-        reached(
-            "Table V: static and dynamic load give one frequency",
-            max(_spread_of(found, k) for k in _TABLE_V) < 0.005,
-            f"they differ by {per_cent(max(_spread_of(found, k) for k in _TABLE_V))} at most",
-        ),
-    ]
+    done.require(
+        "Table V: within 5 % at low k (1e8, 2e8 N/m) with the chosen drums",
+        worst <= 0.05,
+        f"furthest {per_cent(worst)} from the printed range, allowed 5 %",
+    )
+    done.require(
+        "Table V: frequency rises with k over all k",
+        bool(np.all(np.diff(trend) > 0)),
+        f"from {trend[0]:.2f} to {trend[-1]:.2f} Hz, paper"
+        f" {show(_printed(1e8), 3)} to {show(_printed(1e9), 3)} Hz",
+    )
+    done.require(
+        "Table V: static and dynamic load give one frequency",
+        max(_spread_of(found, k) for k in _TABLE_V) < 0.005,
+        f"they differ by {per_cent(max(_spread_of(found, k) for k in _TABLE_V))} at most",
+    )
 
 
 def _spread_of(found: dict, k: float) -> float:
@@ -551,13 +537,11 @@ def _load_table(done: Outcome, found: dict) -> None:
                      *(f"{r['frequency']:.3f}" for r in results),
                      *(f"{1e3 * np.ptp(r['free']) / 2:.2g}" for r in (results[0], results[-1]))]
                 )  # fmt: skip
-    done.tables.append(
-        Table(
-            "Sensitivity to load and time step: dominant frequency (Hz)",
-            ["load", "Δt (s)", "F (N)", *(f"k = {k:.0e}" for k in _TABLE_V),
-             "amplitude at 1e8 (mm)", "at 1e9 (mm)"],
-            cells,
-        )
+    done.tabulate(
+        "Sensitivity to load and time step: dominant frequency (Hz)",
+        ["load", "Δt (s)", "F (N)", *(f"k = {k:.0e}" for k in _TABLE_V),
+         "amplitude at 1e8 (mm)", "at 1e9 (mm)"],
+        cells,
     )  # fmt: skip
 
 
@@ -598,18 +582,14 @@ def _high_end(done: Outcome, found: dict) -> None:
     ]
     rocking = found.get(("dynamic", 1e-2, 1e9, 3e5))
     if rocking:
-        done.compared.append(
-            Compared("rocking: dynamic load of 300 kN over 10 ms, k = 1e9 N/m (Hz)", "section 3.2",
-                None, None, rocking["frequency"], "joints open and slide")
-        )  # fmt: skip
+        done.compare("rocking: dynamic load of 300 kN over 10 ms, k = 1e9 N/m (Hz)", "section 3.2",
+            None, None, rocking["frequency"], "joints open and slide")  # fmt: skip
     light = [found.get(("dynamic", 1e-3, k, min(_LOADS["dynamic"]))) for k in _TABLE_V]
     if None not in light:
         sizes = [float(1e6 * np.ptp(one["free"]) / 2) for one in light]
-        done.compared.append(
-            Compared("dynamic load of 10 kN over 1 ms: amplitude of the top (µm)", "section 3.2",
-                "“not always obtained under the lower load values”", None,
-                (min(sizes), max(sizes)), "the column vibrates, by micrometres", 2)
-        )  # fmt: skip
+        done.compare("dynamic load of 10 kN over 1 ms: amplitude of the top (µm)", "section 3.2",
+            "“not always obtained under the lower load values”", None,
+            (min(sizes), max(sizes)), "the column vibrates, by micrometres", 2)  # fmt: skip
     done.notes.append(
         "The penalty that the paper finds best, 4e8 N/m or E L / 25, gives the model's first mode"
         f" {_leaning_frequency(4e8):.2f} Hz, in the field's second band. The first band asks for"
@@ -625,13 +605,13 @@ def _high_end(done: Outcome, found: dict) -> None:
 def _make_pictures(found: dict) -> list[Picture]:
     return [
         picture("avdat_table4", "Table IV: time to gravity turn-on over penalty; crosses: not"
-                " stable in the paper.", partial(_draw_gravity, found=found)),
+                " stable in the paper.", _draw_gravity, found),
         picture("avdat_table5", "Table V: dominant frequency over penalty; shaded: the field's two"
-                " modes.", partial(_draw_frequencies, found=found)),
+                " modes.", _draw_frequencies, found),
         picture("avdat_fig22", "Figures 21 and 22: loads, response and spectra at k = 4e8 N/m,"
-                " Δt = 1 ms, with the field's bands.", partial(_draw_response, found=found)),
+                " Δt = 1 ms, with the field's bands.", _draw_response, found),
         picture("avdat_fig23", "Figure 23: spectra of the uppermost drum's displacement at five"
-                " penalties, static load of 1 kN.", partial(_draw_spectra, found=found)),
+                " penalties, static load of 1 kN.", _draw_spectra, found),
     ]  # fmt: skip
 
 

@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Check the discussion of the paper: time step, block size and penalty (section 4)."""
 
-from functools import cache, partial
+from functools import cache
 
 import numpy as np
 
 from sitedda.engine.scheme import Scheme, scheme_damping
 from sitedda.report.style import BLUE, COLORS, RED, small_axes
 
-from ..case import Outcome, Table, picture, reached, study
-from ..compared import Compared, per_cent, show
+from ..case import Outcome, picture, study
+from ..compared import per_cent, show
 from ..runs import Task, input_file
 from .discrete import DiscreteModel
 
@@ -53,7 +53,7 @@ def discussion(found: dict) -> Outcome:
         picture("discussion_damping", "Damping ratio by the scheme over frequency, and where a mode"
                 " stops swinging (ωΔt = 4, eq. 13).", _draw_damping),
         picture("discussion_omega", "First and highest frequency of the column over penalty, with"
-                " the limits 4/Δt of eq. 13.", partial(_draw_omega, found=found)),
+                " the limits 4/Δt of eq. 13.", _draw_omega, found),
     ]  # fmt: skip
     return done
 
@@ -70,32 +70,28 @@ def _resolution_rows(done: Outcome, found: dict) -> None:
     at_best = found[_BEST["column"]]
     highest = at_best["highest"] / (2 * np.pi)
     shear = np.sqrt(_YOUNG / 2 / (1 + _POISSON) / _DENSITY)
-    done.compared += [
-        Compared("largest Δt of eq. 13 with the first mode for ω_max (s)", "section 4", 0.1,
-            4 / (2 * np.pi * _PAPER_OMEGA), 4 / at_best["first"],
-            "the paper puts 6.3 Hz, the highest *dominant* frequency, into eq. 13; here the first"
-            " mode at k = 4e8 N/m", 3),
-        Compared("ω_max/2π of the column, k = 4e8 N/m (Hz)", "section 4", _PAPER_OMEGA, None,
-            highest,
-            "the drums' own strain modes, which hold no penalty (with fixed points of stiffness k"
-            f" in place of 100 k: {at_best['without'] / 2 / np.pi:.0f} Hz)", 4),
-        Compared("largest Δt of eq. 13 with ω_max (s)", "section 4", 0.1, None,
-            4 / at_best["highest"],
-            "a limit of resolution, not of stability: beyond it a mode no longer swings but is"
-            " still damped, and both time steps of the paper are beyond it", 3),
-        Compared("largest Δt of eq. 14, CFL (s)", "section 4", 0.0002, _SIDE / _SPEED,
-            _SIDE / shear,
-            f"theory: Δx/v with the paper's {_SPEED:g} m/s; sitedda column: with"
-            f" √(G/ρ) = {shear:.0f} m/s of its own Table III", 3),
-    ]  # fmt: skip
-    done.rows.append(
-        reached(
-            "ω_max stated honestly, and both time steps of the paper judged by it",
-            bool(4 / at_best["highest"] < min(_STEPS)),
-            f"4/ω_max = {4 / at_best['highest']:.2g} s; the steps of 1 and 10 ms are"
-            f" {min(_STEPS) * at_best['highest'] / 4:.0f} and"
-            f" {max(_STEPS) * at_best['highest'] / 4:.0f} times that, and stable",
-        )
+    done.compare("largest Δt of eq. 13 with the first mode for ω_max (s)", "section 4", 0.1,
+        4 / (2 * np.pi * _PAPER_OMEGA), 4 / at_best["first"],
+        "the paper puts 6.3 Hz, the highest *dominant* frequency, into eq. 13; here the first"
+        " mode at k = 4e8 N/m", 3)  # fmt: skip
+    done.compare("ω_max/2π of the column, k = 4e8 N/m (Hz)", "section 4", _PAPER_OMEGA, None,
+        highest,
+        "the drums' own strain modes, which hold no penalty (with fixed points of stiffness k"
+        f" in place of 100 k: {at_best['without'] / 2 / np.pi:.0f} Hz)", 4)  # fmt: skip
+    done.compare("largest Δt of eq. 13 with ω_max (s)", "section 4", 0.1, None,
+        4 / at_best["highest"],
+        "a limit of resolution, not of stability: beyond it a mode no longer swings but is"
+        " still damped, and both time steps of the paper are beyond it", 3)  # fmt: skip
+    done.compare("largest Δt of eq. 14, CFL (s)", "section 4", 0.0002, _SIDE / _SPEED,
+        _SIDE / shear,
+        f"theory: Δx/v with the paper's {_SPEED:g} m/s; sitedda column: with"
+        f" √(G/ρ) = {shear:.0f} m/s of its own Table III", 3)  # fmt: skip
+    done.require(
+        "ω_max stated honestly, and both time steps of the paper judged by it",
+        bool(4 / at_best["highest"] < min(_STEPS)),
+        f"4/ω_max = {4 / at_best['highest']:.2g} s; the steps of 1 and 10 ms are"
+        f" {min(_STEPS) * at_best['highest'] / 4:.0f} and"
+        f" {max(_STEPS) * at_best['highest'] / 4:.0f} times that, and stable",
     )
     cells = [
         [f"{k:.0e}", f"{v['first'] / 2 / np.pi:.2f}", f"{v['highest'] / 2 / np.pi:.0f}",
@@ -103,13 +99,11 @@ def _resolution_rows(done: Outcome, found: dict) -> None:
          *(per_cent(float(_free_damping(v["first"] / 2 / np.pi, s))) for s in _STEPS)]
         for k, v in found.items()
     ]  # fmt: skip
-    done.tables.append(
-        Table(
-            "The column's spectrum and what the scheme does to its first mode",
-            ["k (N/m)", "first (Hz)", "highest (Hz)", "4/ω_max (s)",
-             *(f"ζ of the first at Δt = {s:g} s" for s in _STEPS)],
-            sorted(cells, key=lambda row: float(row[0])),
-        )
+    done.tabulate(
+        "The column's spectrum and what the scheme does to its first mode",
+        ["k (N/m)", "first (Hz)", "highest (Hz)", "4/ω_max (s)",
+         *(f"ζ of the first at Δt = {s:g} s" for s in _STEPS)],
+        sorted(cells, key=lambda row: float(row[0])),
     )  # fmt: skip
 
 
@@ -119,30 +113,26 @@ def _size_rows(done: Outcome) -> None:
     length = _PERIOD * np.sqrt(modulus / _DENSITY)
     eta = _SIDE / length
     met = [name for name, limit in _RECOMMENDED.items() if eta <= limit]
-    done.compared += [
-        Compared("shear modulus (GPa)", "section 4", 6.97, modulus / 1e9, modulus / 1e9,
-            "E/2(1+ν)"),
-        Compared("wavelength of the incident wave (m)", "section 4, eq. 17", 7.0, length, length,
-            "T √(G/ρ), T = 0.004 s"),
-        Compared("1/η", "section 4, eq. 12", 14.0, 1 / eta, 1 / eta,
-            f"of the recommendations quoted, {', '.join(met) or 'none'} is met; at the measured"
-            f" 3–6 Hz of the column η is {_SIDE * 6.3 / np.sqrt(modulus / _DENSITY):.1e}"),
-    ]  # fmt: skip
+    done.compare("shear modulus (GPa)", "section 4", 6.97, modulus / 1e9, modulus / 1e9,
+        "E/2(1+ν)")  # fmt: skip
+    done.compare("wavelength of the incident wave (m)", "section 4, eq. 17", 7.0, length, length,
+        "T √(G/ρ), T = 0.004 s")  # fmt: skip
+    done.compare("1/η", "section 4, eq. 12", 14.0, 1 / eta, 1 / eta,
+        f"of the recommendations quoted, {', '.join(met) or 'none'} is met; at the measured"
+        f" 3–6 Hz of the column η is {_SIDE * 6.3 / np.sqrt(modulus / _DENSITY):.1e}")  # fmt: skip
 
 
 def _penalty_rows(done: Outcome) -> None:
     """Compare best-fit penalties with Shi's k = E·L."""
     shi = _YOUNG * _DIAMETER
     layers = 4.788e9 * 15.0
-    done.compared += [
-        Compared("Shi's k = E·L of the column (N/m)", "section 4", 1e10, shi, shi,
-            "17 GPa × 0.6 m"),
-        Compared("best fit of the column over E·L", "section 5", 1 / 25, _BEST["column"] / shi,
-            _BEST["column"] / shi, "4e8 N/m; the paper's 1/25 rounds 10.2/0.4 = 25.5", 3),
-        Compared("penalty of the layers over E·L", "section 5", 21.0, _BEST["layers"] / layers,
-            _BEST["layers"] / layers, "table I: 1500 GN/m over 4.788 GPa × 15 m, the length of a"
-            " layer", 3),
-    ]  # fmt: skip
+    done.compare("Shi's k = E·L of the column (N/m)", "section 4", 1e10, shi, shi,
+        "17 GPa × 0.6 m")  # fmt: skip
+    done.compare("best fit of the column over E·L", "section 5", 1 / 25, _BEST["column"] / shi,
+        _BEST["column"] / shi, "4e8 N/m; the paper's 1/25 rounds 10.2/0.4 = 25.5", 3)  # fmt: skip
+    done.compare("penalty of the layers over E·L", "section 5", 21.0, _BEST["layers"] / layers,
+        _BEST["layers"] / layers, "table I: 1500 GN/m over 4.788 GPa × 15 m, the length of a"
+        " layer", 3)  # fmt: skip
     done.notes += [
         "“k = E·L” compares things of different kind: what counts is the compliance of a joint over"
         " that of a block. A joint turns with k·w²/2; a layer's joint shears with 2k/2.5 beside"

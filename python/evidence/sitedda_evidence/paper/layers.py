@@ -2,7 +2,7 @@
 """Compare the 15 layers of the paper with SHAKE (figures 12 to 16, tables I and II)."""
 
 from dataclasses import replace
-from functools import cache, partial
+from functools import cache
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from sitedda.site.column import Column, damped_amplification, refined_peak
 from sitedda.site.twin import layered_soils
 
 from ..case import Outcome, picture, relative, study
-from ..compared import Compared, per_cent
+from ..compared import per_cent
 from ..runs import Task, input_file
 from .discrete import DiscreteModel
 
@@ -141,12 +141,10 @@ def _dda_rows(done: Outcome, table: int, found: dict) -> None:
         theory, peak = _discrete_peak(table, point), _amplify(result, point)[2]
         place = f"{case['figure']}, DDA"
         at = "mid-layer" if point == "middle" else "surface"
-        done.compared += [
-            Compared(f"resonance, {case['where']}, {at} (Hz)", place, printed["frequency"],
-                theory.frequency, peak.frequency, why, 5),
-            Compared(f"amplification, {case['where']}, {at}", place, printed["amplitude"],
-                theory.amplitude, peak.amplitude, "", 5),
-        ]  # fmt: skip
+        done.compare(f"resonance, {case['where']}, {at} (Hz)", place, printed["frequency"],
+            theory.frequency, peak.frequency, why, 5)  # fmt: skip
+        done.compare(f"amplification, {case['where']}, {at}", place, printed["amplitude"],
+            theory.amplitude, peak.amplitude, "", 5)  # fmt: skip
     peak = _amplify(result, "middle")[2]
     for what, limit in zip(("frequency", "amplitude"), _DDA_LIMITS, strict=True):
         done.rows.append(
@@ -163,15 +161,14 @@ def _shake_rows(done: Outcome, table: int, column: Column) -> None:
     closed = _closed_form_peak(column, damping)
     source = "printed" if case["damping"] else "the scheme's at the peak, rounded"
     place = f"{case['figure']}, SHAKE"
-    done.compared += [
-        Compared(f"SHAKE twin: resonance, {case['where']} (Hz)", place, case["shake"][0],
-            closed and closed.frequency, peak.frequency,
-            f"D = {per_cent(damping)} ({source}); the paper's is read at a spectral line", 5),
-        Compared(f"SHAKE twin: amplification, {case['where']}", place, case["shake"][1],
-            closed and closed.amplitude, peak.amplitude,
-            f"G(1 + 2iD); with SHAKE91's modulus {other.amplitude:.2f} at {other.frequency:.3f} Hz",
-            5),
-    ]  # fmt: skip
+    done.compare(f"SHAKE twin: resonance, {case['where']} (Hz)", place, case["shake"][0],
+        closed and closed.frequency, peak.frequency,
+        f"D = {per_cent(damping)} ({source}); the paper's is read at a spectral line",
+        5)  # fmt: skip
+    done.compare(f"SHAKE twin: amplification, {case['where']}", place, case["shake"][1],
+        closed and closed.amplitude, peak.amplitude,
+        f"G(1 + 2iD); with SHAKE91's modulus {other.amplitude:.2f} at {other.frequency:.3f} Hz",
+        5)  # fmt: skip
     for what, limit, printed in zip(
         ("frequency", "amplitude"), _SHAKE_LIMITS, case["shake"], strict=True
     ):
@@ -197,14 +194,13 @@ def _loading_row(done: Outcome, table: int, found: dict, ground: dict) -> None:
     theory = _discrete_peak(table, "middle", "acceleration")
     strong = (frequency >= _BAND[0]) & (frequency <= _BAND[1])
     apart = np.max(abs(by_force - by_motion)[strong] / by_motion[strong])
-    done.compared += [
-        Compared(f"base acceleration as body force: resonance, {case['where']} (Hz)", "section 2.3",
-            case["dda"][0], theory.frequency, peak.frequency,
-            "the two loadings differ only in how the scheme filters the base motion", 5),
-        Compared(f"base acceleration as body force: amplification, {case['where']}", "section 2.3",
-            case["dda"][1], theory.amplitude, peak.amplitude,
-            f"spectra differ by {per_cent(apart)} at most over {_BAND[0]:g}–{_BAND[1]:g} Hz", 5),
-    ]  # fmt: skip
+    done.compare(f"base acceleration as body force: resonance, {case['where']} (Hz)", "section 2.3",
+        case["dda"][0], theory.frequency, peak.frequency,
+        "the two loadings differ only in how the scheme filters the base motion", 5)  # fmt: skip
+    done.compare(f"base acceleration as body force: amplification, {case['where']}", "section 2.3",
+        case["dda"][1], theory.amplitude, peak.amplitude,
+        f"spectra differ by {per_cent(apart)} at most over {_BAND[0]:g}–{_BAND[1]:g} Hz",
+        5)  # fmt: skip
     done.rows.append(
         relative(
             f"{case['figure']}: base displacement and base acceleration give one spectrum",
@@ -217,17 +213,15 @@ def _loading_row(done: Outcome, table: int, found: dict, ground: dict) -> None:
 
 def _sensitivity_rows(done: Outcome, found: dict) -> None:
     peaks = [_amplify(found[(1, kind)], "middle")[2] for kind in ("displacement", "noise")]
-    done.compared.append(
-        Compared(
-            "sensitivity: amplification under a made-up motion (white noise)",
-            "assumed",
-            _TABLES[1]["dda"][1],
-            _discrete_peak(1, "middle").amplitude,
-            peaks[1].amplitude,
-            f"at {peaks[1].frequency:.4f} Hz; under the record {peaks[0].amplitude:.3f}:"
-            " a property of the model, not of the record",
-            5,
-        )
+    done.compare(
+        "sensitivity: amplification under a made-up motion (white noise)",
+        "assumed",
+        _TABLES[1]["dda"][1],
+        _discrete_peak(1, "middle").amplitude,
+        peaks[1].amplitude,
+        f"at {peaks[1].frequency:.4f} Hz; under the record {peaks[0].amplitude:.3f}:"
+        " a property of the model, not of the record",
+        5,
     )
 
 
@@ -266,7 +260,10 @@ def _make_pictures(found: dict, ground: dict) -> list[Picture]:
             f"layers_fig{14 + table}",
             f"{_TABLES[table]['figure'].replace('Fig.', 'Figure')}: amplification,"
             f" {_TABLES[table]['where']}; circles are the paper's peaks.",
-            partial(_draw_spectrum, table=table, found=found, ground=ground),
+            _draw_spectrum,
+            table,
+            found,
+            ground,
         )
         for table in _TABLES
     ]
@@ -274,7 +271,8 @@ def _make_pictures(found: dict, ground: dict) -> list[Picture]:
         "layers_fig14",
         "Figure 14 with the record used here: acceleration and the displacement that moves the"
         " fixed points.",
-        partial(_draw_motion, ground=ground),
+        _draw_motion,
+        ground,
     )
     return [motion, *spectra]
 

@@ -15,8 +15,7 @@ from sitedda.facade.run import run
 from sitedda.report.style import BLUE, RED, small_axes
 from sitedda.site.column import refined_peak
 
-from ..case import Outcome, Table, picture, reached, study
-from ..compared import Compared
+from ..case import Outcome, picture, study
 from ..runs import Task, input_file
 from . import shear_wave
 from .discrete import DiscreteModel
@@ -239,27 +238,24 @@ def _contact_rows(done: Outcome, found: dict) -> None:
                              np.log(15), np.log(80), xtol=1e-3))  # fmt: skip
     low, high = _peak(10 * product), _peak(100 * product)
     engine = _engine_peak({"contact.normal_stiffness": float(crossing * product)})
-    done.compared += [
-        Compared("first frequency of the column, joints made rigid by augmented Lagrange (Hz)",
-            "section 1", "“beyond the scope”", float(stiff.frequencies[0]), found["rigid"],
-            "only the shear of the drums is left: the penalty of Tables IV and V is the stiffness"
-            " of the joints, not a numerical parameter"),
-        Compared("layers, “SOR, factor 1.5” against the direct solver: largest difference",
-            "Table I", None, 0.0, apart, "of the acceleration of the top layer, 5 s", 2),
-        Compared(f"amplification of the layers at k = {crossing:.1f} E L, by theory that of SHAKE",
-            "section 5, k = 21 E L", _SHAKE[1], _peak(crossing * product).amplitude,
-            engine.amplitude, f"f rises from {low.frequency:.2f} to"
-            f" {high.frequency:.2f} Hz and A falls from {low.amplitude:.2f} to"
-            f" {high.amplitude:.2f} between 10 and 100 E L: an optimum by crossing, at"
-            f" {_peak(crossing * product).frequency:.2f} Hz", 3),
-    ]  # fmt: skip
-    done.rows += [
-        reached("Rigid joints leave the frequency of the drums' shear",
-                abs(found["rigid"] / stiff.frequencies[0] - 1) < 0.02, f"{found['rigid']:.1f} Hz"),
-        reached("SOR gives the motion of the direct solver", apart < 1e-4, f"{apart:.1e}"),
-        reached("The engine meets the amplification of SHAKE at the penalty of the theory",
-                abs(engine.amplitude / _SHAKE[1] - 1) < 1e-3, f"{engine.amplitude:.3f}"),
-    ]  # fmt: skip
+    done.compare("first frequency of the column, joints made rigid by augmented Lagrange (Hz)",
+        "section 1", "“beyond the scope”", float(stiff.frequencies[0]), found["rigid"],
+        "only the shear of the drums is left: the penalty of Tables IV and V is the stiffness"
+        " of the joints, not a numerical parameter")  # fmt: skip
+    done.compare("layers, “SOR, factor 1.5” against the direct solver: largest difference",
+        "Table I", None, 0.0, apart, "of the acceleration of the top layer, 5 s", 2)  # fmt: skip
+    done.compare(f"amplification of the layers at k = {crossing:.1f} E L, by theory that of SHAKE",
+        "section 5, k = 21 E L", _SHAKE[1], _peak(crossing * product).amplitude,
+        engine.amplitude, f"f rises from {low.frequency:.2f} to"
+        f" {high.frequency:.2f} Hz and A falls from {low.amplitude:.2f} to"
+        f" {high.amplitude:.2f} between 10 and 100 E L: an optimum by crossing, at"
+        f" {_peak(crossing * product).frequency:.2f} Hz", 3)  # fmt: skip
+    done.require("Rigid joints leave the frequency of the drums' shear",
+            abs(found["rigid"] / stiff.frequencies[0] - 1) < 0.02,
+            f"{found['rigid']:.1f} Hz")  # fmt: skip
+    done.require("SOR gives the motion of the direct solver", apart < 1e-4, f"{apart:.1e}")
+    done.require("The engine meets the amplification of SHAKE at the penalty of the theory",
+            abs(engine.amplitude / _SHAKE[1] - 1) < 1e-3, f"{engine.amplitude:.3f}")  # fmt: skip
 
 
 def _damping_rows(done: Outcome) -> None:
@@ -268,24 +264,22 @@ def _damping_rows(done: Outcome) -> None:
     kh = np.pi / 2 / 15
     fine, coarse = (_material_peak(step) for step in (1e-3, 5e-3))
     energies, exact = _non_classical()
-    done.compared += [
-        Compared("15 lumped masses: frequency below that of the wave equation (%)", "eq. 8", None,
-            100 * kh**2 / 24, 100 * (1 - chain / kh),
-            "(kh)²/24; SHAKE itself solves the wave equation with complex moduli", 3),
-        Compared("2.2 % by the material, table I, Δt = 1 ms: amplification", "section 2.1",
-            "“the best way”", None, fine.amplitude, f"at {fine.frequency:.3f} Hz, no damping by"
-            " the scheme"),
-        Compared("the same, Δt = 5 ms", "section 2.1", None, fine.amplitude, coarse.amplitude,
-            f"at {coarse.frequency:.3f} Hz: the step changes the frequency, not the damping"),
-        Compared("5 soft layers of 10 % on 10 stiff ones of 1 %: damping ratio of the first mode",
-            "section 2.1", "“non-classical”", exact, energies,
-            "theory: complex mode; beside it by the energies of the real mode, as `modes` has it"),
-    ]  # fmt: skip
-    done.rows.append(
-        reached("Damping by the material does not depend on the time step",
-                abs(coarse.amplitude / fine.amplitude - 1) < 0.02,
-                f"{fine.amplitude:.2f} and {coarse.amplitude:.2f}")
-    )  # fmt: skip
+    done.compare("15 lumped masses: frequency below that of the wave equation (%)", "eq. 8", None,
+        100 * kh**2 / 24, 100 * (1 - chain / kh),
+        "(kh)²/24; SHAKE itself solves the wave equation with complex moduli", 3)  # fmt: skip
+    done.compare("2.2 % by the material, table I, Δt = 1 ms: amplification", "section 2.1",
+        "“the best way”", None, fine.amplitude, f"at {fine.frequency:.3f} Hz, no damping by"
+        " the scheme")  # fmt: skip
+    done.compare("the same, Δt = 5 ms", "section 2.1", None, fine.amplitude, coarse.amplitude,
+        f"at {coarse.frequency:.3f} Hz: the step changes the frequency,"
+        " not the damping")  # fmt: skip
+    done.compare("5 soft layers of 10 % on 10 stiff ones of 1 %: damping ratio of the first mode",
+        "section 2.1", "“non-classical”", exact, energies,
+        "theory: complex mode; beside it by the energies of the real mode,"
+        " as `modes` has it")  # fmt: skip
+    done.require("Damping by the material does not depend on the time step",
+        abs(coarse.amplitude / fine.amplitude - 1) < 0.02,
+        f"{fine.amplitude:.2f} and {coarse.amplitude:.2f}")  # fmt: skip
 
 
 def _wave_rows(done: Outcome, found: dict) -> None:
@@ -295,24 +289,20 @@ def _wave_rows(done: Outcome, found: dict) -> None:
         for ratio in _RATIOS
     ]  # fmt: skip
     heads = [f"{kind}, Δt = T/{n}" for kind in "SP" for n in _PER_PERIOD]
-    done.tables.append(Table("Section 2.2: loss of amplitude (%) at the recommended η and Δt",
-                             ["η", *heads], cells))  # fmt: skip
+    done.tabulate("Section 2.2: loss of amplitude (%) at the recommended η and Δt",
+        ["η", *heads], cells)  # fmt: skip
     for step in _FRONT:
-        done.compared.append(
-            Compared(f"ripple at the wave front, λ/Δx = 8, Δt = {step:g} s (% of the amplitude)",
-                "section 2.2", "“pseudo high frequency oscillations”" if step == 1e-6 else None,
-                None, 100 * found["wave", "S", 8, step]["ripple"],
-                "dispersion by the blocks, which large steps damp", 3)
-        )  # fmt: skip
+        done.compare(f"ripple at the wave front, λ/Δx = 8, Δt = {step:g} s (% of the amplitude)",
+            "section 2.2", "“pseudo high frequency oscillations”" if step == 1e-6 else None,
+            None, 100 * found["wave", "S", 8, step]["ripple"],
+            "dispersion by the blocks, which large steps damp", 3)  # fmt: skip
     ripples = [found["wave", "S", 8, step]["ripple"] for step in _FRONT]
-    done.rows.append(reached("Small steps show the ripple of the blocks", ripples[0] < ripples[2],
-                             ", ".join(f"{100 * one:.2g} %" for one in ripples)))  # fmt: skip
+    done.require("Small steps show the ripple of the blocks", ripples[0] < ripples[2],
+        ", ".join(f"{100 * one:.2g} %" for one in ripples))  # fmt: skip
     for thickness in (0.5, 1.0, 3.0):
-        done.compared.append(
-            Compared(f"layers of {thickness:g} m at k = 1500 GN/m: first frequency (Hz)",
-                "section 2.2, k > 100 E", None, _joint_theory(thickness), _joint_damping(thickness),
-                "v/4H over √(1 + GW/2k_sΔx): joints per metre count as the penalty does")
-        )  # fmt: skip
+        done.compare(f"layers of {thickness:g} m at k = 1500 GN/m: first frequency (Hz)",
+            "section 2.2, k > 100 E", None, _joint_theory(thickness), _joint_damping(thickness),
+            "v/4H over √(1 + GW/2k_sΔx): joints per metre count as the penalty does")  # fmt: skip
 
 
 def _joint_theory(thickness: float) -> float:
@@ -330,44 +320,36 @@ def _joint_damping(thickness: float) -> float:
 
 def _field_rows(done: Outcome, found: dict) -> None:
     for k, printed in _PRINTED_V.items():
-        done.compared.append(
-            Compared(f"dominant frequency at k = {k:.0e} N/m, Δt = 1e-4 s (Hz)", "Table V, “not"
-                " shown”", printed, _first_frequency(k), found["fine", k],
-                "theory without the weight")
-        )  # fmt: skip
+        done.compare(f"dominant frequency at k = {k:.0e} N/m, Δt = 1e-4 s (Hz)", "Table V, “not"
+            " shown”", printed, _first_frequency(k), found["fine", k],
+            "theory without the weight")  # fmt: skip
     for k in (4e8, 1e9):
         plain, meshed = found["bent", k]
-        done.compared.append(
-            Compared(f"drums that bend, k = {k:.0e} N/m: first frequency (Hz)", "Table V",
-                _PRINTED_V[k], None, meshed, f"meshed drums; {plain:.2f} with rigid sections", 3)
-        )  # fmt: skip
+        done.compare(f"drums that bend, k = {k:.0e} N/m: first frequency (Hz)", "Table V",
+            _PRINTED_V[k], None, meshed, f"meshed drums; {plain:.2f} with rigid sections",
+            3)  # fmt: skip
     bands = ((3.0, 3.8), (4.2, 5.3))
     for frequency, band, name in zip(_BANDS, bands, ("first", "second"), strict=True):
-        done.compared.append(
-            Compared(f"noise, a plane model of one direction: top over base, {name} band (Hz)",
-                "Fig. 19", band, None, found["noise", frequency],
-                "joints of 2.12e8 N/m" if name == "first" else "joints 1.95 times as stiff", 3)
-        )  # fmt: skip
+        done.compare(f"noise, a plane model of one direction: top over base, {name} band (Hz)",
+            "Fig. 19", band, None, found["noise", frequency],
+            "joints of 2.12e8 N/m" if name == "first" else "joints 1.95 times as stiff",
+            3)  # fmt: skip
     drum = 2250 * 9.81 * _WIDTH * _HEIGHT
-    done.compared += [
-        Compared("static load of 3 kN slides the top drum below φ = (°)", "section 3.2",
-            "“initial translation”", float(np.degrees(np.arctan(3e3 / drum))), "not run",
-            "φ is not printed", 3),
-        Compared("best penalty over Shi's of the rocking column [26]", "section 4",
-            8.3e7 / 1.8e9, None, f"Ω smaller by √({1.8e9 / 8.3e7:.1f}) ="
-            f" {np.sqrt(1.8e9 / 8.3e7):.1f}", "restitution depends on Ω = Δt √(k/m) (picture): a"
-            " fitted penalty fits the loss at impacts"),
-    ]  # fmt: skip
+    done.compare("static load of 3 kN slides the top drum below φ = (°)", "section 3.2",
+        "“initial translation”", float(np.degrees(np.arctan(3e3 / drum))), "not run",
+        "φ is not printed", 3)  # fmt: skip
+    done.compare("best penalty over Shi's of the rocking column [26]", "section 4",
+        8.3e7 / 1.8e9, None, f"Ω smaller by √({1.8e9 / 8.3e7:.1f}) ="
+        f" {np.sqrt(1.8e9 / 8.3e7):.1f}", "restitution depends on Ω = Δt √(k/m) (picture): a"
+        " fitted penalty fits the loss at impacts")  # fmt: skip
     fine = max(abs(found["fine", k] / _first_frequency(k) - 1) for k in _PRINTED_V)
     stiffer = all(found["bent", k][1] < found["bent", k][0] for k in (4e8, 1e9))
     inside = all(low <= found["noise", f] <= high
                  for f, (low, high) in zip(_BANDS, bands, strict=True))  # fmt: skip
-    done.rows += [
-        reached("Table V at 1e-4 s: frequencies of the theory", fine < 0.02, f"within {fine:.1e}"),
-        reached("Drums that bend lower the frequency", stiffer, "at both penalties"),
-        reached("Noise shows each direction in its band", inside,
-                ", ".join(f"{found['noise', f]:.2f} Hz" for f in _BANDS)),
-    ]  # fmt: skip
+    done.require("Table V at 1e-4 s: frequencies of the theory", fine < 0.02, f"within {fine:.1e}")
+    done.require("Drums that bend lower the frequency", stiffer, "at both penalties")
+    done.require("Noise shows each direction in its band", inside,
+            ", ".join(f"{found['noise', f]:.2f} Hz" for f in _BANDS))  # fmt: skip
 
 
 def _draw_rebounds(drawing) -> None:

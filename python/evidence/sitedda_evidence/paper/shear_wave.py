@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reproduce the shear wave in a stack of layers (figures 7 to 11, equations 12 to 17)."""
 
-from functools import cache, partial
+from functools import cache
 
 import numpy as np
 from scipy.signal import correlate
@@ -10,8 +10,8 @@ from sitedda.facade.run import run
 from sitedda.report import Picture
 from sitedda.report.style import BLUE, COLORS, GREY, INK, RED, small_axes
 
-from ..case import Outcome, Table, picture, reached, study
-from ..compared import Compared, per_cent
+from ..case import Outcome, picture, study
+from ..compared import per_cent
 from ..runs import Task, input_file
 from .discrete import DiscreteModel
 from .measure import sub_sample_maximum
@@ -201,25 +201,21 @@ def _amplitude_rows(done: Outcome, found: dict) -> None:
             result = found[case]
             theory = _amplitude_error({"M1": _theory(case, result["time"])})
             errors.append(_amplitude_error(result))
-            done.compared.append(
-                Compared(
-                    f"amplitude error at λ/Δx = {ratio}, Δt = {step:g} s (%)",
-                    "Fig. 9, eq. 16" if ratio in _PRINTED else "beyond Fig. 9",
-                    None,
-                    100 * theory,
-                    100 * errors[-1],
-                    f"continuous column: {100 * _closed_form(ratio, step, _PERIOD):.2f} %",
-                )
+            done.compare(
+                f"amplitude error at λ/Δx = {ratio}, Δt = {step:g} s (%)",
+                "Fig. 9, eq. 16" if ratio in _PRINTED else "beyond Fig. 9",
+                None,
+                100 * theory,
+                100 * errors[-1],
+                f"continuous column: {100 * _closed_form(ratio, step, _PERIOD):.2f} %",
             )
         falls = bool(np.all(np.diff(errors) < 0))
         at = errors[_RATIOS.index(32)]
-        done.rows.append(
-            reached(
-                f"Fig. 9: error falls with λ/Δx at Δt = {step:g} s; its value at 32 stated",
-                falls,
-                f"falls from {per_cent(errors[0])} to {per_cent(errors[-1])},"
-                f" {100 * at:.3g} % at λ/Δx = 32",
-            )
+        done.require(
+            f"Fig. 9: error falls with λ/Δx at Δt = {step:g} s; its value at 32 stated",
+            falls,
+            f"falls from {per_cent(errors[0])} to {per_cent(errors[-1])},"
+            f" {100 * at:.3g} % at λ/Δx = 32",
         )
 
 
@@ -236,21 +232,17 @@ def _step_effect(done: Outcome, found: dict) -> None:
         worst = max(worst, abs(measured - exact) / exact)
         simple[ratio] = closed / measured
         cells.append([f"{ratio}", *(f"{100 * v:.2f}" for v in (measured, exact, closed))])
-    done.tables.append(
-        Table(
-            "Gap of figure 9: error at 1e-4 s less error at 1e-5 s (%)",
-            ["λ/Δx", "sitedda", "exact discrete theory", "√(4x/πTλ) (√Δt₂ - √Δt₁)"],
-            cells,
-        )
+    done.tabulate(
+        "Gap of figure 9: error at 1e-4 s less error at 1e-5 s (%)",
+        ["λ/Δx", "sitedda", "exact discrete theory", "√(4x/πTλ) (√Δt₂ - √Δt₁)"],
+        cells,
     )
-    done.rows.append(
-        reached(
-            "Fig. 9: gap between the two time steps explained by the theory of the scheme",
-            bool(worst < 0.01),
-            f"run and exact theory of the scheme differ by {per_cent(worst)} of the gap at most;"
-            f" the closed form of a continuous column gives {simple[4]:.2f} times the gap at"
-            f" λ/Δx = 4, {simple[32]:.2f} at 32",
-        )
+    done.require(
+        "Fig. 9: gap between the two time steps explained by the theory of the scheme",
+        bool(worst < 0.01),
+        f"run and exact theory of the scheme differ by {per_cent(worst)} of the gap at most;"
+        f" the closed form of a continuous column gives {simple[4]:.2f} times the gap at"
+        f" λ/Δx = 4, {simple[32]:.2f} at 32",
     )
     done.notes.append(
         "The gap is the scheme's attenuation exp(-ω²Δt x/4v). On its own, in a continuous column,"
@@ -271,26 +263,20 @@ def _shape_rows(done: Outcome, found: dict) -> None:
         theory = _theory(case, result["time"])
         crest, trough = result["M1"].max(), -result["M1"].min()
         fits.append(_largest_correlation(result))
-        done.compared += [
-            Compared(f"one-cycle sine at λ/Δx = {ratio}: crest (mm)", "Fig. 11", None,
-                1e3 * theory.max(), 1e3 * crest, "incident amplitude 1 mm"),
-            Compared(f"one-cycle sine at λ/Δx = {ratio}: trough (mm)", "Fig. 11", None,
-                -1e3 * theory.min(), 1e3 * trough,
-                f"correlation with the incident wave {fits[-1]:.4f}"),
-        ]  # fmt: skip
+        done.compare(f"one-cycle sine at λ/Δx = {ratio}: crest (mm)", "Fig. 11", None,
+            1e3 * theory.max(), 1e3 * crest, "incident amplitude 1 mm")  # fmt: skip
+        done.compare(f"one-cycle sine at λ/Δx = {ratio}: trough (mm)", "Fig. 11", None,
+            -1e3 * theory.min(), 1e3 * trough,
+            f"correlation with the incident wave {fits[-1]:.4f}")  # fmt: skip
     fine = [_largest_correlation(found[("sine", r, 1e-5, _PENALTY, _PERIOD)]) for r in _PRINTED]
-    done.compared.append(
-        Compared("correlations with the incident wave at Δt = 1e-5 s", "Fig. 11",
-            "independent of the time step", None, ", ".join(f"{fit:.4f}" for fit in fine),
-            "at 1e-4 s " + ", ".join(f"{fit:.4f}" for fit in fits))
-    )  # fmt: skip
+    done.compare("correlations with the incident wave at Δt = 1e-5 s", "Fig. 11",
+        "independent of the time step", None, ", ".join(f"{fit:.4f}" for fit in fine),
+        "at 1e-4 s " + ", ".join(f"{fit:.4f}" for fit in fits))  # fmt: skip
     rising = bool(np.all(np.diff(fits) > 0))
-    done.rows.append(
-        reached(
-            "Fig. 11: wave form kept better with λ/Δx, well resolved from 16 on",
-            rising and fits[_PRINTED.index(16)] > 0.98,
-            "correlations " + ", ".join(f"{fit:.4f}" for fit in fits),
-        )
+    done.require(
+        "Fig. 11: wave form kept better with λ/Δx, well resolved from 16 on",
+        rising and fits[_PRINTED.index(16)] > 0.98,
+        "correlations " + ", ".join(f"{fit:.4f}" for fit in fits),
     )
 
 
@@ -311,22 +297,18 @@ def _speed_rows(done: Outcome, found: dict) -> None:
         losses.append(1 - _speed(result))
         theory = {"time": result["time"], "base": _theory(case, result["time"], "base"),
                   "M1": _theory(case, result["time"])}  # fmt: skip
-        done.compared.append(
-            Compared(
-                f"loss of wave speed at k = {penalty:g} E (%)",
-                "section 2.2",
-                {40.0: "typical", 100.0: "better accuracy above"}.get(penalty),
-                100 * (1 - _speed(theory)),
-                100 * losses[-1],
-                f"long waves: 1 - 1/√(1 + GW/2k_sΔx) = {100 * (1 - _speed_loss(penalty)):.3g} %",
-                3,
-            )
+        done.compare(
+            f"loss of wave speed at k = {penalty:g} E (%)",
+            "section 2.2",
+            {40.0: "typical", 100.0: "better accuracy above"}.get(penalty),
+            100 * (1 - _speed(theory)),
+            100 * losses[-1],
+            f"long waves: 1 - 1/√(1 + GW/2k_sΔx) = {100 * (1 - _speed_loss(penalty)):.3g} %",
+            3,
         )
     falls = bool(np.all(np.diff(losses) < 0))
-    done.rows.append(
-        reached("Wave speed rises with the penalty", falls,
-                    f"loss {per_cent(losses[0])} … {per_cent(losses[-1])}")
-    )  # fmt: skip
+    done.require("Wave speed rises with the penalty", falls,
+        f"loss {per_cent(losses[0])} … {per_cent(losses[-1])}")  # fmt: skip
 
 
 def _speed(result: dict) -> float:
@@ -347,16 +329,14 @@ def _period_rows(done: Outcome, found: dict) -> None:
             return
         for case, step in zip(cases, _STEPS, strict=True):
             result = found[case]
-            done.compared.append(
-                Compared(
-                    f"sensitivity: error at λ/Δx = 32, T = {period:g} s, Δt = {step:g} s (%)",
-                    "assumed",
-                    None,
-                    100 * _amplitude_error({"M1": _theory(case, result["time"])}),
-                    100 * _amplitude_error(result),
-                    f"√(4Δt·x/πTλ) = {100 * _closed_form(32, step, period):.2f} %:"
-                    " only Δt/T and x/λ count",
-                )
+            done.compare(
+                f"sensitivity: error at λ/Δx = 32, T = {period:g} s, Δt = {step:g} s (%)",
+                "assumed",
+                None,
+                100 * _amplitude_error({"M1": _theory(case, result["time"])}),
+                100 * _amplitude_error(result),
+                f"√(4Δt·x/πTλ) = {100 * _closed_form(32, step, period):.2f} %:"
+                " only Δt/T and x/λ count",
             )
 
 
@@ -368,16 +348,14 @@ def _width_rows(done: Outcome, found: dict) -> None:
             if case not in found:
                 return
             result = found[case]
-            done.compared.append(
-                Compared(
-                    f"sensitivity: error at λ/Δx = {ratio}, stack {_WIDE['width']:g} m wide,"
-                    f" Δt = {step:g} s (%)",
-                    "assumed",
-                    None,
-                    100 * _amplitude_error({"M1": _theory(case, result["time"])}),
-                    100 * _amplitude_error(result),
-                    f"√(4Δt·x/πTλ) = {100 * _closed_form(ratio, step, _PERIOD):.2f} %",
-                )
+            done.compare(
+                f"sensitivity: error at λ/Δx = {ratio}, stack {_WIDE['width']:g} m wide,"
+                f" Δt = {step:g} s (%)",
+                "assumed",
+                None,
+                100 * _amplitude_error({"M1": _theory(case, result["time"])}),
+                100 * _amplitude_error(result),
+                f"√(4Δt·x/πTλ) = {100 * _closed_form(ratio, step, _PERIOD):.2f} %",
             )
     narrow = ("triangle", 128, 1e-5, _PENALTY, _PERIOD)
     time = np.arange(0.0, _case_duration(128, _PERIOD), 1e-5)
@@ -404,16 +382,14 @@ def _width_rows(done: Outcome, found: dict) -> None:
 def _make_pictures(found: dict) -> list[Picture]:
     pictures = [
         picture("shear_wave_fig9", "Figures 8 and 9: triangular wave and relative error of its"
-                " amplitude at M1; the faint points lie beyond the paper's.",
-                partial(_draw_errors, found=found)),
+                " amplitude at M1; the faint points lie beyond the paper's.", _draw_errors, found),
         picture("shear_wave_fig11", "Figures 10 and 11: one-cycle sine at M1, Δt = 1e-4 s,"
-                " with the incident wave delayed by the true travel time.",
-                partial(_draw_forms, found=found)),
+                " with the incident wave delayed by the true travel time.", _draw_forms, found),
     ]  # fmt: skip
     if ("sine", _SLOWER, 1e-5, 1.0, _PERIOD) in found:
         pictures.append(
-            picture("shear_wave_speed", "Wave speed against penalty (section 2.2).",
-                    partial(_draw_speed, found=found))
+            picture("shear_wave_speed", "Wave speed against penalty (section 2.2).", _draw_speed,
+                    found)
         )  # fmt: skip
     return pictures
 
