@@ -10,21 +10,29 @@ from sitedda import InputError
 APERTURE, STIFFNESS, BULK, VISCOSITY = 2e-4, 1e10, 2.2e9, 1e-3
 #: of a joint that its stiffness and the water's compression store in, m²/s
 DIFFUSIVITY = APERTURE**3 / (12 * VISCOSITY) / (1 / STIFFNESS + APERTURE / BULK)
+SHARE = (1 / STIFFNESS) / (1 / STIFFNESS + APERTURE / BULK)  #: of a load, that water carries
+
+STIFF = {
+    "law": "mohr_coulomb", "normal_stiffness_per_area": STIFFNESS,
+    "shear_stiffness_per_area": STIFFNESS,
+}  # fmt: skip
+
+CONSTANT = {"aperture": APERTURE, "opening_factor": 0.0}
 
 
 def started(time_step: float, **control) -> sitedda.Model:
     """A model of light, stiff blocks without gravity."""
     model = sitedda.Model("water in joints", time_step=time_step, **control)
     model.material("rock", density=100.0, young_modulus=1e14, poisson_ratio=0.0)
-    model.joint(
-        "joint",
-        law="mohr_coulomb",
-        friction_angle=0.0,
-        normal_stiffness_per_area=STIFFNESS,
-        shear_stiffness_per_area=STIFFNESS,
-        contact_points=3,
-    )
+    model.joint("joint", friction_angle=0.0, contact_points=3, **STIFF)
     return model
+
+
+def box(model, name: str, left, low, right, high, held=True, **more):
+    """A rectangle, of which two points are held."""
+    model.block([left, low, right, low, right, high, left, high], name=name, **more)
+    for x in (left + 0.1, right - 0.1) if held else ():
+        model.fixed_point(x, (low + high) / 2, name)
 
 
 def rigid(length: float, *pieces: tuple[float, str], **control) -> sitedda.Model:
@@ -32,14 +40,9 @@ def rigid(length: float, *pieces: tuple[float, str], **control) -> sitedda.Model
     model = started(**({"time_step": 0.01, "steps": 2} | control))
     left = 0.0
     for i, (width, joint) in enumerate(pieces or ((length, "joint"),)):
-        right = left + width
-        model.block([left, -1, right, -1, right, 0, left, 0], name=f"low{i}", joint=joint)
-        model.fixed_point(left + 0.1, -0.9, f"low{i}")
-        model.fixed_point(right - 0.1, -0.9, f"low{i}")
-        left = right
-    model.block([0, 0, length, 0, length, 1, 0, 1], name="top")
-    model.fixed_point(0.1, 0.9, "top")
-    model.fixed_point(length - 0.1, 0.9, "top")
+        box(model, f"low{i}", left, -1, left + width, 0, joint=joint)
+        left += width
+    box(model, "top", 0, 0, length, 1)
     return model
 
 
@@ -64,12 +67,8 @@ def test_cubic_law(aperture):
     model.flow_boundary(side="right", head=10.0)
     data = data_of(model)
     exact = aperture**3 * 9810 / (12 * VISCOSITY)
-    flux = (
-        data.flow_flux.values[-1]
-        * np.sign(np.diff(data.flow_node_place.values[data.flow_channel_node.values, 0], axis=1))[
-            :, 0
-        ]
-    )
+    ends = data.flow_node_place.values[data.flow_channel_node.values, 0]
+    flux = data.flow_flux.values[-1] * np.sign(ends[:, 1] - ends[:, 0])
     assert flux == pytest.approx(exact, rel=1e-6)
     inflow = data.flow_inflow.values[-1]
     assert abs(inflow.sum()) < 1e-12 * exact and inflow.max() == pytest.approx(exact, rel=1e-6)
@@ -80,12 +79,8 @@ def test_apertures_in_series():
     model = rigid(5.0, (2.0, "fine"), (3.0, "coarse"))
     for name, aperture in (("fine", 1e-4), ("coarse", 2e-4)):
         model.joint(name, friction_angle=0.0)
-        model.flow(
-            joints=name,
-            aperture=aperture,
-            opening_factor=0.0,
-            **({"state": "steady"} if name == "fine" else {}),
-        )
+        steady = {"state": "steady"} if name == "fine" else {}
+        model.flow(joints=name, aperture=aperture, opening_factor=0.0, **steady)
     model.flow_boundary(along=[0, -0.1, 0, 0.1], head=15.0)
     model.flow_boundary(along=[5, -0.1, 5, 0.1], head=10.0)
     data = data_of(model)
@@ -99,29 +94,23 @@ def test_undrained_share_of_a_load(layers):
     """Skempton's ratio of a joint, also in each joint of a column."""
     model = started(1e-3)
     for i in range(layers + 1):
-        model.block([0, i, 2, i, 2, i + 1, 0, i + 1], name=f"b{i}")
-    model.fixed_point(0.2, 0.5, "b0")
-    model.fixed_point(1.8, 0.5, "b0")
+        box(model, f"b{i}", 0, i, 2, i + 1, held=i == 0)
     model.traction(side="top", normal=1e5)
     model.flow(aperture=APERTURE, state_at_rest="undrained")
     model.stage("loaded", kind="static")
     model.stage("after", duration=1e-3)
     data = data_of(model)
-    share = (1 / STIFFNESS) / (1 / STIFFNESS + APERTURE / BULK)
-    assert data.flow_pressure.values[-1] == pytest.approx(1e5 * share, rel=1e-6)
+    assert data.flow_pressure.values[-1] == pytest.approx(1e5 * SHARE, rel=1e-6)
 
 
 def columns(count: int, length: float, **control) -> sitedda.Model:
     """Stiff columns side by side on a fixed slab: joint consolidation in one dimension."""
     model = started(**({"integration": "backward_euler", "dynamic_factor": 0.0} | control))
     model.joint("smooth", friction_angle=0.0)
-    model.block([0, -1, length, -1, length, 0, 0, 0], name="slab")
-    model.fixed_point(0.1, -0.5, "slab")
-    model.fixed_point(length - 0.1, -0.5, "slab")
+    box(model, "slab", 0, -1, length, 0)
     width = length / count
     for i in range(count):
-        x = i * width
-        model.block([x, 0, x + width, 0, x + width, 1, x, 1], name=f"c{i}", joint="smooth")
+        box(model, f"c{i}", i * width, 0, (i + 1) * width, 1, held=False, joint="smooth")
     return model
 
 
@@ -136,9 +125,7 @@ def test_consolidation_of_a_joint():
     span = factor * length**2 / DIFFUSIVITY
     model = columns(count, length, time_step=span / steps, steps=steps)
     model.traction(side="top", normal=1e5)
-    model.flow(
-        joints="joint", aperture=APERTURE, opening_factor=0.0, state="transient", pressure=1e5
-    )
+    model.flow(joints="joint", state="transient", pressure=1e5, **CONSTANT)
     model.flow_boundary(along=[0, -0.1, 0, 0.1], pressure=0.0)
     data = data_of(model)
     exact = [series(factor, x / length) for x in np.linspace(0, length, count + 1)]
@@ -151,13 +138,8 @@ def test_consolidation_of_a_joint():
 def stored_in_water(length: float, **control) -> sitedda.Model:
     """Rigid slabs, with a bulk modulus that gives the diffusivity of the joint above."""
     model = rigid(length, integration="backward_euler", **control)
-    model.flow(
-        aperture=APERTURE,
-        opening_factor=0.0,
-        state="transient",
-        channel_length=length / 160,
-        bulk_modulus=DIFFUSIVITY * 12 * VISCOSITY / APERTURE**2,
-    )
+    bulk = DIFFUSIVITY * 12 * VISCOSITY / APERTURE**2
+    model.flow(state="transient", channel_length=length / 160, bulk_modulus=bulk, **CONSTANT)
     return model
 
 
@@ -171,17 +153,11 @@ def test_harmonic_head():
         time = np.arange(0, 5, 1 / 400)
         model.flow_boundary(side="left", time=time, pressure=1e4 * np.sin(2 * np.pi * time))
         data = data_of(model)
-        place = float(
-            data.flow_node_place.values[:, 0][
-                np.argmin(abs(data.flow_node_place.values[:, 0] - 3.0))
-            ]
-        )
+        place = min(data.flow_node_place.values[:, 0], key=lambda x: abs(x - 3.0))
         wave = at(data, 3.0)[-steps:] / 1e4
         time = data.time.values[-steps:]  # what is left of the beginning is smooth
-        parts = np.stack(
-            [np.sin(2 * np.pi * time), np.cos(2 * np.pi * time), 1 + 0 * time, time, time**2],
-            axis=1,
-        )
+        turn = 2 * np.pi * time
+        parts = np.stack([np.sin(turn), np.cos(turn), 1 + 0 * time, time, time**2], axis=1)
         sine, cosine = np.linalg.lstsq(parts, wave, rcond=None)[0][:2]
         found = cosine - 1j * sine
         exact = -1j * np.exp(-(1 + 1j) * place / depth)
@@ -192,13 +168,7 @@ def test_harmonic_head():
 
 def test_filling_front():
     model = rigid(2.0, time_step=0.005, steps=400)
-    model.flow(
-        aperture=APERTURE,
-        opening_factor=0.0,
-        state="transient",
-        channel_length=0.01,
-        saturation=0.0,
-    )
+    model.flow(state="transient", channel_length=0.01, saturation=0.0, **CONSTANT)
     model.flow_boundary(side="left", pressure=1e5)
     data = data_of(model)
     filled = data.flow_saturation.values.sum(1) * 0.01
@@ -217,17 +187,9 @@ def rocking(
     """A heavy block on a wet joint, pushed at its top."""
     model = sitedda.Model("rocking", time_step=time_step, gravity=(0, -9.81))
     model.material("rock", density=2500.0, young_modulus=1e10, poisson_ratio=0.2)
-    model.joint(
-        "joint",
-        law="mohr_coulomb",
-        friction_angle=35.0,
-        normal_stiffness_per_area=STIFFNESS,
-        shear_stiffness_per_area=STIFFNESS,
-    )
-    model.block([-2, -1, 6, -1, 6, 0, -2, 0], name="base")
-    model.block([0, 0, 4, 0, 4, 6, 0, 6], name="dam")
-    model.fixed_point(-1, -0.5, "base")
-    model.fixed_point(5, -0.5, "base")
+    model.joint("joint", friction_angle=35.0, **STIFF)
+    box(model, "base", -2, -1, 6, 0)
+    box(model, "dam", 0, 0, 4, 6, held=False)
     time = np.linspace(0, duration, 201)
     model.load(2, 5, "dam", time=time, force_x=push * np.sin(2 * np.pi * time / duration))
     model.measured_point("top", x=2, y=5.9, block="dam")
@@ -257,10 +219,8 @@ def test_energy_of_every_step_and_member(integration, time_step):
     model = rocking(time_step, duration=40 * time_step, state="transient")
     model.control(integration=integration)
     data = data_of(model)
-    scale = max(
-        abs(data[f"energy_{name}"].values).max()
-        for name in ("input", "flow", "water", "kinetic", "contact", "gravity")
-    )
+    terms = ("input", "flow", "water", "kinetic", "contact", "gravity")
+    scale = max(abs(data[f"energy_{name}"].values).max() for name in terms)
     assert abs(data.energy_balance.values).max() < 1e-9 * scale
     assert (np.diff(data.energy_flow.values) >= -1e-12 * scale).all()
 
@@ -268,11 +228,9 @@ def test_energy_of_every_step_and_member(integration, time_step):
 def test_vapour_and_its_end():
     """A block on a bed of springs, pulled up at rest and let down: p_v while there is vapour."""
     model = started(1e-3, steps=400, dynamic_factor=0.0)
-    model.block([0, -1, 2, -1, 2, 0, 0, 0], name="base")
-    model.block([0, 0, 2, 0, 2, 1, 0, 1], name="top")
+    box(model, "base", 0, -1, 2, 0)
+    box(model, "top", 0, 0, 2, 1, held=False)
     model.boundary(kind="springs", side="top", stiffness_per_area=1e9)
-    for x in (0.2, 1.8):
-        model.fixed_point(x, -0.5, "base")
     time = np.linspace(0, 0.4, 81)
     pull = 6e5 * np.sin(np.pi * time / 0.4) ** 2 - 1e5
     for x in (0.5, 1.5):
@@ -293,10 +251,9 @@ def test_one_step_of_both_is_stable_where_staggered_steps_grow():
     step, load, mass = 1e-3, 1e5, 200.0
     spring = 2 * (BULK / APERTURE + STIFFNESS)  # of water and joint over 2 m
     model = started(step, steps=200, integration="midpoint")
-    model.block([0, -1, 2, -1, 2, 0, 0, 0], name="base")
-    model.block([0, 0, 2, 0, 2, 1, 0, 1], name="top")
+    box(model, "base", 0, -1, 2, 0)
+    box(model, "top", 0, 0, 2, 1, held=False)
     for x in (0.2, 1.8):
-        model.fixed_point(x, -0.5, "base")
         model.load(x, 0.5, "top", time=[0, 1], force_x=[0, 0], force_y=[-load / 2] * 2)
     model.flow(aperture=APERTURE)
     data = data_of(model)
@@ -341,17 +298,14 @@ def test_removed_blocks_take_their_channels_along():
     """What is excavated no longer carries water; the rest goes on."""
     model = started(1e-3, gravity=(0, -9.81))
     for i in range(3):
-        model.block([0, i, 2, i, 2, i + 1, 0, i + 1], name=f"b{i}")
-    model.fixed_point(0.2, 0.5, "b0")
-    model.fixed_point(1.8, 0.5, "b0")
+        box(model, f"b{i}", 0, i, 2, i + 1, held=i == 0)
     model.flow(aperture=APERTURE, state_at_rest="undrained")
     model.stage("all", kind="static")
     model.stage("dug", kind="static", remove="b2")
     model.stage("after", duration=2e-3)
     data = data_of(model)
     assert len(data.flow_channel) == 2
-    share = (1 / STIFFNESS) / (1 / STIFFNESS + APERTURE / BULK)
-    assert at(data, 0, 1)[-1] == pytest.approx(100 * 9.81 * share, rel=1e-6)
+    assert at(data, 0, 1)[-1] == pytest.approx(100 * 9.81 * SHARE, rel=1e-6)
     assert (at(data, 0, 2)[1:] == at(data, 0, 2)[1]).all()
 
 
@@ -361,10 +315,8 @@ def test_safety_of_a_dam_over_seeping_water():
     model.contact(normal_stiffness=1e11)
     model.material("concrete", density=2400.0, young_modulus=2.5e10, poisson_ratio=0.2)
     model.joint("base", friction_angle=45.0)
-    model.block([-20, -10, 40, -10, 40, 0, -20, 0], name="rock")
+    box(model, "rock", -20, -10, 40, 0)
     model.block([0, 0, 20, 0, 5, 30, 0, 30], name="dam")
-    model.fixed_point(-19, -9, "rock")
-    model.fixed_point(39, -9, "rock")
     model.flow(aperture=5e-4, opening_factor=0.0)
     model.traction(along=[-20, 0, 0, 0, 0, 30], level=28.0)  # also the head of the heel
     model.flow_boundary(along=[20, -0.1, 20, 0.1], head=0.0)
@@ -377,7 +329,7 @@ def test_safety_of_a_dam_over_seeping_water():
 def test_a_level_that_ends():
     """There is no water at a face after the last time of its &traction."""
     model = rigid(4.0, steps=4)
-    model.flow(aperture=APERTURE, opening_factor=0.0, state="steady")
+    model.flow(state="steady", **CONSTANT)
     model.traction(side="left", level=3.0, time=[0.0, 0.025])
     data = data_of(model)
     wet = data.time.values < 0.025
@@ -411,33 +363,26 @@ def test_water_that_falls_through_a_joint():
 def test_water_below_a_body_of_cells():
     model = started(1e-3)
     model.material("cells", density=100.0, young_modulus=1e13, poisson_ratio=0.0)
-    model.block([0, -1, 4, -1, 4, 0, 0, 0], name="low")
-    model.fixed_point(0.2, -0.5, "low")
-    model.fixed_point(3.8, -0.5, "low")
+    box(model, "low", 0, -1, 4, 0)
     model.region("top", [0, 0, 4, 0, 4, 1, 0, 1], material="cells")
     model.mesh(regions="top", size=0.5)
     model.traction(side="top", normal=1e5)
     model.flow(aperture=APERTURE, state_at_rest="undrained")
     model.stage("loaded", kind="static")
     model.stage("after", duration=1e-3)
-    share = (1 / STIFFNESS) / (1 / STIFFNESS + APERTURE / BULK)
-    assert data_of(model).flow_pressure.values[-1] == pytest.approx(1e5 * share, rel=1e-5)
+    assert data_of(model).flow_pressure.values[-1] == pytest.approx(1e5 * SHARE, rel=1e-5)
 
 
 def test_steady_water_stands_and_does_not_flow_above_its_table():
     """A closed joint with a head at its foot: hydrostatic below the table, no flux anywhere."""
     model = started(0.01, steps=2)
     for name, left in (("left", -1), ("right", 0)):
-        model.block([left, 0, left + 1, 0, left + 1, 4, left, 4], name=name)
-        for y in (0.1, 3.9):
-            model.fixed_point(left + 0.5, y, name)
+        box(model, name, left, 0, left + 1, 4)
     model.flow(aperture=3e-4, opening_factor=0.0, state="steady", channel_length=0.25)
     model.flow_boundary(side="bottom", head=1.5)
     data = data_of(model)
-    for y, pressure in zip(
-        data.flow_node_place.values[:, 1], data.flow_pressure.values[-1], strict=True
-    ):
-        assert pressure == pytest.approx(9810 * max(0.0, 1.5 - y), abs=1e-6)
+    head = np.maximum(0.0, 1.5 - data.flow_node_place.values[:, 1])
+    assert data.flow_pressure.values[-1] == pytest.approx(9810 * head, abs=1e-6)
     full = 3e-4**3 / (12 * VISCOSITY) * 9810  # of a unit gradient
     assert abs(data.flow_flux.values[-1]).max() < 1e-9 * full
     assert abs(data.flow_inflow.values[-1]).max() < 1e-9 * full
@@ -447,9 +392,7 @@ def test_a_joint_that_is_not_full_stays_so_at_rest():
     """Steady flow at rest fills what is below the water, and nothing above it."""
     model = started(1e-3)
     for i in range(3):
-        model.block([0, i, 2, i, 2, i + 1, 0, i + 1], name=f"b{i}")
-        for x in (0.2, 1.8):
-            model.fixed_point(x, i + 0.5, f"b{i}")
+        box(model, f"b{i}", 0, i, 2, i + 1)
     model.flow(aperture=APERTURE, saturation=0.25)
     model.flow_boundary(along=[0, 1, 2, 1], head=3.0)
     model.stage("rest", kind="static")
