@@ -195,23 +195,6 @@ def test_energy_of_ties_balances():
     assert abs(history.energy_balance.values).max() < 1e-6 * turned
 
 
-@pytest.mark.parametrize(
-    ("values", "words"),
-    [
-        ({"side": "left"}, "kind = 'tied' excludes side"),
-        ({"direction": "x"}, "excludes direction"),
-        ({"density": 2000.0}, "density belongs to kind"),
-        ({"blocks": "b_0_0"}, "excludes blocks"),
-        ({"motion_is": "within"}, "motion_is belongs to kind = 'compliant'"),
-    ],
-)
-def test_bad_ties_are_refused_in_words(values, words):
-    model = lattice("free", columns=3)
-    model.boundary(kind="tied", **values)
-    with pytest.raises(sitedda.InputError, match=words):
-        model.check()
-
-
 def test_ties_go_with_a_block_that_is_removed():
     """What was tied to it falls freely: n² Δt² g / 2 in n steps of DDA."""
     model = soil(steps=None, gravity=(0.0, -9.81))
@@ -400,16 +383,27 @@ def test_a_run_on_a_bed_that_moves_has_the_same_bits_everywhere(tmp_path, same_e
 
 
 @pytest.mark.parametrize(
-    ("values", "words"),
+    ("kind", "side", "values", "words"),
     [
-        ({"kind": "springs"}, "stiffness_per_area is missing"),
-        ({"kind": "fixed", "stiffness_per_area": BED}, "stiffness_per_area"),
-        ({"kind": "springs", "stiffness_per_area": BED, "density": 2000.0}, "density belongs"),
-        ({"kind": "springs", "stiffness_per_area": 0.0}, "stiffness_per_area = 0"),
+        ("tied", "left", {}, "kind = 'tied' excludes side"),
+        ("tied", None, {"direction": "x"}, "excludes direction"),
+        ("tied", None, {"density": 2000.0}, "density belongs to kind"),
+        ("tied", None, {"blocks": "b_0_0"}, "excludes blocks"),
+        ("tied", None, {"motion_is": "within"}, "motion_is belongs to kind = 'compliant'"),
+        ("springs", "right", {}, "stiffness_per_area is missing"),
+        ("fixed", "right", {"stiffness_per_area": BED}, "stiffness_per_area"),
+        ("springs", "right", {"stiffness_per_area": BED, "density": 2000.0}, "density belongs"),
+        ("springs", "right", {"stiffness_per_area": 0.0}, "stiffness_per_area = 0"),
+        ("free_field", None, {}, "needs side = 'left' or side = 'right'"),
+        ("free_field", "bottom", {}, "needs side = 'left' or side = 'right'"),
+        ("free_field", "left", {"along": [0.0, 0.0, 0.0, 3.0]}, "kind = 'free_field' excludes al"),
+        ("free_field", "left", {"motion_x": "rock"}, "motion_x belongs to kind"),
+        ("free_field", "left", {"direction": "x"}, "excludes direction"),
+        ("free_field", "left", {"density": -1.0}, "density = -1"),
     ],
 )
-def test_bad_beds_are_refused_in_words(values, words):
-    model = lattice("free", columns=1)
-    model.boundary(side="right", **values)
+def test_bad_values_of_a_kind_are_refused_in_words(kind, side, values, words):
+    model = lattice("free", columns=3)
+    model.boundary(kind=kind, side=side, **values)
     with pytest.raises(sitedda.InputError, match=words):
         model.check()
