@@ -14,17 +14,25 @@ from sitedda_evidence.model import residual
 STIFFNESS, MASS = 1.0e6, 2000.0  # N/m, kg/m
 
 
+def rock(penalty: float, young: float, boxes: dict, joint=None, **control) -> Model:
+    """Rectangles (left, bottom, right, top), of which the first is held."""
+    model = Model("Rock", **({"time_step": 1e-3, "gravity": (0.0, -10.0)} | control))
+    model.contact(normal_stiffness=penalty)
+    model.material("rock", density=2000.0, young_modulus=young, poisson_ratio=0.0)
+    model.joint("joint", **({"friction_angle": 30.0} | (joint or {})))
+    for name, (left, low, right, high) in boxes.items():
+        model.block([(left, low), (right, low), (right, high), (left, high)], name=name)
+    name, (left, low, right, high) = next(iter(boxes.items()))
+    for x in (left, right):
+        model.fixed_point(x, (low + high) / 2, name)
+    return model
+
+
 def hanging(steps=2000, gravity=10.0, **bolt) -> Model:
     """A block of 2000 kg/m that hangs on a bolt from a held one, 2 m above."""
-    model = Model("Hanging block", time_step=1e-4, steps=steps, gravity=(0.0, -gravity))
+    boxes = {"above": (0, 3, 1, 4), "below": (0, 0, 1, 1)}
+    model = rock(1e10, 1e12, boxes, time_step=1e-4, steps=steps, gravity=(0.0, -gravity))
     model.output(history_interval=10)
-    model.contact(normal_stiffness=1e10)
-    model.material("rock", density=2000.0, young_modulus=1e12, poisson_ratio=0.0)
-    model.joint("joint", friction_angle=30.0)
-    model.block([(0, 3), (1, 3), (1, 4), (0, 4)], name="above")
-    model.block([(0, 0), (1, 0), (1, 1), (0, 1)], name="below")
-    for x in (0.0, 1.0):
-        model.fixed_point(x, 4.0, "above")
     values = {"axial_stiffness": STIFFNESS, "compression": True} | bolt
     model.bolt("tie", (0.5, 3.5), (0.5, 0.5), **values)
     return model
@@ -71,14 +79,8 @@ def test_a_mass_on_a_bolt_swings():
 
 def bouncing(*bolt) -> Model:
     """A block that falls by 0.5 m, with half of its velocity left after an impact."""
-    model = Model("Bouncing block", time_step=1e-3, steps=800, gravity=(0.0, -10.0))
-    model.contact(normal_stiffness=1e9)
-    model.material("rock", density=2000.0, young_modulus=1e10, poisson_ratio=0.0)
-    model.joint("joint", friction_angle=30.0, restitution=0.5)
-    model.block([(-1, -1), (2, -1), (2, 0), (-1, 0)], name="floor")
-    model.block([(0, 0.5), (1, 0.5), (1, 1.5), (0, 1.5)], name="block")
-    for x in (-0.9, 1.9):
-        model.fixed_point(x, -0.5, "floor")
+    boxes = {"floor": (-1, -1, 2, 0), "block": (0, 0.5, 1, 1.5)}
+    model = rock(1e9, 1e10, boxes, {"restitution": 0.5}, steps=800)
     model.measured_point("top", 0.5, 1.5)
     for values in bolt:
         model.bolt("tie", (0.5, -0.5), (0.5, 1.0), **values)
@@ -138,16 +140,10 @@ LEFT = 80e3 * (math.sin(DIP) - math.cos(DIP) * math.tan(FRICTION))
 
 def grouted(**bolt) -> Model:
     """Three layers on a 30° slope, in its axes, with a bolt grouted across both joints."""
-    model = Model("Grouted bolt", time_step=1e-3, steps=1, settle=True)
-    model.control(gravity=(10.0 * math.sin(DIP), -10.0 * math.cos(DIP)))
-    model.contact(normal_stiffness=1e11, shear_ratio=1.0)
-    model.material("rock", density=2000.0, young_modulus=1e13, poisson_ratio=0.0)
-    model.joint("joint", friction_angle=math.degrees(FRICTION))
-    model.block([(-5, -2), (9, -2), (9, 0), (-5, 0)], name="base")
-    model.block([(0, 0), (4, 0), (4, 1), (0, 1)], name="lower")
-    model.block([(0, 1), (4, 1), (4, 2), (0, 2)], name="upper")
-    for x in (-5.0, 9.0):
-        model.fixed_point(x, -2.0)
+    boxes = {"base": (-5, -2, 9, 0), "lower": (0, 0, 4, 1), "upper": (0, 1, 4, 2)}
+    model = rock(1e11, 1e13, boxes, {"friction_angle": math.degrees(FRICTION)}, steps=1)
+    model.control(settle=True, gravity=(10.0 * math.sin(DIP), -10.0 * math.cos(DIP)))
+    model.contact(shear_ratio=1.0)
     values = {"axial_stiffness": 1e7, "shear_stiffness": SHEAR_STIFFNESS} | bolt
     model.bolt("dowel", (2.0, 1.5), (2.0, -0.5), grouted=True, **values)
     return model
@@ -165,13 +161,10 @@ def test_a_grouted_bolt_carries_what_friction_leaves():
 
 def test_a_grouted_bolt_turns_with_its_blocks():
     """Rigid rotation of both blocks together stretches neither component."""
-    model = Model("Spin", time_step=1e-3, steps=200)
-    model.contact(normal_stiffness=1e10)
-    model.material("rock", density=2000.0, young_modulus=1e12, poisson_ratio=0.0)
-    model.joint("joint", friction_angle=30.0, cohesion=1e9, tensile_strength=1e9)
-    model.material("spinning", density=2000.0, young_modulus=1e12, poisson_ratio=0.0)
-    model.block([(0, 0), (1, 0), (1, 1), (0, 1)], name="a")
-    model.block([(1, 0), (2, 0), (2, 1), (1, 1)], name="b")
+    glued = {"cohesion": 1e9, "tensile_strength": 1e9}
+    model = rock(1e10, 1e12, {"a": (0, 0, 1, 1), "b": (1, 0, 2, 1)}, glued, steps=200)
+    model.clear("fixed_point")
+    model.control(gravity=None)
     model.bolt("dowel", (0.5, 0.5), (1.5, 0.5), grouted=True, axial_stiffness=1e6,
                shear_stiffness=1e6, pretension=0.0, compression=True)  # fmt: skip
     with sitedda.Simulation(model) as run:
@@ -204,15 +197,14 @@ def test_stages_add_and_drop_bolts():
     model.stage(name="wait", steps=50)
     model.stage(name="fall", steps=1000, drop="t*")
     model.block([(0, -1), (1, -1), (1, 0), (0, 0)], name="prop")
-    model.fixed_point(0.0, -1.0, "prop")
-    model.fixed_point(1.0, -1.0, "prop")
+    for x in (0.0, 1.0):
+        model.fixed_point(x, -1.0, "prop")
     history = model.run().history
     assert history.bolt_state[:, 0].values[[0, 1, 3, -1]].tolist() == [0, 1, 1, 0]
     assert history.bolt_force[1, 0] == pytest.approx(20e3, rel=1e-3)
     assert history.bolt_force[-1, 0] == 0.0
-    assert float(history.energy_kinetic[-1]) == pytest.approx(
-        0.5 * MASS * (10.0 * 0.1) ** 2, rel=2e-2
-    )
+    moving = 0.5 * MASS * (10.0 * 0.1) ** 2
+    assert float(history.energy_kinetic[-1]) == pytest.approx(moving, rel=2e-2)
     assert residual(history) < 1e-6
 
 
@@ -251,14 +243,8 @@ def test_a_stage_names_what_is_there():
 
 def leaning(**bolt) -> np.ndarray:
     """Frequencies at rest of a block that leans on its friction and on a bolt, Hz."""
-    model = Model("Leaning block", time_step=1e-3, steps=1, gravity=(2.0, -10.0), settle=True)
-    model.contact(normal_stiffness=1e9)
-    model.material("rock", density=2000.0, young_modulus=1e10, poisson_ratio=0.0)
-    model.joint("joint", friction_angle=30.0)
-    model.block([(-1, -1), (2, -1), (2, 0), (-1, 0)], name="floor")
-    model.block([(0, 0), (1, 0), (1, 1), (0, 1)], name="block")
-    for x in (-0.9, 1.9):
-        model.fixed_point(x, -0.5, "floor")
+    boxes = {"floor": (-1, -1, 2, 0), "block": (0, 0, 1, 1)}
+    model = rock(1e9, 1e10, boxes, steps=1, gravity=(2.0, -10.0), settle=True)
     if bolt:
         model.bolt("tie", (-0.5, -0.1), (0.5, 0.5), axial_stiffness=1e8, **bolt)
     return sitedda.modes(model, contacts="settled").frequency
