@@ -75,10 +75,7 @@ def momenta(history, size):
     place, rate = history.block_coordinates.values, history.block_rates.values
     mass = DENSITY * size**2
     arm = place[..., 0] * rate[..., 1] - place[..., 1] * rate[..., 0]
-    return (
-        mass * rate[..., :2].sum(1),
-        mass * (arm + size**2 / 6 * rate[..., 2]).sum(1),
-    )
+    return mass * rate[..., :2].sum(1), mass * (arm + size**2 / 6 * rate[..., 2]).sum(1)
 
 
 def test_breaking_keeps_momenta():
@@ -117,23 +114,11 @@ def test_pieces_collide_as_blocks():
 @pytest.mark.parametrize("pressure", [0.0, 1e6])
 def test_a_face_shears_at_cohesion_and_friction(pressure):
     """The peak is c + σ tan φ, and σ tan φ stays."""
-    model = sitedda.Model()
     steps, slip = 2000, 2e-3
-    model.control(
-        time_step=1e-3, steps=steps, gravity=[0.0, 0.0], integration="backward_euler",
-        analysis="plane_stress",
-    )  # fmt: skip
-    model.contact(normal_stiffness=1e12)
-    model.material(
-        name="stone", density=DENSITY, young_modulus=YOUNG, poisson_ratio=0.0, fracture="crack"
-    )
-    model.joint(
-        name="crack", law="cohesive", friction_angle=30.0, tensile_strength=STRENGTH, cohesion=1e6,
-        fracture_energy=ENERGY, shear_fracture_energy=200.0, normal_stiffness_per_area=1e13,
-    )  # fmt: skip
-    for j, name in enumerate(("low", "high")):
-        corners = [0, 0.1 * j, 1, 0.1 * j, 1, 0.1 * (j + 1), 0, 0.1 * (j + 1)]
-        model.block(vertices=corners, body="pair", name=name)
+    model = cells(0, 0, 0, steps, 1e-3, cohesion=1e6, shear_fracture_energy=200.0)
+    model.control(integration="backward_euler")
+    for low, high, name in ((0.0, 0.1, "low"), (0.1, 0.2, "high")):
+        model.block([0, low, 1, low, 1, high, 0, high], body="pair", name=name, material="left")
     values = slip * np.arange(steps + 2) / steps
     model.motion(name="push", values=values.tolist(), quantity="displacement", time_step=1e-3)
     for x in (0.0, 1.0):

@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from test_yielding import standing_block
 
 import sitedda
 from sitedda.column import Column, Layer
@@ -142,17 +143,7 @@ def test_safety_takes_the_shear_strength_of_a_curve():
     """A block of 20 kN/m³, 1 m high, bears 10 kPa in the mean: 2 s_u/F."""
     for curve, warning in (("hyperbolic", "half the size"), ("darendeli", "elastic")):
         own = {"shear_strength": 6e3} if curve == "hyperbolic" else {"mean_stress": 1e4}
-        model = sitedda.Model()
-        model.control(time_step=1.0, gravity=[0.0, -10.0], analysis="plane_strain")
-        model.contact(normal_stiffness=1e9)
-        model.material(
-            name="soil", density=2000.0, young_modulus=1e8, poisson_ratio=0.3, law="hysteretic",
-            curve=curve, **own,
-        )  # fmt: skip
-        model.joint(name="joint", friction_angle=30.0)
-        model.block(vertices=[0, 0, 1, 0, 1, 1, 0, 1], name="block")
-        model.fixed_point(x=0.0, y=0.0)
-        model.fixed_point(x=1.0, y=0.0, direction="y")
+        model = standing_block(law="hysteretic", curve=curve, **own)
         found = sitedda.safety(model, tolerance=2e-3)
         assert warning in found.warning
         assert found.factor == (pytest.approx(1.2, rel=3e-3) if curve == "hyperbolic" else 4096.0)
@@ -160,10 +151,8 @@ def test_safety_takes_the_shear_strength_of_a_curve():
 
 @pytest.mark.parametrize("integration", ["dda", "theta", "midpoint"])
 def test_no_step_gains(integration):
-    soil = DARENDELI
-    history = sheared_block(1e-3, soil, integration).run().history
-    terms = ["energy_plastic", "energy_material_damping"]
-    for term in terms:
+    history = sheared_block(1e-3, DARENDELI, integration).run().history
+    for term in ("energy_plastic", "energy_material_damping"):
         assert np.all(np.diff(history[term].values) >= 0)
     scale = history.energy_plastic.values[-1]
     assert np.abs(history.energy_balance).max() < 1e-9 * scale

@@ -13,19 +13,20 @@ SOLID = {
 }  # fmt: skip
 
 
+def solid(penalty, young, poisson, law, density=2500.0, **control):
+    """A model of one material without gravity."""
+    control = {"gravity": [0.0, 0.0], "integration": "backward_euler"} | control
+    model = sitedda.Model(**({"analysis": "plane_strain"} | control))
+    model.contact(normal_stiffness=penalty)
+    model.material("rock", density=density, young_modulus=young, poisson_ratio=poisson, **law)
+    model.joint("joint", friction_angle=30.0)
+    return model
+
+
 def squeezed_block(confining, integration="backward_euler", steps=200, **strength):
     """A stiff block that is compressed to twice its strength under a stress of its sides."""
-    model = sitedda.Model()
-    model.control(
-        time_step=1e-2, steps=steps, gravity=[0.0, 0.0], integration=integration,
-        analysis="plane_strain",
-    )  # fmt: skip
-    model.contact(normal_stiffness=1e15)
-    model.material(
-        name="rock", density=2500.0, young_modulus=7e12, poisson_ratio=0.21,
-        initial_stress=[-confining, -confining, 0.0], **(SOLID | strength),
-    )  # fmt: skip
-    model.joint(name="joint", friction_angle=30.0)
+    law = SOLID | strength | {"initial_stress": [-confining, -confining, 0.0]}
+    model = solid(1e15, 7e12, 0.21, law, time_step=1e-2, steps=steps, integration=integration)
     model.block(vertices=[0, 0, 1, 0, 1, 1, 0, 1], name="block")
     down = -1e-5 * np.arange(203) / 200
     model.motion(name="down", values=down.tolist(), quantity="displacement", time_step=1e-2)
@@ -89,17 +90,11 @@ def test_yielding_loses_what_it_takes(integration, dilation):
         ({"cohesion": None}, "cohesion is missing: law = 'mohr_coulomb' needs it"),
         ({"residual_cohesion": 1e6}, "softening_displacement is missing"),
         ({"residual_cohesion": 4e6, "softening_displacement": 0.1}, "must not be above cohesion"),
-        (
-            {
-                "residual_tensile_strength": 7e6,
-                "residual_friction_angle": 5.0,
-                "dilation_angle": 0.0,
-                "softening_displacement": 0.1,
-            },
-            "must not be above tensile_strength = 5.97",
-        ),  # as the cone has it: 3.45 MPa cot 30°
+        ({"residual_tensile_strength": 7e6, "residual_friction_angle": 5.0, "dilation_angle": 0.0,
+          "softening_displacement": 0.1},
+         "must not be above tensile_strength = 5.97"),  # as the cone has it: 3.45 MPa cot 30°
     ],
-)
+)  # fmt: skip
 def test_strengths_that_do_not_go_together_are_refused(strength, message):
     with pytest.raises(sitedda.InputError, match=message):
         squeezed_block(0.0, steps=2, **strength).run()
@@ -121,14 +116,7 @@ def test_a_footing_bears_no_less_as_it_sinks_and_is_warned_of():
 
 def cantilever(cells, **law):
     """Of 10:1, with .8 of the load at which its outermost fibre would yield; its tip's way."""
-    model = sitedda.Model()
-    model.control(
-        time_step=0.02, steps=30, gravity=[0.0, 0.0], integration="backward_euler",
-        dynamic_factor=0.0,
-    )  # fmt: skip
-    model.contact(normal_stiffness=1e12)
-    model.material(name="rock", density=2500.0, young_modulus=1e10, poisson_ratio=0.2, **law)
-    model.joint(name="joint", friction_angle=30.0)
+    model = solid(1e12, 1e10, 0.2, law, time_step=0.02, steps=30, dynamic_factor=0.0, analysis=None)
     h = 1.0 / cells
     for i in range(10 * cells):
         for j in range(cells):
@@ -175,18 +163,9 @@ def test_a_change_of_material_keeps_a_stress_that_is_admitted(cohesion):
 def ring(cells, around, stiffer=100.0, ratio=12.0, steps=40):
     """A quarter of a ring of c 3.45 MPa, φ 30° under 30 MPa, whose inner pressure is let off."""
     pressure, shear, bulk = 30e6, stiffer * 2.8e9, stiffer * 3.9e9
-    model = sitedda.Model()
-    model.control(
-        time_step=0.02, steps=steps, gravity=[0.0, 0.0], integration="backward_euler",
-        analysis="plane_strain",
-    )  # fmt: skip
-    model.contact(normal_stiffness=1e14)
-    model.material(
-        name="rock", density=2500.0, young_modulus=9 * bulk * shear / (3 * bulk + shear),
-        poisson_ratio=(3 * bulk - 2 * shear) / (2 * (3 * bulk + shear)),
-        initial_stress=[-pressure, -pressure, 0.0], **(SOLID | {"dilation_angle": 0.0}),
-    )  # fmt: skip
-    model.joint(name="joint", friction_angle=30.0)
+    young = 9 * bulk * shear / (3 * bulk + shear)
+    law = SOLID | {"dilation_angle": 0.0, "initial_stress": [-pressure, -pressure, 0.0]}
+    model = solid(1e14, young, young / (2 * shear) - 1, law, time_step=0.02, steps=steps)
     radius = ratio ** (np.arange(cells + 1) / cells)
     angle = np.linspace(0, np.pi / 2, around + 1)
     for i in range(cells):
@@ -218,16 +197,9 @@ def test_a_tunnel_wall_moves_as_salencon_says():
     assert np.abs(history.energy_balance).max() < 1e-9 * history.energy_plastic.values[-1]
 
 
-def standing_block(cohesion, angle):
+def standing_block(**law):
     """A block of 20 kN/m³, 1 m high, on rollers."""
-    model = sitedda.Model()
-    model.control(time_step=1.0, gravity=[0.0, -10.0], analysis="plane_strain")
-    model.contact(normal_stiffness=1e9)
-    model.material(
-        name="soil", density=2000.0, young_modulus=1e8, poisson_ratio=0.3, law="mohr_coulomb",
-        cohesion=cohesion, friction_angle=angle,
-    )  # fmt: skip
-    model.joint(name="joint", friction_angle=30.0)
+    model = solid(1e9, 1e8, 0.3, law, 2000.0, time_step=1.0, gravity=[0.0, -10.0], integration=None)
     model.block(vertices=[0, 0, 1, 0, 1, 1, 0, 1], name="block")
     model.fixed_point(x=0.0, y=0.0)
     model.fixed_point(x=1.0, y=0.0, direction="y")
@@ -243,13 +215,14 @@ def test_safety_divides_the_strength_of_solids(angle):
         reduced = np.arctan(np.tan(np.radians(angle)) / factor)
         return 2 * cohesion / factor * np.tan(np.pi / 4 + reduced / 2) - 10e3
 
-    found = sitedda.safety(standing_block(cohesion, angle), tolerance=2e-3)
+    model = standing_block(law="mohr_coulomb", cohesion=cohesion, friction_angle=angle)
+    found = sitedda.safety(model, tolerance=2e-3)
     assert excess(0.997 * found.low) > 0 > excess(1.003 * found.high)
     assert "half the size" in found.warning and "does not move far" not in found.warning
 
 
 def test_what_fails_at_any_strength_is_no_error():
     """Strength is raised 64 times; an angle of friction of 60° stays one that an input may have."""
-    model = standing_block(cohesion=1e-3, angle=60.0)
+    model = standing_block(law="mohr_coulomb", cohesion=1e-3, friction_angle=60.0)
     found = sitedda.safety(model, tolerance=2e-3)
     assert found.low == 0.0 and "fails at any strength" in found.words
