@@ -14,40 +14,23 @@ DENSITY, YOUNG, PENALTY = 2500.0, 1e10, 1e9
 STONE = nml.material("stone", DENSITY, YOUNG, 0.2)
 
 
-def block(outline, name: str, the_material: str = "stone") -> str:
-    """A block of the dry joint."""
-    return nml.group(
-        "block", name=name, vertices=np.asarray(outline), material=the_material, joint="dry"
-    )
-
-
-def held(x: float, y: float) -> str:
-    """A fixed point."""
-    return nml.group("fixed_point", x=x, y=y)
-
-
-def floor(count: int, length: float, fixed: bool = True) -> str:
-    """Blocks side by side, tops at y = 0."""
-    text = ""
-    for i in range(count):
-        text += block(nml.rectangle(i * length, -0.5, length, 0.5), f"floor_{i}")
-        if fixed:
-            text += held(i * length + 0.1, -0.4) + held((i + 1) * length - 0.1, -0.4)
-            text += held((i + 0.5) * length, -0.1)
-    return text
+def block(name: str, left, bottom, width, height, material: str = "stone") -> str:
+    """A rectangle."""
+    return nml.block(name, nml.rectangle(left, bottom, width, height), material)
 
 
 @pytest.mark.parametrize("friction", [0.0, 20.0])
 def test_block_slides_across_joints(friction):
     """A block crosses the joints of a floor of eight blocks: it neither sinks nor hops."""
+    floor = nml.rectangle(0.0, -0.5, 0.7, 0.5)
     text = (
         nml.control(1e-3, 1500)
         + nml.contact(PENALTY)
         + STONE
         + nml.material("moving", DENSITY, YOUNG, 0.2, velocity=(3.0, 0.0, 0.0))
-        + nml.group("joint", name="dry", friction_angle=friction)
-        + floor(8, 0.7)
-        + block(nml.rectangle(0.1, 0.0, 1.0, 0.5), "slider", "moving")
+        + nml.joint("dry", friction)
+        + "".join(nml.held(f"floor_{i}", floor + [0.7 * i, 0.0], "stone") for i in range(8))
+        + block("slider", 0.1, 0.0, 1.0, 0.5, "moving")
     )
     settled = DENSITY * 0.5 * nml.GRAVITY / 2 / PENALTY  # m: the weight on two contacts
     with nml.simulation(text) as run:
@@ -73,12 +56,12 @@ def test_block_slides_across_joints(friction):
 def test_corner_passes_a_corner():
     """Two blocks graze corner on corner at all heights: no hit gives more energy than there was."""
     text = nml.control(2e-3, 400, gravity=(0.0, 0.0)) + nml.contact(1e10)
-    text += nml.group("joint", name="dry", friction_angle=30.0)
+    text += nml.joint("dry", 30.0)
     text += nml.material("left", DENSITY, YOUNG, 0.2, velocity=(4.0, 0.0, 0.0))
     text += nml.material("right", DENSITY, YOUNG, 0.2, velocity=(-4.0, 0.0, 0.0))
     for i, overlap in enumerate((-1e-3, 0.0, 1e-4, 1e-3, 4e-3, 1e-2, 3e-2)):
-        text += block(nml.rectangle(-1.6, 3.0 * i, 1.0, 1.0), f"left_{i}", "left")
-        text += block(nml.rectangle(0.6, 3.0 * i + 1.0 - overlap, 1.0, 1.0), f"right_{i}", "right")
+        text += block(f"left_{i}", -1.6, 3.0 * i, 1.0, 1.0, "left")
+        text += block(f"right_{i}", 0.6, 3.0 * i + 1.0 - overlap, 1.0, 1.0, "right")
     data = nml.history(text)
     kinetic = float(data.energy_initial[-1])
     total = sum(data[f"energy_{term}"] for term in ("kinetic", "strain", "contact"))
@@ -90,10 +73,9 @@ def test_corner_at_the_foot_of_a_stair():
     """A block at the foot of a stair rests on its tread alone; the tread below does not lift it."""
     stair = [[0, 0], [3, 0], [3, 1], [2, 1], [2, 2], [1, 2], [1, 3], [0, 3]]
     text = nml.control(1e-3, 500) + nml.contact(PENALTY) + STONE
-    text += nml.group("joint", name="dry", friction_angle=30.0)
-    text += block(stair, "stair") + block(nml.rectangle(1.0, 2.0, 0.8, 0.8), "upper")
-    text += block(nml.rectangle(2.0, 1.0, 0.8, 0.8), "lower")
-    text += held(0.3, 0.3) + held(2.7, 0.3) + held(0.3, 2.7)
+    text += nml.joint("dry", 30.0)
+    text += nml.held("stair", stair, "stone", points=[(0.3, 0.3), (2.7, 0.3), (0.3, 2.7)])
+    text += block("upper", 1.0, 2.0, 0.8, 0.8) + block("lower", 2.0, 1.0, 0.8, 0.8)
     with nml.simulation(text) as run:
         run.advance(500)
         contacts = run.contacts
@@ -106,16 +88,14 @@ def test_corner_at_the_foot_of_a_stair():
 def test_strong_shaking(stiffness):
     """A wall whose bricks lift, rock and slide: the geometry gives nothing to the springs."""
     text = nml.control(2e-3, 500, time_step_control="adaptive", least_time_step=1e-6)
-    text += nml.contact(stiffness) + STONE + nml.group("joint", name="dry", friction_angle=35.0)
+    text += nml.contact(stiffness) + STONE + nml.joint("dry", 35.0)
     text += nml.group("layers", name="base", left=-0.5, bottom=-0.5, width=5.0, thickness=0.5)
     text += nml.group(
         "wall", name="brick", left=0.0, bottom=0.0, brick_length=1.0, brick_height=0.5, bricks=4,
         courses=5,
     )  # fmt: skip
     motion = 0.05 * np.sin(2 * np.pi * 2 * np.arange(0, 0.51, 0.05))
-    text += nml.group(
-        "motion", name="shake", quantity="displacement", time_step=0.05, values=[*motion, 0, 0]
-    )
+    text += nml.motion("shake", [*motion, 0, 0], 0.05, "displacement", None)
     for x, y in ((0.0, -0.25), (4.0, -0.25), (2.0, -0.4)):
         text += nml.group("fixed_point", x=x, y=y, motion_x="shake")
     data = nml.history(text)

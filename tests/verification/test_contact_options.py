@@ -10,34 +10,21 @@ DENSITY, YOUNG = 2500.0, 1e10
 TOLERANCE = 1e-10  # m
 
 
-def block(name: str, outline) -> str:
-    """A block of the only material and joint."""
-    return nml.group(
-        "block", name=name, vertices=np.asarray(outline), material="stone", joint="dry"
-    )
-
-
 def pile(blocks: int, friction: float = 30.0) -> str:
     """Unit squares on a fixed base."""
-    text = nml.material("stone", DENSITY, YOUNG, 0.2) + nml.group(
-        "joint", name="dry", friction_angle=friction
-    )
-    text += block("base", nml.rectangle(-1, -1, 3, 1))
-    text += "".join(nml.group("fixed_point", x=x, y=-0.5) for x in (-0.5, 1.5))
-    return text + "".join(block(f"b{i}", nml.rectangle(0.1 * i, i, 1, 1)) for i in range(blocks))
+    text = nml.material("stone", DENSITY, YOUNG, 0.2) + nml.joint("dry", friction)
+    text += nml.held("base", nml.rectangle(-1, -1, 3, 1), points=[(-0.5, -0.5), (1.5, -0.5)])
+    boxes = (nml.rectangle(0.1 * i, i, 1, 1) for i in range(blocks))
+    return text + "".join(nml.block(f"b{i}", box) for i, box in enumerate(boxes))
 
 
 def slid(rules: str, friction: float, young: float) -> float:
     """How far a block slides in 0.5 s on a slope of 30°, m."""
     slope = np.radians(30.0)
     text = nml.control(1e-3, 500) + rules
-    text += nml.material("stone", DENSITY, young, 0.0)
-    text += nml.group("joint", name="dry", friction_angle=friction)
-    text += block("base", nml.turned(nml.rectangle(-2, -1, 10, 1), -slope))
-    for x, y in ((-1.5, -0.5), (7.5, -0.5)):
-        place = nml.turned([[x, y]], -slope)[0]
-        text += nml.group("fixed_point", x=place[0], y=place[1])
-    text += block("slider", nml.turned(nml.rectangle(0, 0, 1, 0.5), -slope))
+    text += nml.material("stone", DENSITY, young) + nml.joint("dry", friction)
+    text += nml.held("base", nml.turned(nml.rectangle(-2, -1, 10, 1), -slope))
+    text += nml.block("slider", nml.turned(nml.rectangle(0, 0, 1, 0.5), -slope))
     with nml.simulation(text) as run:
         start = run.coordinates[1, :2].copy()
         run.advance(500)
@@ -88,7 +75,7 @@ def test_the_original_closes_what_overlaps_by_a_share_of_the_model(depth, closes
     """s₀ = 2·10⁻⁴ of half of the model's size, 1.5 m: less keeps its velocity for the step."""
     overlap, gap, speed = depth * 2e-4 * 1.5, 1e-5, 0.1
     text = nml.control((gap + overlap) / speed, 1, gravity=(0.0, 0.0)) + pile(0)
-    text += nml.contact(1e9, contact_rules="original") + block("b", nml.rectangle(0, gap, 1, 1))
+    text += nml.contact(1e9, contact_rules="original") + nml.block("b", nml.rectangle(0, gap, 1, 1))
     with nml.simulation(text) as run:
         rates = np.zeros_like(run.rates)
         rates[1, 1] = -speed
