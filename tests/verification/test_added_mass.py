@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
+from shapely import Polygon
 
 import sitedda
 from sitedda import InputError
@@ -30,10 +31,8 @@ def added(level: float, lean: float, depth: float | None = None) -> np.ndarray:
     """∫ (7/8) ρ √(Hz) rᵀr ds of a rigid block, r the motion along the normal; by quadrature."""
     slope = np.hypot(lean, HEIGHT) / HEIGHT
     normal = np.array([-HEIGHT, lean]) / np.hypot(lean, HEIGHT)
-    corners = np.array([[0, 0], [BASE, 0], [BASE, HEIGHT], [lean, HEIGHT]], dtype=float)
-    x, y = corners.T
-    cross = x * np.roll(y, -1) - np.roll(x, -1) * y
-    centre = ((corners + np.roll(corners, -1, 0)) * cross[:, None]).sum(0) / (3 * cross.sum())
+    block = Polygon([(0, 0), (BASE, 0), (BASE, HEIGHT), (lean, HEIGHT)])
+    centre = np.array([block.centroid.x, block.centroid.y])
 
     def entry(height: float, i: int, j: int) -> float:
         arm = np.array([lean * height / HEIGHT, height]) - centre

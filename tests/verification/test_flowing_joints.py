@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from sitedda_evidence import model as nml
 
@@ -18,9 +19,7 @@ A, SLIP, THRESHOLD = 0.01, 1e-4, 1e-9  # a, L (m), v_c (m/s)
 REFERENCE = 1e-6  # v_0, m/s
 
 
-def driven(
-    way, step: float, *more: str, every=1, friction_angle=30.0, density=LOAD / GRAVITY, **law
-):
+def driven(way, step: float, every=1, **law):
     """History of a block that follows displacements (m), one a step, along its joint."""
     text = (
         nml.control(step, len(way) - 1, (0.0, -GRAVITY), settle=True, integration="theta"),
@@ -48,7 +47,7 @@ def shear_and_slip(data) -> tuple[np.ndarray, np.ndarray]:
 
 
 def yielding_stress(slips, stiffness=1e10, pressure=1e6) -> np.ndarray:
-    """τ (Pa) along slips (m) by Runge and Kutta, r as UDEC has it."""
+    """τ (Pa) along slips (m) by integration, r as UDEC has it."""
     stress, worn, ratio, way = 0.0, 0.0, 0.0, 0.0
     found = [0.0]
 
@@ -62,15 +61,11 @@ def yielding_stress(slips, stiffness=1e10, pressure=1e6) -> np.ndarray:
         if sign * way < 0:
             ratio = min(0.75, sign * stress / rates(stress, worn, sign, 0.0)[1])
         way = sign
-        pieces = int(abs(change) / 2e-7) + 1
-        h = abs(change) / pieces
-        for _ in range(pieces):
-            y = np.array([stress, worn])
-            k1 = rates(*y, way, ratio)[0]
-            k2 = rates(*(y + h / 2 * k1), way, ratio)[0]
-            k3 = rates(*(y + h / 2 * k2), way, ratio)[0]
-            k4 = rates(*(y + h * k3), way, ratio)[0]
-            stress, worn = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        along = solve_ivp(
+            lambda _, y, *now: rates(*y, *now)[0], (0.0, abs(change)), (stress, worn),
+            args=(way, ratio), rtol=1e-6, atol=(1.0, 1e-12),
+        )  # fmt: skip
+        stress, worn = along.y[:, -1]
         found.append(stress)
     return np.array(found)
 
