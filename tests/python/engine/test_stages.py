@@ -45,37 +45,25 @@ def column(drums: int = 10, **control) -> list:
 
 
 def wall(bricks: int, courses: int, **control) -> list:
+    laid = {"brick_length": 1.0, "brick_height": 0.5, "bricks": bricks, "courses": courses}
     groups = model({}, points=[("crest", "brick_1", 0.4, 0.25)], **control)
-    groups[-1:-1] = [
-        group("fixed_point", x=x, y=y, block="base_1")
-        for x, y in ((0.0, -0.25), (float(bricks), -0.25), (bricks / 2, -0.4))
-    ]
-    place = [name for name, _ in groups].index("measured_point")
-    groups[place:place] = [
+    groups[3:3] = [
         group("layers", name="base", left=-0.5, bottom=-0.5, width=bricks + 1.0, thickness=0.5),
-        group(
-            "wall", name="brick", brick_length=1.0, brick_height=0.5, bricks=bricks, courses=courses
-        ),
+        ("wall", laid | {"name": "brick"}),
+        *(group("fixed_point", x=x, y=-0.25, block="base_1") for x in (0.0, float(bricks))),
+        group("fixed_point", x=bricks / 2, y=-0.4, block="base_1"),
     ]
     return groups
 
 
-def arch(voussoirs: int = 27, radius: float = 10.0, thickness: float = 1.3, **control) -> list:
+def arch() -> list:
     """A half circle on two fixed abutments."""
-    blocks = {"left": rectangle(-14.0, -2.0, 8.0, 2.0), "right": rectangle(6.0, -2.0, 8.0, 2.0)}
-    angles = [math.pi * i / voussoirs for i in range(voussoirs + 1)]
-    inner, outer = radius - thickness / 2, radius + thickness / 2
-    for i, (a, b) in enumerate(zip(angles, angles[1:], strict=False)):
-        ring = [(inner, a), (outer, a), (outer, b), (inner, b)]
-        blocks[f"v{i}"] = [
-            c for r, t in ring for c in (r * math.cos(t), r * math.sin(t) if 0 < t < 3.14 else 0.0)
-        ]
-    supports = [
-        (block, s * x, y)
-        for block, s in (("left", -1), ("right", 1))
-        for x, y in ((7.0, -1.9), (13.0, -1.9), (10.0, -0.5))
+    groups = model({}, points=[("crest", "v_14", 0.0, 10.0)])
+    groups[3:3] = [
+        group("arch", name="v", radius=10.0, thickness=1.3, voussoirs=27, abutment=2.0),
+        *(group("fixed_point", x=x, y=-0.5) for x in (-12.0, -10.0, 10.0, 12.0)),
     ]
-    return model(blocks, supports=supports, points=[("crest", "v13", 0.0, radius)], **control)
+    return groups
 
 
 def slope(dip: float = 35.0, friction: float = 38.0, rows: int = 2, **control) -> list:
