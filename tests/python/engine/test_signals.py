@@ -101,27 +101,6 @@ def test_small_noise_is_not_taken_for_crests():
     assert_allclose(found.damping_exact, 0.02, rtol=0.05)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (([0, 1, 2], [0, 1]), "same length"),
-        (([0, 1, 3, 4], [0, 1, 0, 1]), "equidistant"),
-        (([0, 1, 2], [0, np.nan, 1]), "x must be finite, got nan at index 1"),
-        (([0, 1, 2], [0, 1j, 1]), "x must be real"),
-        ((np.arange(9), np.zeros(9)), "three extrema"),
-        ((np.arange(50), np.exp(-np.arange(50.0))), "three extrema"),
-        ((*decay(0.05), 500), "x must contain 501 decaying crests"),
-        ((*decay(0.05), 0), "cycles .* got 0"),
-        ((*decay(0.05), 2, np.inf), "offset must be finite"),
-        ((*decay(0.05), 2, 0.0, 1.5), "floor .* got 1.5"),
-        ((np.arange(9), np.zeros(9), 1, 0.0), "x must contain 2 decaying crests, got 0"),
-    ],
-)
-def test_decrement_errors(arguments, message):
-    with pytest.raises(ValueError, match=message):
-        log_decrement(*arguments)
-
-
 # --- Konno-Ohmachi -------------------------------------------------------------------------------
 
 
@@ -144,23 +123,6 @@ def test_smoothing_is_the_published_window(bandwidth):
 def test_smoothing_leaves_a_constant_alone():
     frequency = np.arange(0, 200)  # whole numbers, from zero
     assert_allclose(smooth_konno_ohmachi(frequency, np.full(200, -3j)), 3.0, rtol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (([1.0, 2.0], [1.0]), "spectrum must have the length"),
-        (([2.0, 1.0], [1.0, 1.0]), "frequency must contain increasing"),
-        (([-1.0, 1.0], [1.0, 1.0]), "frequency must contain increasing"),
-        (([1.0, 2.0], [1.0, np.nan]), "spectrum must be finite, got nan"),
-        (([1.0, 2.0], [1.0, 1.0], 0.0), "bandwidth .* got 0"),
-        (([1.0, 2.0], [1.0, 1.0], 40.0, [-1.0]), "centres must not be negative"),
-        (([1.0, 2.0], [1.0, 1.0], 40.0, [90.0]), "centres must lie where .* got 90 Hz"),
-    ],
-)
-def test_smoothing_errors(arguments, message):
-    with pytest.raises(ValueError, match=message):
-        smooth_konno_ohmachi(*arguments)
 
 
 # --- Response spectrum ---------------------------------------------------------------------------
@@ -232,25 +194,6 @@ def test_fast_oscillators_are_followed_between_the_samples():
     assert_allclose(spectrum.pseudo_acceleration, 2.0, rtol=2e-3)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (([1.0], 0.1, [1.0]), "at least two samples, got 1"),
-        (([1.0, np.inf], 0.1, [1.0]), "acceleration must be finite, got inf"),
-        (([1.0, 1.0], 0.0, [1.0]), "time_step .* got 0"),
-        (([1.0, 1.0], 0.1, [1.0, 0.0]), "periods must be positive, got 0"),
-        (([1.0, 1.0], 0.1, [1.0, 5e-6]), "periods must be at least 1e-05 s, got 5e-06 s"),
-        (([1.0, 1.0], 0.1), "either periods or frequencies"),
-        (([1.0, 1.0], 0.1, [1.0], 1.0), "damping .* got 1"),
-        (([1.0, 1.0], 0.1, [1.0], np.nan), "damping .* got nan"),
-        (([[1.0, 1.0]], 0.1, [1.0]), "one-dimensional"),
-    ],
-)
-def test_response_spectrum_errors(arguments, message):
-    with pytest.raises(ValueError, match=message):
-        response_spectrum(*arguments)
-
-
 # --- Dominant frequency --------------------------------------------------------------------------
 
 
@@ -274,9 +217,48 @@ def test_frequency_of_a_decay():
     assert_allclose(dominant_frequency(x, time[1]), 6.3, rtol=2e-3)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
+def test_fast_lengths_are_those_of_scipy():
+    lengths = [*range(1, 1000), 120_001, 999_983]
+    assert [fast_length(n) for n in lengths] == [next_fast_len(n, real=True) for n in lengths]
+
+
+# --- Bad arguments -------------------------------------------------------------------------------
+
+ERRORS = {
+    log_decrement: [
+        (([0, 1, 2], [0, 1]), "same length"),
+        (([0, 1, 3, 4], [0, 1, 0, 1]), "equidistant"),
+        (([0, 1, 2], [0, np.nan, 1]), "x must be finite, got nan at index 1"),
+        (([0, 1, 2], [0, 1j, 1]), "x must be real"),
+        ((np.arange(9), np.zeros(9)), "three extrema"),
+        ((np.arange(50), np.exp(-np.arange(50.0))), "three extrema"),
+        ((*decay(0.05), 500), "x must contain 501 decaying crests"),
+        ((*decay(0.05), 0), "cycles .* got 0"),
+        ((*decay(0.05), 2, np.inf), "offset must be finite"),
+        ((*decay(0.05), 2, 0.0, 1.5), "floor .* got 1.5"),
+        ((np.arange(9), np.zeros(9), 1, 0.0), "x must contain 2 decaying crests, got 0"),
+    ],
+    smooth_konno_ohmachi: [
+        (([1.0, 2.0], [1.0]), "spectrum must have the length"),
+        (([2.0, 1.0], [1.0, 1.0]), "frequency must contain increasing"),
+        (([-1.0, 1.0], [1.0, 1.0]), "frequency must contain increasing"),
+        (([1.0, 2.0], [1.0, np.nan]), "spectrum must be finite, got nan"),
+        (([1.0, 2.0], [1.0, 1.0], 0.0), "bandwidth .* got 0"),
+        (([1.0, 2.0], [1.0, 1.0], 40.0, [-1.0]), "centres must not be negative"),
+        (([1.0, 2.0], [1.0, 1.0], 40.0, [90.0]), "centres must lie where .* got 90 Hz"),
+    ],
+    response_spectrum: [
+        (([1.0], 0.1, [1.0]), "at least two samples, got 1"),
+        (([1.0, np.inf], 0.1, [1.0]), "acceleration must be finite, got inf"),
+        (([1.0, 1.0], 0.0, [1.0]), "time_step .* got 0"),
+        (([1.0, 1.0], 0.1, [1.0, 0.0]), "periods must be positive, got 0"),
+        (([1.0, 1.0], 0.1, [1.0, 5e-6]), "periods must be at least 1e-05 s, got 5e-06 s"),
+        (([1.0, 1.0], 0.1), "either periods or frequencies"),
+        (([1.0, 1.0], 0.1, [1.0], 1.0), "damping .* got 1"),
+        (([1.0, 1.0], 0.1, [1.0], np.nan), "damping .* got nan"),
+        (([[1.0, 1.0]], 0.1, [1.0]), "one-dimensional"),
+    ],
+    dominant_frequency: [
         ((np.ones(7), 0.1), "at least 8 samples, got 7"),
         ((np.full(100, 0.1), 0.1), "contains no peak"),
         ((np.zeros(100), 0.1), "contains no peak"),
@@ -285,12 +267,13 @@ def test_frequency_of_a_decay():
         ((np.ones(100), 0.1, (3.0, 2.0)), "band must be"),
         ((np.ones(100), 0.1, (3.0, 7.0)), "band must be 0 <= low < high <= 5 Hz"),
     ],
+}
+
+
+@pytest.mark.parametrize(
+    ("function", "arguments", "message"),
+    [(function, *case) for function, cases in ERRORS.items() for case in cases],
 )
-def test_dominant_frequency_errors(arguments, message):
+def test_bad_arguments_are_named(function, arguments, message):
     with pytest.raises(ValueError, match=message):
-        dominant_frequency(*arguments)
-
-
-def test_fast_lengths_are_those_of_scipy():
-    lengths = [*range(1, 1000), 120_001, 999_983]
-    assert [fast_length(n) for n in lengths] == [next_fast_len(n, real=True) for n in lengths]
+        function(*arguments)
