@@ -14,6 +14,7 @@ import hard
 import numpy as np
 import pytest
 import xarray as xr
+from shapely import Polygon
 
 import sitedda
 
@@ -118,11 +119,8 @@ def test_forces_and_states_obey_the_law(run):
 def masses(data):
     """Of all blocks, kg per metre."""
     block_of, place = data.vertex_block.values, data.vertices.values[0]
-    found = []
-    for block in range(data.sizes["block"]):
-        x, y = place[block_of == block].T
-        found.append(0.5 * DENSITY * abs(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))))
-    return np.array(found)
+    blocks = (Polygon(place[block_of == block]) for block in range(data.sizes["block"]))
+    return DENSITY * np.array([block.area for block in blocks])
 
 
 def test_forces_balance_each_block(run, step):
@@ -130,9 +128,8 @@ def test_forces_balance_each_block(run, step):
     vertices, block_of = data.vertices.values, data.vertex_block.values
     mass, rates = masses(data)[:, None], data.block_rates.values[:, :, :2]
     after = np.arange(len(block_of)) + 1
-    after[np.append(block_of[1:] != block_of[:-1], True)] = np.flatnonzero(
-        np.append(True, block_of[1:] != block_of[:-1])
-    )
+    turns = np.flatnonzero(np.diff(block_of, append=-1))
+    after[turns] = [0, *turns[:-1] + 1]
     for frame in range(1, data.sizes["frame"]):
         found, place = contacts_of(data, frame), vertices[frame - 1]
         edge = found.contact_edge.values
