@@ -46,10 +46,11 @@ def caller(name: str):
     """A function that runs a program with arguments and returns the completed process."""
     path = executable(name)
 
-    def call(*arguments, folder=None) -> subprocess.CompletedProcess:
+    def call(*arguments, folder=None, threads=None) -> subprocess.CompletedProcess:
         return subprocess.run(
             [path, *map(os.fspath, arguments)],
             cwd=folder,
+            env=os.environ | ({"OMP_NUM_THREADS": str(threads)} if threads else {}),
             capture_output=True,
             encoding="utf-8",
             errors="replace",
@@ -64,8 +65,8 @@ def caller(name: str):
 def named(call, name: str):
     """A caller with the name of its program and `ok`, a call that has to end with status 0."""
 
-    def ok(*arguments, folder=None) -> subprocess.CompletedProcess:
-        done = call(*arguments, folder=folder)
+    def ok(*arguments, **options) -> subprocess.CompletedProcess:
+        done = call(*arguments, **options)
         assert done.returncode == 0, done.stderr
         return done
 
@@ -191,17 +192,17 @@ def same_bits():
 
 
 @pytest.fixture
-def same_everywhere(in_parts, native, same_bits, tmp_path, monkeypatch):
+def same_everywhere(in_parts, native, same_bits, tmp_path):
     """History of a run; in parts, and by the executable on one thread or two, it has its bits."""
     import sitedda
 
     def run(file, steps: int) -> xr.Dataset:
         whole = sitedda.run(file, tmp_path / "whole.nc").history
         same_bits(whole, in_parts(file, steps))
-        for threads in ("1", "2"):
-            monkeypatch.setenv("OMP_NUM_THREADS", threads)
-            native.ok("run", file, "-q", "-o", tmp_path / f"native_{threads}.nc")
-            same_bits(whole, tmp_path / f"native_{threads}.nc")
+        for threads in (1, 2):
+            output = tmp_path / f"native_{threads}.nc"
+            native.ok("run", file, "-q", "-o", output, threads=threads)
+            same_bits(whole, output)
         return whole
 
     return run

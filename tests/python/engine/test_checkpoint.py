@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Runs that end early go on from a checkpoint, to the same bits; what does not fit is refused."""
 
-import os
 import shutil
 import signal
 import subprocess
@@ -96,47 +95,38 @@ def test_a_resumed_run_has_the_bits_of_one_left_alone(write_input, tmp_path, sam
     assert files_beside(tmp_path / "out.nc") == {""}
 
 
-ROUGH = {"law": "barton_bandis", "jrc": 8.0, "jcs": 1e7, "normal_stiffness_per_area": 1e9}
 LAWS = {
     "mohr_coulomb": {
-        "law": "mohr_coulomb",
+        "friction_angle": 5.0,
         "residual_friction_angle": 4.0,
         "cohesion": 1e3,
         "weakening_slip": 0.001,
         "dilation_angle": 2.0,
     },
-    "plesha": {
-        "law": "plesha",
-        "friction_angle": 1.0,
-        "asperity_angle": 1.0,
-        "asperity_wear": 1e-3,
-    },
+    "plesha": {"asperity_angle": 1.0, "asperity_wear": 1e-3},
     "cohesive": {
-        "law": "cohesive",
-        "friction_angle": 1.0,
         "cohesion": 2e3,
         "tensile_strength": 1e3,
         "fracture_energy": 0.1,
         "normal_stiffness_per_area": 1e9,
     },
-    "continuously_yielding": {
-        "law": "continuously_yielding",
-        "friction_angle": 1.0,
-        "initial_friction_angle": 3.0,
-        "roughness": 1e-3,
-    },
+    "continuously_yielding": {"initial_friction_angle": 3.0, "roughness": 1e-3},
     "rate_state": {
-        "law": "rate_state",
-        "friction_angle": 1.0,
         "direct_effect": 1e-3,
         "evolution_effect": 2e-3,
         "threshold_velocity": 1e-6,
         "state_distance": 1e-3,
     },
-    "crushing": {"law": "crushing", "friction_angle": 1.0, "crushing_strength": 5e4},
-    "points": {"cohesion": 1e3, "contact_points": 5},
-    "barton_bandis": ROUGH | {"friction_angle": 1.0, "max_closure": 1e-3},
+    "crushing": {"crushing_strength": 5e4, "crushing_energy": 1e3},
+    "barton_bandis": {
+        "jrc": 8.0,
+        "jcs": 1e7,
+        "max_closure": 1e-3,
+        "normal_stiffness_per_area": 1e9,
+    },
 }
+LAWS = {law: {"law": law, "friction_angle": 1.0} | values for law, values in LAWS.items()}
+LAWS["points"] = {"cohesion": 1e3, "contact_points": 5}
 FIVE = {"contact_points": 5, "normal_stiffness_per_area": 1e9}
 LAWS |= {f"{law} at 5 points": LAWS[law] | FIVE for law in ("plesha", "cohesive")}
 
@@ -148,9 +138,7 @@ def test_the_same_for_joint_laws(native, write_input, tmp_path, same_bits, law):
     whole = sitedda.run(file)
     assert float(whole.history.energy_friction[-1]) > 0
     stopped(file, tmp_path / "out.nc", 150)
-    arguments = [native.path, "resume", file, "-q", "-o", tmp_path / "out.nc"]
-    environment = os.environ | {"OMP_NUM_THREADS": "2"}
-    subprocess.run(arguments, env=environment, check=True, capture_output=True)
+    native.ok("resume", file, "-q", "-o", tmp_path / "out.nc", threads=2)
     same_bits(whole.history, tmp_path / "out.nc")
 
 
@@ -183,12 +171,10 @@ def test_the_number_of_threads_may_change(native, write_input, tmp_path, same_bi
     ]
     file = write_input(wall)
     whole = sitedda.run(file)
-    for threads in ("1", "2"):
+    for threads in (1, 2):
         output = tmp_path / f"out{threads}.nc"
         stopped(file, output, 3)
-        environment = os.environ | {"OMP_NUM_THREADS": threads}
-        arguments = [native.path, "resume", file, "-q", "-o", output]
-        subprocess.run(arguments, env=environment, check=True, capture_output=True)
+        native.ok("resume", file, "-q", "-o", output, threads=threads)
         same_bits(whole.history, output)
 
 

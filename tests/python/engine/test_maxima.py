@@ -336,19 +336,10 @@ def _charted(scene: Scene) -> float:
 
 
 def test_still_supports_need_no_word(write_input):
-    run = sitedda.run(
-        write_input(
-            without(
-                changed(
-                    changed(pile(20), "fixed_point", 0, motion_x=None),
-                    "fixed_point",
-                    1,
-                    motion_x=None,
-                ),
-                "motion",
-            )
-        )
-    )
+    groups = without(pile(20), "motion")
+    for held in (0, 1):
+        groups = changed(groups, "fixed_point", held, motion_x=None)
+    run = sitedda.run(write_input(groups))
     assert "relative" not in str(run.verdict) and "absolute" not in str(run.verdict)
     assert run.history.attrs["maxima_base"] == "relative to the supports, which do not move"
 
@@ -518,18 +509,16 @@ def wide_wall(count: int) -> list:
     ]  # fmt: skip
 
 
-def test_threads_change_no_maximum(native, write_input, tmp_path, monkeypatch, same_bits):
+def test_threads_change_no_maximum(native, write_input, tmp_path, same_bits):
     """More blocks and contacts than one piece of a loop has."""
     file = write_input(wide_wall(2100))
-    found = {}
-    for threads in ("1", "2", "3"):
-        monkeypatch.setenv("OMP_NUM_THREADS", threads)
-        native.ok("run", file, "-q", "-o", tmp_path / f"{threads}.nc")
-        with xr.open_dataset(tmp_path / f"{threads}.nc") as data:
-            found[threads] = data.load()
-    assert np.all(np.isfinite(found["1"].largest.values[:10]))
-    for threads in ("2", "3"):
-        same_bits(found["1"], found[threads])
+    files = [tmp_path / f"{threads}.nc" for threads in (1, 2, 3)]
+    for threads, output in enumerate(files, 1):
+        native.ok("run", file, "-q", "-o", output, threads=threads)
+    with xr.open_dataset(files[0]) as data:
+        assert np.all(np.isfinite(data.largest.values[:10]))
+    for other in files[1:]:
+        same_bits(files[0], other)
 
 
 # --- What programs and studies say ----------------------------------------------------------------
