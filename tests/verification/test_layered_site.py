@@ -9,6 +9,7 @@ from numpy.testing import assert_allclose
 
 import sitedda
 from sitedda.response import amplifications
+from sitedda.site.column import refined_peak
 from sitedda_evidence.paper.discrete import DiscreteModel
 
 TIME_STEP = 1e-3
@@ -26,21 +27,11 @@ def site(request):
     return amplifications(history)[0], history, ratio
 
 
-def peak_of(ratio, low, high, rounds=6):
-    """Frequency and height of the only maximum of a smooth curve between two frequencies."""
-    for _ in range(rounds):
-        grid = np.linspace(low, high, 21)
-        values = abs(ratio(grid))
-        best = int(np.argmax(values))
-        low, high = grid[max(best - 1, 0)], grid[min(best + 1, 20)]
-    return grid[best], values[best]
-
-
 def test_peak_is_that_of_the_exact_discrete_theory(site):
     found, _, ratio = site
-    frequency, amplitude = peak_of(ratio, 12.0, 16.0)
-    assert abs(found.peak.frequency - frequency) <= 1e-4
-    assert abs(found.peak.amplitude / amplitude - 1) <= 1e-5
+    exact = refined_peak(ratio, (12.0, 16.0), 30)
+    assert abs(found.peak.frequency - exact.frequency) <= 1e-4
+    assert abs(found.peak.amplitude / exact.amplitude - 1) <= 1e-5
 
 
 def test_the_whole_curve_is_that_of_the_exact_discrete_theory(site):
