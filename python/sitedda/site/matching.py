@@ -130,7 +130,8 @@ class _Matching:
         self.step, self.size, self.damping = motion.time_step, motion.acceleration.size, damping
         self.target, self.grid, self.wanted = target, grid, target_at(target, grid)
         self.regular = grid.size
-        self.length = fast_length(2 * self.size + int(np.ceil(grid[-1] / self.step)))
+        self.rest = np.zeros(int(np.ceil(grid[-1] / self.step)) + 1)  # of the free vibration
+        self.length = fast_length(2 * self.size + self.rest.size)
         self.frequency = np.fft.rfftfreq(self.length, self.step)
         self.passed = 1 / (1 + (0.5 / grid[-1] / np.maximum(self.frequency, 1e-9)) ** 8)
         own = motion.acceleration * np.exp(-np.log(self._ratio(motion.acceleration)).mean())
@@ -139,9 +140,13 @@ class _Matching:
         energy = gaussian_filter1d(own**2, _SPREAD / self.step)
         self.envelope = edge * np.sqrt(np.maximum(energy / energy.max(), _FLOOR**2))
         self.drifts = self._coloured(np.array([np.ones(self.size), 1 - time]))
+        speeds = running_integral(self.drifts, self.step)
+        ends = np.array([speeds[:, -1], running_integral(speeds, self.step)[:, -1]])
+        self.correction = np.linalg.inv(ends)  # from final velocity and displacement to drifts
         self.motion = self._at_rest(self._scaled(own, edge))
         self.largest: dict[int, _Bound] = {}  # lower bounds, once chosen
         self.known: dict[_Bound, tuple] = {}  # kernel and wave of a bound
+        self.filters: dict[int, tuple] = {}  # coefficients of `_response` by oscillator
 
     def rounds(self, tolerance: float, most: int):
         """Return the best motion and its misfit."""
@@ -200,9 +205,9 @@ class _Matching:
         beside = np.maximum(away[: end - 2 : 2], away[2:end:2])
         wanted[1:end:2] &= (beside < enough) & (away[1:end:2] > enough)
         numbers = np.flatnonzero(wanted)
-        spectrum, found, sampled = np.fft.rfft(series, self.length), list(bounds), {}
+        found, sampled = list(bounds), {}
         for i in sorted({*numbers, *(one.oscillator for one in bounds)}):
-            response = np.fft.irfft(self._transfer(i) * spectrum, self.length)
+            response = self._response(i, series)
             size = np.abs(response)
             sampled[i] = size.max() / ratio[i]  # the largest may lie between samples
             if ratio[i] < 1 - margin:
@@ -216,17 +221,25 @@ class _Matching:
                 found.append(_Bound(i, int(at), float(np.sign(response[at])), False))
         return list(dict.fromkeys(found)), sampled
 
-    def _transfer(self, number: int):
-        """Return pseudo-acceleration over ground acceleration and target."""
-        own, omega = 2 * np.pi / self.grid[number], 2 * np.pi * self.frequency
-        scale = -(own**2) / self.wanted[number]
-        return scale / (own**2 - omega**2 + 2j * self.damping * own * omega)
+    def _response(self, number: int, series) -> NDArray[np.float64]:
+        """Return the pseudo-acceleration of an oscillator over its target, also after the motion.
+
+        The recursion is exact for a motion that is straight between samples.
+        """
+        from scipy.signal import cont2discrete, lfilter
+
+        if number not in self.filters:
+            own = 2 * np.pi / self.grid[number]
+            system = [-(own**2) / self.wanted[number]], [1.0, 2 * self.damping * own, own**2]
+            (ahead,), back, _ = cont2discrete(system, self.step, "foh")
+            self.filters[number] = ahead, back
+        return lfilter(*self.filters[number], np.append(series, self.rest))
 
     def _known(self, bound: _Bound):
         """Return kernel k and wave C k of a bound; k · a is its response to a, signed."""
         if bound not in self.known:
-            impulse = np.fft.irfft(self._transfer(bound.oscillator), self.length)
             kernel = np.zeros(self.size)
+            impulse = self._response(bound.oscillator, np.eye(1, self.size)[0])
             past = impulse[: bound.sample + 1][::-1][: self.size]
             kernel[: past.size] = past if bound.lower == (bound.sign > 0) else -past
             self.known[bound] = kernel, self._at_rest(self._coloured(kernel))
@@ -242,11 +255,9 @@ class _Matching:
 
     def _at_rest(self, series) -> NDArray[np.float64]:
         """Subtract two waves, so that velocity and displacement end at 0."""
-        ends = []
-        for one in (series, *self.drifts):
-            velocity = running_integral(one, self.step)
-            ends.append((velocity[-1], running_integral(velocity, self.step)[-1]))
-        return series - np.linalg.solve(np.array(ends[1:]).T, ends[0]) @ self.drifts
+        velocity = running_integral(series, self.step)
+        ends = velocity[-1], running_integral(velocity, self.step)[-1]
+        return series - self.correction @ ends @ self.drifts
 
 
 def _dual(product, lack, ridge: float) -> NDArray[np.float64]:

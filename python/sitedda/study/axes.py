@@ -138,12 +138,10 @@ def _axes_of_mapping(parameters: Mapping) -> list[Axis]:
         if isinstance(values, Axis):
             axes.append(values)
             continue
+        changed, name = path, names[path]
         if isinstance(values, tuple) and len(values) == 2 and isinstance(values[0], str):
-            named, values = values
-            axes.append(Points(path, {named: _as_list(path, values)}, {named: path}, number=False))
-            continue
-        name = names[path]
-        axes.append(Points(name, {path: _as_list(path, values)}, {path: name}, number=False))
+            name, (changed, values) = path, values
+        axes.append(Points(name, {changed: _as_list(path, values)}, {changed: name}, number=False))
     return axes
 
 

@@ -124,21 +124,20 @@ def _pickle(*task) -> bytes:
     try:
         from cloudpickle import dumps
     except ImportError:
-        dumps = pickle.dumps
-    if dumps is pickle.dumps and b"__main__" in (data := _pickle_plainly(task)):
+        pass
+    else:
+        return dumps(task)
+    try:
+        data = pickle.dumps(task)
+    except (pickle.PicklingError, AttributeError, TypeError) as trouble:
+        raise ValueError(f"this cannot be sent to another process: {trouble}; define functions "
+                         "in a module, or pip install cloudpickle") from trouble  # fmt: skip
+    if b"__main__" in data:
         raise ValueError(
             "a function that is defined in the main program or a notebook needs the package "
             "cloudpickle (pip install cloudpickle); else define it in a module"
         )
-    return data if dumps is pickle.dumps else dumps(task)
-
-
-def _pickle_plainly(task) -> bytes:
-    try:
-        return pickle.dumps(task)
-    except (pickle.PicklingError, AttributeError, TypeError) as trouble:
-        raise ValueError(f"this cannot be sent to another process: {trouble}; define functions "
-                         "in a module, or pip install cloudpickle") from trouble  # fmt: skip
+    return data
 
 
 class _Process:
