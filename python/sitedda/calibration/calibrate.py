@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -288,7 +288,8 @@ class _Search:
         return self.family.modes(theta, self.posterior.seen.count + 2)
 
     def _reduce(self) -> None:
-        self.posterior = self.posterior.on(self.family.reduced(np.hstack(self.vectors)))
+        family = self.family.reduced(np.hstack(self.vectors))
+        self.posterior = replace(self.posterior, family=family)
 
     def _improve_start(self, x: np.ndarray) -> np.ndarray:
         for _ in range(_ROUNDS):

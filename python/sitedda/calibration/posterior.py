@@ -13,7 +13,7 @@ and a shape of n components and unit length adds n − 1 independent errors whos
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment, minimize
@@ -273,10 +273,6 @@ class Posterior:
                 return kept[generator.choice(len(kept), count, replace=count > len(kept))]
         raise ConvergenceError(f"the sampler has an autocorrelation time of {length:.3g} steps: "
                                "narrow the priors, or drop unknowns")  # fmt: skip
-
-    def on(self, family: Family) -> Posterior:
-        """Return the posterior on another reduced family."""
-        return replace(self, family=family)
 
 
 def _select_apart(points: list[np.ndarray], distance: float) -> list[np.ndarray]:

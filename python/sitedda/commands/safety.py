@@ -3,6 +3,7 @@
 
 import argparse
 import json
+import sys
 from pathlib import Path
 
 from ..base.arguments import NOT_NEGATIVE, POSITIVE, TOLERANCE, picture_name
@@ -39,6 +40,7 @@ def _find_safety(options: argparse.Namespace) -> int:
         found = safety(
             options.file, tolerance=options.tolerance, displacement=share, changes=changes,
             least_area=options.least_area,
+            progress=_show_trial if sys.stderr.isatty() else None,
         )  # fmt: skip
         moving = found.mechanism
     else:
@@ -52,3 +54,7 @@ def _find_safety(options: argparse.Namespace) -> int:
     if not options.json:
         print(f"\npicture: {picture}")
     return 0
+
+
+def _show_trial(trial) -> None:
+    print("strength divided by", str(trial).strip(), file=sys.stderr)

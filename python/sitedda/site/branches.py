@@ -101,10 +101,8 @@ class Branches:
 
         Parameters
         ----------
-        material : mapping
-            Its variables, as they stand in the input.
-        shear_modulus : float
-            Of small strains, Pa.
+        material, shear_modulus
+            As for :func:`curves_of`.
         """
         if material.get("law") != "hysteretic":
             return None

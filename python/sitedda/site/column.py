@@ -31,15 +31,8 @@ from .layers import (
 )
 from .response import KINDS, ColumnResponse
 
-__all__ = [
-    "Column",
-    "HalfSpace",
-    "Layer",
-    "complex_modulus",
-    "damped_amplification",
-    "refined_peak",
-    "undamped_amplification",
-]
+__all__ = ["Column", "HalfSpace", "Layer", "complex_modulus", "damped_amplification",
+           "refined_peak", "undamped_amplification"]  # fmt: skip
 
 _UNBOUNDED = 1e7  # a higher peak is the resonance of an undamped column
 _POINTS_PER_MODE = 64  # samples between two resonances in the search of peaks

@@ -109,14 +109,8 @@ def equivalent_linear(
         With the moduli at small strain, n layers.
     curves : sequence of SoilCurves or None, length n
         Of each layer; None leaves it linear, with its own damping ratio.
-    motion : xarray.Dataset, Motion or array_like, shape (samples,)
-        As :func:`sitedda.read_record` returns it, or ground acceleration, m/s².
-    time_step : float, optional
-        s between samples of an array.
-    bottom : float, optional
-        Depth of the motion, m; by default the base.
-    kind : {'outcrop', 'within'}
-        Kind of motion.
+    motion, time_step, bottom, kind
+        As for :meth:`Column.response`; or a Motion.
     strain_ratio : float
         Effective over largest strain; 0.65 or (magnitude − 1)/10.
     tolerance : float

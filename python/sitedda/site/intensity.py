@@ -50,10 +50,8 @@ def intensity(motion, time_step: float | None = None) -> Intensity:
 
     Parameters
     ----------
-    motion : xarray.Dataset or array_like, shape (samples,)
-        As :func:`sitedda.read_record` returns it, or ground acceleration, m/s².
-    time_step : float, optional
-        s between samples of an array.
+    motion, time_step
+        As for :meth:`Column.response`.
 
     Raises
     ------

@@ -154,24 +154,10 @@ def damped_amplification(
 
     Parameters
     ----------
-    frequency : array_like, shape (...)
-        Frequencies, Hz.
-    thickness : float
-        H, m.
-    shear_velocity : float
-        v, m/s.
+    frequency, thickness, shear_velocity
+        As for :func:`undamped_amplification`, whose results and errors it has.
     damping : array_like, shape (...)
         Damping ratio ζ >= 0.
-
-    Returns
-    -------
-    ndarray, shape (...)
-        Amplification, dimensionless.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not finite or out of range.
     """
     phase = _phase(frequency, thickness, shear_velocity)
     ratio = not_negative("damping", damping)

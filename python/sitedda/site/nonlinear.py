@@ -322,12 +322,9 @@ def nonlinear(
     curves : sequence of SoilCurves, Branches or None, length n
         Of each layer; branches are taken as they are; None leaves it linear, with its own damping
         ratio.
-    motion : xarray.Dataset, Motion or array_like, shape (samples,)
-        Of the base: as :func:`sitedda.read_record` returns it, or ground acceleration, m/s².
-    time_step : float, optional
-        s between samples of an array.
-    kind : {'outcrop', 'within'}
-        Kind of motion; a motion within moves the base directly.
+    motion, time_step, kind
+        As for :meth:`Column.response`, or a Motion: of the base, which a motion within moves
+        directly.
     damping_curve : {'target', 'masing'}
         See :meth:`Branches.of`.
     branches : int

@@ -52,17 +52,7 @@ class SuiteFile:
     folder: Path
 
     def run(self, workers: int | None = None, retry: bool = False, progress: bool = False) -> Suite:
-        """Compute the missing cases.
-
-        Parameters
-        ----------
-        workers : int, optional
-            Processes.
-        retry : bool
-            Try cases again that have failed.
-        progress : bool
-            Show a bar.
-        """
+        """Compute the missing cases; see `suite` for the arguments."""
         return suite(self.profiles, self.motions, self.analyses, folder=self.folder,
                      workers=workers, retry=retry, progress=progress, **self.more)  # fmt: skip
 

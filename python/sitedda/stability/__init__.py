@@ -7,22 +7,7 @@ from .pushover import Pushover, pushover
 from .safety import Mechanism, Safety, bisect, mechanism, safety
 from .supports import Movement, move_supports
 
-__all__ = [
-    "Backfill",
-    "Limit",
-    "Limits",
-    "Mechanism",
-    "Movement",
-    "Performance",
-    "Pushover",
-    "Safety",
-    "Travel",
-    "bisect",
-    "limit_analysis",
-    "mechanism",
-    "move_supports",
-    "performance_point",
-    "pushover",
-    "safety",
-    "travelling_axle",
-]
+__all__ = ["Backfill", "Limit", "Limits", "Mechanism", "Movement", "Performance",
+           "Pushover", "Safety", "Travel", "bisect", "limit_analysis", "mechanism",
+           "move_supports", "performance_point", "pushover", "safety",
+           "travelling_axle"]  # fmt: skip

@@ -274,9 +274,8 @@ class _Pushed:
         """Run all steps and return the capacity curve."""
         rows, states, ending = [], [], ""
         excess, factor, work, moved, far = _FIRST, _FIRST, 0.0, 0.0, 0.0
-        steps: list[
-            tuple[float, float]
-        ] = []  # displacement of the controlling point or block; factor at equilibrium
+        # Of each step: displacement of the controlling point or block, factor at equilibrium.
+        steps: list[tuple[float, float]] = []
         with Simulation(self.model) as run:
             start = before = run.coordinates
             time, lost, names = run.time, run.energies["friction"], run.block_names

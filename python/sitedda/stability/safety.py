@@ -208,8 +208,7 @@ class Safety:
     def __str__(self) -> str:
         """Return trials, mechanism and result as text."""
         head = f"strength divided by trial factors, by bisection\n{'factor':>10}  outcome"
-        rows = [f"{one.factor:10.6g}  {'stands' if one.stands else 'fails'}" for one in self.trials]
-        parts = ["\n".join([head, *rows])]
+        parts = ["\n".join([head, *map(str, self.trials)])]
         if self.mechanism:
             parts.append(str(self.mechanism))
         parts += [self.words, f"warning: {self.warning}" if self.warning else ""]
@@ -248,7 +247,8 @@ def bisect(
 class _Trials:
     """The trials of a model with its strength divided by factors."""
 
-    def __init__(self, model: Model, displacement: float, removed: list[str]):
+    def __init__(self, model: Model, displacement: float, removed: list[str], progress=None):
+        self.progress = progress
         self.model, self.removed = model, ", ".join(removed) or None
         if self.removed:
             stage = model.of_kind("stage")[0]
@@ -297,6 +297,8 @@ class _Trials:
         if rest.stands and self.reference is None:
             self.reference = rest.coordinates
         self.done.append(rest)
+        if self.progress:
+            self.progress(rest)
         return rest.stands
 
     def find_reference(self, factor: float) -> float | None:
@@ -325,6 +327,7 @@ def safety(
     displacement: float = 0.05,
     least_area: float = 0.0,
     changes: Mapping | None = None,
+    progress: Callable[[Rest], None] | None = None,
 ) -> Safety:
     """Find the factor by which all strengths can be divided before a model fails.
 
@@ -343,6 +346,8 @@ def safety(
         the factor is that of the model without them.
     changes : mapping, optional
         Variables to change in the input, see `Simulation`.
+    progress : callable, optional
+        Called with each trial.  Those that fail take longest.
 
     Raises
     ------
@@ -356,7 +361,7 @@ def safety(
     smaller: list[Safety] = []
     while True:
         gone = [name for one in smaller for name in one.mechanism.moving]
-        found = _critical_factor(_Trials(model.copy(), displacement, gone), tolerance)
+        found = _critical_factor(_Trials(model.copy(), displacement, gone, progress), tolerance)
         small = found.mechanism is not None and found.mechanism.areas[0] < least_area
         if not small or not found.mechanism.moves or set(found.mechanism.moving) <= set(gone):
             return replace(found, smaller=tuple(smaller))

@@ -49,6 +49,10 @@ class Rest:
     words: str
     coordinates: np.ndarray | None
 
+    def __str__(self) -> str:
+        """Return factor and outcome."""
+        return f"{self.factor:10.6g}  {'stands' if self.stands else 'fails'}"
+
 
 def static_model(source, changes: Mapping | None = None) -> Model:
     """Return a copy of a model with static stages only and loads fixed at time 0.

@@ -2,7 +2,6 @@
 """Submit cases to an executor, a limited number at a time, until all are done."""
 
 import queue
-import time
 from collections import Counter, deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError
@@ -14,7 +13,6 @@ from .workers import TaskTooLong, WorkerDied
 
 _DEATHS = 3  # deaths of its process after which a case has failed
 _WINDOW = 256  # number of submitted cases if the number of workers is unknown
-_POLL = 0.05  # s between polls of futures without callbacks
 
 
 def distribute(executor, work: Work, keys: Sequence[str], progress: Callable | None = None) -> None:
@@ -25,8 +23,7 @@ def distribute(executor, work: Work, keys: Sequence[str], progress: Callable | N
 
     Parameters
     ----------
-    executor : concurrent.futures.Executor, or alike
-        Its ``submit`` returns futures with ``done`` and ``result``.
+    executor : concurrent.futures.Executor
     work : Work
     keys : sequence of str
         Of the cases.
@@ -74,7 +71,7 @@ class _Loop:
         """Yield the status of each case when it ends."""
         while self.fresh or self.busy or self.running:
             self._submit_cases()
-            future = self._wait_for_next()
+            future = self.ended.get()
             key = self.running.pop(future)
             status = self._final_status(key, future)
             if status is not None:
@@ -89,17 +86,7 @@ class _Loop:
             except (BrokenExecutor, RuntimeError) as trouble:
                 raise _executor_died(trouble) from trouble
             self.running[future] = key
-            if hasattr(future, "add_done_callback"):
-                future.add_done_callback(self.ended.put)
-
-    def _wait_for_next(self):
-        if all(hasattr(future, "add_done_callback") for future in self.running):
-            return self.ended.get()
-        while True:
-            for future in self.running:
-                if future.done():
-                    return future
-            time.sleep(_POLL)
+            future.add_done_callback(self.ended.put)
 
     def _final_status(self, key: str, future) -> str | None:
         """Return the final status of a case; None if it will be tried again."""

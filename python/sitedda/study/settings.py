@@ -70,7 +70,7 @@ class Settings:
         File of the table.
     slurm : Slurm
     limits : dict
-        ``time_limit`` (s) and ``memory`` (bytes) of a case.
+        ``time_limit`` (s) and ``memory`` (bytes, MB in the file) of a case.
     figures : list of dict
         Of the report.
     """
@@ -129,13 +129,15 @@ def _parse_settings(values: dict, file: Path, folder: Path | None) -> Settings:
     table = folder / "table.nc"
     if "table" in values:
         table = here / _name_below(here, "table", values["table"])
+    time_limit, memory = values.get("time_limit", np.inf), values.get("memory")
+    check_limits(memory, time_limit)
     slurm = dict(values.get("slurm", {}))
     _check_names(slurm, "slurm")
     return Settings(
         plan,
         table.absolute(),
         Slurm.of_study(slurm),
-        _parse_limits(values),
+        {"time_limit": time_limit, "memory": None if memory is None else 1e6 * memory},
         check_figures(values.get("figures", []), plan),
     )
 
@@ -158,13 +160,6 @@ def _parse_task(values: dict):
     if isinstance(told.get("between"), list):
         told["between"] = tuple(told["between"])
     return _TASKS[table](**told).checked()
-
-
-def _parse_limits(values: dict) -> dict:
-    """Return ``time_limit`` (s) and ``memory`` (bytes, MB in the file) of a case."""
-    time_limit, memory = values.get("time_limit", np.inf), values.get("memory")
-    check_limits(memory, time_limit)
-    return {"time_limit": time_limit, "memory": None if memory is None else 1e6 * memory}
 
 
 def _name_below(here: Path, what: str, name) -> str:

@@ -74,12 +74,30 @@ def test_modes_of_a_record(ambient):
         assert read.shape == pytest.approx(one.shape, rel=1e-5)
 
 
-def test_calibrate_from_a_record(ambient, capsys, monkeypatch):
+@pytest.fixture(scope="module")
+def miniseed(ambient):
+    """The record as traces of a file of another program; those of y begin later."""
+    obspy = pytest.importorskip("obspy")
+    folder, _, record = ambient
+    stream = obspy.Stream()
+    for name, values in zip(record.names, record.values.T, strict=True):
+        station, axis = name.split(".")
+        header = {"station": station, "channel": f"HH{'EZ'['xy'.index(axis)]}"}
+        stream += obspy.Trace(values[7 * (axis == "y") :].copy(), header | {"delta": record.step})
+        stream[-1].stats.starttime += 7 * record.step * (axis == "y")
+    stream.write(folder / "record.mseed")
+    return folder / "record.mseed"
+
+
+@pytest.mark.parametrize("name", ["record.csv", "record.mseed"])
+def test_calibrate_from_a_record(ambient, name, request, capsys, monkeypatch):
     pytest.importorskip("pyoma2")
     folder, model, _ = ambient
+    if name.endswith("mseed"):
+        request.getfixturevalue("miniseed")
     monkeypatch.chdir(folder)
     model.write("stack.nml")
-    command = ["calibrate", "stack.nml", "record.csv", "--record", "4:20", "--discrepancy", "0.005",
+    command = ["calibrate", "stack.nml", name, "--record", "4:20", "--discrepancy", "0.005",
                "--unknown", f"{SHEAR}=1e7:1e8", "--unknown", f"{BED}=2e7:2e8"]  # fmt: skip
     assert main(command) == 0
     assert "record_modes.csv" in capsys.readouterr().out
@@ -88,33 +106,15 @@ def test_calibrate_from_a_record(ambient, capsys, monkeypatch):
     assert np.all((low < [3e7, 6e7]) & ([3e7, 6e7] < high)) and np.all(high < 1.5 * low)
 
 
-def test_calibrate_from_miniseed(ambient, capsys, monkeypatch):
-    """The same record as traces of a file of another program gives the same modes."""
-    pytest.importorskip("pyoma2")
-    obspy = pytest.importorskip("obspy")
-    folder, model, record = ambient
-    monkeypatch.chdir(folder)
-    model.write("stack.nml")
-    stream = obspy.Stream()
-    for name, values in zip(record.names, record.values.T, strict=True):
-        station, axis = name.split(".")
-        header = {"station": station, "channel": f"HH{'EZ'['xy'.index(axis)]}"}
-        stream += obspy.Trace(values[7 * (axis == "y") :].copy(), header | {"delta": record.step})
-        stream[-1].stats.starttime += 7 * record.step * (axis == "y")  # it began later
-    stream.write("record.mseed")
-    read = Ambient.of("record.mseed")
+def test_traces_of_another_program_are_the_record(ambient, miniseed):
+    record = ambient[2]
+    read = Ambient.of(miniseed)
     order = [read.names.index(name) for name in record.names]
     assert np.allclose(read.values[:, order], record.values[7:])
-    named = Ambient.of("record.mseed", {"p3.HHE": "top.x", "HHZ": "any.y"})
+    named = Ambient.of(miniseed, {"p3.HHE": "top.x", "HHZ": "any.y"})
     assert sorted(named.names) == ["any.y", "top.x"]
-    command = ["calibrate", "stack.nml", "record.mseed", "--record", "4:20", "--discrepancy",
-               "0.005", "--unknown", f"{SHEAR}=1e7:1e8", "--unknown", f"{BED}=2e7:2e8"]  # fmt: skip
-    assert main(command) == 0
-    samples = np.loadtxt("stack_calibration.csv", delimiter=",", skiprows=2)
-    low, high = np.percentile(samples, (5, 95), axis=0)
-    assert np.all((low < [3e7, 6e7]) & ([3e7, 6e7] < high)) and np.all(high < 1.5 * low)
     with pytest.raises(InputError, match="no channels"):
-        Ambient.of("record.mseed", {"p9.HHE": "top.x"})
+        Ambient.of(miniseed, {"p9.HHE": "top.x"})
 
 
 def test_h_over_v_of_noise():

@@ -17,18 +17,8 @@ from sitedda_evidence.validation.pushed import tower
 
 def test_the_command_prints_draws_and_writes_the_curve(tmp_path, main):
     tower().write(tmp_path / "tower.nml")
-    done = main.ok(
-        "pushover",
-        "tower.nml",
-        "--point",
-        "top",
-        "--steps",
-        "20",
-        "--limits",
-        "--displacement",
-        "0.1",
-        folder=tmp_path,
-    )
+    done = main.ok("pushover", "tower.nml", "--point", "top", "--steps", "20", "--limits",
+                   "--displacement", "0.1", folder=tmp_path)  # fmt: skip
     assert "peak: horizontal load over the weight 0.25" in done.stdout
     assert "limit analysis: 0.25 without dilation, 0.25 with" in done.stdout
     assert (tmp_path / "tower_pushover.png").exists()

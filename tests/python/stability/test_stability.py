@@ -48,7 +48,10 @@ def test_factor_of_a_block_on_a_plane(slope, friction, cohesion, height):
     dip = math.radians(slope)
     hold = cohesion * 4.0 + weight * math.cos(dip) * math.tan(math.radians(friction))
     expected = hold / (weight * math.sin(dip))
-    found = sitedda.safety(block_on_plane(slope, friction, cohesion, height), tolerance=1e-3)
+    trials: list = []
+    found = sitedda.safety(block_on_plane(slope, friction, cohesion, height), tolerance=1e-3,
+                           progress=trials.append)  # fmt: skip
+    assert tuple(trials) == found.trials and str(trials[-1]) in str(found)
     assert found.low <= found.factor <= found.high
     assert found.factor == pytest.approx(expected, rel=2e-3)
     assert found.high - found.low <= 1e-3 * found.high

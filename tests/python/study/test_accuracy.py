@@ -216,11 +216,8 @@ def test_runs_say_it_too(write_input, python_program, tmp_path):
 
 
 def test_runs_that_say_the_same_say_it_once():
-    runs = {
-        "dt": "solver: 3 of 9 steps\nstart: sudden",
-        "dt/2": "solver: 1.5e-3 of 9 steps",
-        "b": "",
-    }
+    runs = {"dt": "solver: 3 of 9 steps\nstart: sudden", "dt/2": "solver: 1.5e-3 of 9 steps",
+            "b": ""}  # fmt: skip
     said = ["runs dt, dt/2: solver: 3 of 9 steps", "run dt: start: sudden"]
     found = Accuracy({}, runs)
     assert str(found).splitlines()[1:] == said
@@ -415,19 +412,8 @@ def test_an_ensemble_gives_bands(write_input):
 
 def test_bands_are_kept_and_shown(write_input, python_program, tmp_path):
     file, output = write_input(SLIDE), tmp_path / "o.nc"
-    python_program.ok(
-        "run",
-        str(file),
-        "--ensemble",
-        "2",
-        "-q",
-        "--no-plot",
-        "--report",
-        "-o",
-        str(output),
-        "--set",
-        "duration=0.5",
-    )
+    python_program.ok("run", str(file), "--ensemble", "2", "-q", "--no-plot", "--report", "-o",
+                      str(output), "--set", "duration=0.5")  # fmt: skip
     kept = kept_accuracy(load(output).attrs)
     band = kept.bands["largest_slip_m"]
     assert band.time[-1] == pytest.approx(0.5, abs=0.01) and len(band.time) <= 200

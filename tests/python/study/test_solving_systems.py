@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from test_answers import WEIGHT, slider, slip_of
 
 import sitedda
 from sitedda import NoRootError, solve_for
@@ -84,23 +85,12 @@ def test_arguments_that_cannot_be(changes, words):
 
 def test_friction_and_density_of_a_sliding_block():
     """Newmark's block: its weight gives the density, its slip then the friction angle."""
-    gravity, push = 9.8, 2000.0
-    model = sitedda.Model("slider", time_step=1e-3, gravity=(0, -gravity))
-    model.contact(normal_stiffness=1e12)
-    model.material("rock", density=2000, young_modulus=1e11, poisson_ratio=0.2)
-    model.joint("plane", friction_angle=30)
-    model.block([-2, -1, 9, -1, 9, 0, -2, 0], name="floor")
-    model.block([0, 0, 2, 0, 2, 0.1, 0, 0.1], name="slider")
-    model.boundary(kind="fixed", blocks="floor", side="bottom")
-    model.load(1.0, 0.05, "slider", name="push", time=[0, 0.4], force_x=[push] * 2)
-    model.measured_joint("base", blocks="slider", against="floor")
-    model.stage("rest", "static")
-    model.stage("motion", duration=1.0, loads="push")
-    mass, brake = 0.2 * 2500.0, gravity * math.tan(math.radians(18.0))
-    slip = 0.5 * 0.4**2 * (push / mass - brake) * (push / mass) / brake
+    model = slider(0.0, 30.0, 4.0, 0.4, 1.0, stiff=1e12)
+    model["material.rock"].density = 2000.0
     found = solve_for(
         model, ["joint[plane].friction_angle", "material.density"],
-        ["joint_slip[base].last", "joint_normal_force[base].last"], [slip, mass * gravity],
+        ["joint_slip[base].last", "joint_normal_force[base].last"],
+        [slip_of(0.0, 18.0, 4.0, 0.4), WEIGHT],
         between=[(10, 30), (2000, 3000)], tolerance=1e-4,
     )  # fmt: skip
     assert found.value == pytest.approx([18.0, 2500.0], rel=2e-3)

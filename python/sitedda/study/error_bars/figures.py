@@ -185,14 +185,12 @@ class Accuracy:
             "runs": self.runs,
             "end_s": self.end,
             "cause": self.cause,
-            "bands": {name: _thin(band) for name, band in self.bands.items()},
-        }
-
-
-def _thin(band: Band) -> dict[str, list[float]]:
-    """Thin a band to the number of times that a picture shows."""
-    kept = slice(None, None, -(-len(band.time) // _TIMES))
-    return {name: values[kept].tolist() for name, values in vars(band).items()}
+            "bands": {
+                name: {key: row[:: -(-len(band.time) // _TIMES)].tolist()
+                       for key, row in vars(band).items()}
+                for name, band in self.bands.items()
+            },
+        }  # fmt: skip
 
 
 _HEAD = ("figure", "this run", "value ± bar", "extrapolated", "16 %", "median", "84 %",

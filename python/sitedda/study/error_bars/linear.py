@@ -82,13 +82,8 @@ def linear_figures(model, changes: Mapping, history, facts: Facts) -> dict[str, 
 
     Parameters
     ----------
-    model : path or Model
-    changes : mapping
-        Of the input.
-    history : xarray.Dataset
-        Of the run.
-    facts : Facts
-        Of its input.
+    model, changes, history, facts
+        See `sitedda.error_bars.measure.of_linear_run`.
 
     Raises
     ------
