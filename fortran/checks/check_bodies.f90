@@ -90,7 +90,7 @@ contains
          if (.not. energies(2) > 0.0_wp) return
          error = sqrt(energies(1)/energies(2))
          call add_line(report, merge(verdict_ok, verdict_warn, error <= most_error), 'cells', &
-            'at the start stresses of bodies are off by about '//short_text(100*error)// &
+            'the initial stresses of bodies have an error of about '//short_text(100*error)// &
             ' % in the energy norm', 'jumps at faces', advice_if(error > most_error, &
             'smaller cells'))
       end associate

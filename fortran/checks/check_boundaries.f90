@@ -64,8 +64,8 @@ contains
       end do
       found = '99 % of the energy is absorbed up to '// &
          to_text(min(angle_of(ratio(1), wave_p), angle_of(ratio(2), wave_p)))// &
-         '° from the normal of P waves, '//to_text(min(angle_of(ratio(1), wave_s), &
-         angle_of(ratio(2), wave_s)))//'° of S waves'
+         '° from the normal for P waves, '//to_text(min(angle_of(ratio(1), wave_s), &
+         angle_of(ratio(2), wave_s)))//'° for S waves'
       advice = ''
       if (report%band%known) then
          ! (kh)²/48, kh = ω h/V_s

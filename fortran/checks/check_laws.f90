@@ -58,8 +58,8 @@ contains
          if (report%band%known) then
             eta = side*report%band%highest/sqrt(left(1)*material%young_modulus/(2.0_wp &
                *(1.0_wp + material%poisson_ratio)*material%density))
-            found = found//': at 0.1 % blocks have 1/'//short_text(1.0_wp/eta)//' of a wave at '// &
-               short_text(report%band%highest)//' Hz, limit 1/12'
+            found = found//': at 0.1 % blocks measure λ/'//short_text(1.0_wp/eta)//' at '// &
+               short_text(report%band%highest)//' Hz, limit λ/12'
             fine = eta <= coarsest
          end if
          call add_line(report, merge(verdict_ok, verdict_warn, fine), 'material law', found, &

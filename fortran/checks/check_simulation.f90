@@ -402,14 +402,14 @@ contains
       period = 1.0_wp/report%band%highest
       eta = report%longest*report%band%highest
       call add_line(report, merge(verdict_ok, merge(verdict_warn, verdict_fail, eta <= 0.5_wp), &
-         eta <= coarsest), 'element size', 'blocks have 1/'//short_text(1/eta)//' of a wave at '// &
-         short_text(report%band%highest)//' Hz, limits 1/12, 1/16, 1/20; waves there are '// &
+         eta <= coarsest), 'element size', 'blocks measure λ/'//short_text(1/eta)//' at '// &
+         short_text(report%band%highest)//' Hz, limits λ/12, λ/16, λ/20; such waves are '// &
          dispersion_in_words(blocks, eta), 'paper eq. 12', advice_if(eta > coarsest, &
          'blocks no larger than '// &
          short_text(coarsest*report%slowest/report%band%highest)//' m'), &
          'element size: '//counted(to_text(count_longer(blocks, coarsest*period)), &
-         'block', 'blocks')//', 1/'// &
-         short_text(1/eta)//' of a wave at '//short_text(report%band%highest)//' Hz, limit 1/12')
+         'block', 'blocks')//', λ/'// &
+         short_text(1/eta)//' at '//short_text(report%band%highest)//' Hz, limit λ/12')
       ! Blocks smaller than a wave requires do not require a smaller time step.
       call add_line(report, merge(verdict_ok, verdict_warn, time_step < max(eta, &
          coarsest)*period), 'time resolution', short_text(time_step)//' s against T/12 = '// &
@@ -456,7 +456,7 @@ contains
          '(sitedda.time_step_for_damping), or '// &
          "integration = 'theta' with damping_ratio and damping_frequency")
       topic = first_mode
-      brief = 'damped '//short_text(100*first)//' % by the scheme'
+      brief = 'numerical damping '//short_text(100*first)//' %'
       if (.not. sampled) then
          advice = 'time_step below '//short_text(0.5_wp/report%band%highest)//' s'
          topic = 'time step'

@@ -57,7 +57,7 @@ contains
          words = 'joint '//quoted(trim(joint%name))//' softens within a step of time_step = '// &
             short_text(model%control%time_step)//' s: above '//short_text(limit)//' s, time '// &
             'of failure depends on time_step; up to '//short_text(limit/fine_steps)//' s, '// &
-            'bounds of its fracture energy differ by at most 10 %, even if it snaps'
+            'bounds of its fracture energy differ by at most 10 %, even if it fails suddenly'
       end associate
    end function long_steps
 

@@ -272,7 +272,7 @@ contains
       do v = 1, n
          if (allocated(reader%dataset%error)) return
          if (.not. all(abs(vertices(:, v)) <= usable)) call refuse(reader, 'vertex '//to_text(v)// &
-            ' stands at ('//to_text(vertices(1, v))//', '//to_text(vertices(2, v))// &
+            ' is at ('//to_text(vertices(1, v))//', '//to_text(vertices(2, v))// &
             '), which is not a position')
       end do
    end subroutine read_vertices

@@ -416,7 +416,7 @@ contains
             'no static stage but the first')
          if (model%control%adaptive .and. model%output%history_seconds <= 0.0_wp) &
             call input_error(error, groups(own(i)), 'a spectrum needs samples '// &
-            'at equal times, and adaptive steps are not: give history_seconds in &output')
+            'at equal times, unlike adaptive steps: give history_seconds in &output')
       end do
    end subroutine read_amplifications
 

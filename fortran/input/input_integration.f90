@@ -54,9 +54,9 @@ contains
       if (allocated(error)) return
       settings%theta = theta_for_damping(ratio, omega, settings%time_step)
       if (settings%theta > 1.0_wp) call input_error(error, group, 'damping_ratio = '// &
-         to_text(ratio)//' cannot be had at '//to_text(frequency)//' Hz with time_step = '// &
+         to_text(ratio)//' is not possible at '//to_text(frequency)//' Hz with time_step = '// &
          to_text(settings%time_step)//': at most '//to_text(forced_damping(scheme_type(1.0_wp, &
-         1.0_wp), omega, settings%time_step))//', by theta = 1; try a larger time_step')
+         1.0_wp), omega, settings%time_step))//', with theta = 1; try a larger time_step')
    end subroutine match_damping
 
 end module dda_input_integration

@@ -69,7 +69,7 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       if (size(own%values) < 2) call input_error(error, group, &
-         'values holds too few samples: at least 2 are needed')
+         'values has too few samples: at least 2 are needed')
       if (all(own%unit /= [character(len=4) :: '', 'm', 'm/s', 'm/s2'])) call input_error(error, &
          group, 'unit = '//quoted(own%unit)//': values in the input are in m, m/s or m/s2')
       if (allocated(error)) return

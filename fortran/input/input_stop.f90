@@ -43,7 +43,7 @@ contains
          settings%rest_movement = value_or(own%rest_movement, 2*usual_rest*half_size(model%blocks))
          if (settings%fallen > count(settings%watched)) call input_error(error, group, &
             'fallen = '//to_text(settings%fallen)//': only '//to_text(count(settings%watched))// &
-            ' blocks are watched')
+            ' blocks are selected')
       end associate
    end subroutine read_stop
 

@@ -196,7 +196,7 @@ contains
             call put_word(value, places, word)
          else
             failure = trim(variable%name)//': '//quoted(first_word(text(at:)))// &
-               ' must stand in quotes'
+               ' must be in quotes'
          end if
       else
          call read_number(text, at, variable%kind == 'logical', number, fits)

@@ -192,7 +192,7 @@ contains
       call wrong('&load x = 1 2 /', '''2'' cannot be read here')
       call wrong('&load x y = 1 /', '''x'' cannot be read here')
       call wrong('&load xx = 1 /', '''xx''')
-      call wrong('&run title = word /', '''word'' must stand in quotes')
+      call wrong('&run title = word /', '''word'' must be in quotes')
       call wrong('&control settle = 1 /', 'neither .true. nor .false.')
    end subroutine what_is_no_value
 

@@ -121,7 +121,7 @@ BAD_TEXT = {
     "part": ("&block vertices(1,600) = 3 /", "&block", "there is no element (1,600)"),
     "left out": ("&block vertices = 1,,3 /", "&block", "is missing"),
     "no number": ("&joint cohesion = 'x' /", "&joint", "no number"),
-    "no quotes": ("&joint name = x /", "&joint", "must stand in quotes"),
+    "no quotes": ("&joint name = x /", "&joint", "must be in quotes"),
     "two values": ("&joint cohesion = 1 2 /", "&joint", "exceeds its number"),
     "no variable": ("&joint 3 4 /", "&joint", "'3' cannot be read here"),
     "huge count": ("&motion values = 999999999999*0.0 /", "&motion", "values that it can have"),

@@ -93,7 +93,7 @@ def test_check_says_how_far_soil_softens():
     report = str(sitedda.check(model))
     line = " ".join(report[report.index("branches, moduli") :].split())
     assert "at 0.1 and 1 % shear strain G/G0 = 0.267" in line
-    cells, frequency = map(float, re.search(r"1/([\d.]+) of a wave at ([\d.]+) Hz", line).groups())
+    cells, frequency = map(float, re.search(r"λ/([\d.]+) at ([\d.]+) Hz", line).groups())
     assert cells == pytest.approx(VELOCITY * np.sqrt(0.267) / (5.0 * frequency), rel=2e-3)
     assert "blocks no larger than" in line
 

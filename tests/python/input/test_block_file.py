@@ -226,8 +226,8 @@ LIES = {
         "corners must contain whole numbers",
     ),
     "corners of text": (dataset(corners=(("block",), "S1", list("44"))), "must contain numbers"),
-    "not a number": (dataset(vertices=moved_vertex(np.nan, 0)), "vertex 6 stands at (NaN, 0)"),
-    "infinite": (dataset(vertices=moved_vertex(3, -np.inf)), "vertex 6 stands at (3, -Inf"),
+    "not a number": (dataset(vertices=moved_vertex(np.nan, 0)), "vertex 6 is at (NaN, 0)"),
+    "infinite": (dataset(vertices=moved_vertex(3, -np.inf)), "vertex 6 is at (3, -Inf"),
     "too far": (dataset(vertices=(("vertex", "axis"), "f8", 1e10 * SQUARES)), "reaches farther"),
     "crossing": (dataset(vertices=moved_vertex(2.5, 3)), "block 2: vertices: the polygon crosses"),
     "three axes": (
