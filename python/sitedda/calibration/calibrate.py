@@ -21,8 +21,8 @@ _DISCREPANCY = (0.02, 1.0)  # prior of an unknown discrepancy: median, deviation
 _EXACT = 1e-5  # largest relative error of frequencies by the reduction
 _ROUNDS, _LOOKS = 6, 6  # number of searches, and of samples that check the reduction
 _FAR, _WIDE, _ALIKE, _FEW = 2.0, 0.8, 0.95, 0.2  # limits of warnings, see `_doubts`
-SILENT = ("small vibrations do not show friction, cohesion, tensile strength or how joints open: "
-          "these keep their own uncertainty")  # fmt: skip
+SILENT = ("small vibrations do not determine friction, cohesion, tensile strength and joint "
+          "opening: their uncertainty is unchanged")  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -332,7 +332,7 @@ def _doubts(found: Calibration, x, mean, deviation, counting: float, sampler: st
     ]  # fmt: skip
     for i, name in enumerate(found.names):
         if found.deviation[i] > _WIDE * deviation[i]:
-            words.append(f"the modes do not determine {name}: its range is that of its prior")
+            words.append(f"the modes do not determine {name}: its range equals its prior range")
         if abs(x[i] - mean[i]) > _FAR * deviation[i]:
             words.append(f"the modes are fitted best with {name} outside its prior range")
         words += [f"only a combination of {name} and {other} is determined (correlation "
@@ -342,6 +342,6 @@ def _doubts(found: Calibration, x, mean, deviation, counting: float, sampler: st
         words.append("the posterior is not Gaussian: use the sampler 'ensemble'")
     if found.reduction_error > 100 * _EXACT:
         words.append(
-            f"the reduced modes have an error of {found.reduction_error:.1e}: narrow ranges"
+            f"the reduced model has an error of {found.reduction_error:.1e}: narrow the ranges"
         )
     return (*words, SILENT)

@@ -128,8 +128,8 @@ def family_of(model, unknowns: Mapping, contacts="auto", changes=None) -> Family
     linear = base + sum(step * (f - 1) for step, f in zip(steps, factors, strict=True))
     if abs(stiffness - linear).max() > _LINEAR * min(abs(step).max() for step in steps):
         raise InputError(
-            f"the stiffness is not linear in {', '.join(unknowns)}: choose stiffnesses in place of"
-            " ratios, none that follows another, and ranges in which the same contacts are closed"
+            f"the stiffness is not linear in {', '.join(unknowns)}: choose stiffnesses instead of "
+            "ratios, none derived from another, and ranges in which the same contacts are closed"
         )
     w = _unit_mass(mass)
     theta = list(unknowns.values())

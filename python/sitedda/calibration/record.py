@@ -171,7 +171,7 @@ def identify(
                          f"and below {0.4 * rate:g} Hz (of {rate:g} samples a second)")  # fmt: skip
     if len(found.values) * found.step * low < _FEWEST:
         raise InputError(f"a record of {len(found.values) * found.step:g} s has less than "
-                         f"{_FEWEST} periods of {low:g} Hz: give a longer one")  # fmt: skip
+                         f"{_FEWEST} periods of {low:g} Hz: give a longer record")  # fmt: skip
     order = int(COUNT.check("order", order))
     values = found.values - found.values.mean(axis=0)
     if (every := int(rate / (_BEYOND * high))) > 1:
@@ -247,7 +247,7 @@ def horizontal_over_vertical(
     if not 10 / window <= at.min() <= at.max() <= 0.5 / found.step or 3 * size > 2 * len(
         found.values):  # fmt: skip
         raise InputError(f"window = {window:g} s: each needs 10 periods of the lowest frequency, "
-                         "and the record two windows")  # fmt: skip
+                         "and the record needs two windows")  # fmt: skip
     if lacking := [n for n in (f"{point}.x", f"{point}.y") if n not in found.names]:
         raise InputError(f"the record has no channel {lacking[0]}: it has {found.names}")
     cut = ShortTimeFFT(get_window("hann", size), size // 2, 1 / found.step)
@@ -274,5 +274,5 @@ def _step(time) -> float:
     """Return the step of equidistant times, s."""
     step = (time[-1] - time[0]) / (len(time) - 1)
     if not step > 0 or np.any(np.abs(np.diff(time) - step) > 1e-3 * step):
-        raise InputError("the samples of the record are not at equal steps of time")
+        raise InputError("the samples of the record are not at equal time steps")
     return float(step)

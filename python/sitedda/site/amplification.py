@@ -166,7 +166,7 @@ def _fit_period(rock, factor, levels):
     good = np.isfinite(factor) & (factor > 0)
     x, y = rock[good], np.log(factor[good])
     if x.size < _FEWEST:
-        raise InputError(f"{x.size} cases succeed at a period: a fit needs {_FEWEST}")
+        raise InputError(f"only {x.size} cases succeed at a period: a fit needs {_FEWEST}")
     best, least = None, np.inf
     spread = float(np.ptp(np.log(x)))
     for corner in _CORNERS * np.median(x) if spread > 0.1 else (np.median(x),):

@@ -162,15 +162,15 @@ def beside(
             )
     if any(one.get("base_motion_x") for one in input_values(history.attrs).get("control", [])):
         raise ValueError(
-            "base_motion_x moves the frame of the base, in which the base point rests: give the "
-            "motion to the fixed points of the base (motion_x) in its place"
+            "with base_motion_x coordinates move with the base, so the base point does not move: "
+            "set motion_x of the fixed points instead"
         )
     column, soils = layered_soils(history, surface, base)
     series = {name: history.acceleration.sel(point=name).sel(axis="x").values for name in names}
     time = history.time.values
     step = (time[-1] - time[0]) / (time.size - 1)
     if np.any(np.abs(np.diff(time) - step) > 1e-6 * step):
-        raise ValueError("the samples of the run are not at equal steps (adaptive time steps)")
+        raise ValueError("the samples of the run are not at equal time steps (adaptive control)")
     ground, scheme = series[base], run_scheme(history)
     columns, words = _compute_columns(column, soils, ground, step, scheme, damping)
     frequency, ratio = spectral_ratio(series[surface], ground, step, 8)
@@ -208,7 +208,7 @@ def _compute_columns(
         damped = any(layer.damping for layer in column.layers)
         also = "and the materials" if damped else "alone"
         response = ColumnResponse.of(column, ground, step, kind="within", scheme=scheme)
-        words = f"damped by the time integration {also}, as the blocks"
+        words = f"damped like the blocks, by the time integration {also}"
     else:
         fixed = replace(column, layers=[replace(la, damping=damping) for la in column.layers])
         response = ColumnResponse.of(fixed, ground, step, kind="within")

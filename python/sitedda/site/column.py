@@ -247,8 +247,8 @@ class Column:
         unbounded = ~np.isfinite(ratio)
         if np.any(unbounded):
             raise ValueError(
-                "frequencies meet a resonance of the undamped column, where the ratio is infinite,"
-                f" at {first_of(abs(waves.omega), unbounded) / (2 * np.pi):g} Hz"
+                "frequencies include a resonance of the undamped column, with an infinite ratio, at"
+                f" {first_of(abs(waves.omega), unbounded) / (2 * np.pi):g} Hz"
             )
         return ratio
 

@@ -54,8 +54,8 @@ class Analyses:
         if column.base != "rigid" or any(layer.damping_at([1.0])[0] for layer in column.layers):
             return ""
         return (
-            "the linear column, undamped on a rigid base, resonates without bound: it is left out; "
-            "give its soils a damping ratio at small strains"
+            "the linear column is omitted: without damping on a rigid base its resonance is "
+            "infinite; give its soils a damping ratio at small strains"
         )
 
     def __str__(self) -> str:

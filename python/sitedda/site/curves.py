@@ -41,7 +41,7 @@ class SoilCurves:
         arrays = [np.array(values, dtype=float) for values in self.columns()]
         strain, reduction, damping = arrays
         if strain.ndim != 1 or strain.size < 2 or any(a.shape != strain.shape for a in arrays):
-            raise ValueError("strain, reduction and damping must be rows of one length, 2 or more")
+            raise ValueError("strain, reduction and damping must have one length, 2 or more")
         if not (np.all(strain > 0) and np.all(np.diff(strain) > 0) and np.all(np.isfinite(strain))):
             raise ValueError("strain must be positive and increasing")
         good = (reduction > 0) & (reduction <= 1)
@@ -145,7 +145,7 @@ def mkz(reference_strain: float, beta: float = 1.0, power: float = 1.0) -> SoilC
     reference = float(positive("reference_strain", reference_strain))
     factor, exponent = float(positive("beta", beta)), float(positive("power", power))
     if exponent > 1:
-        raise ValueError(f"power must be in 0 < s <= 1, or the stress falls, got {exponent:g}")
+        raise ValueError(f"power must be in 0 < s <= 1, got {exponent:g}: the stress would fall")
     return _masing_curves(lambda strain: 1 / (1 + factor * (strain / reference) ** exponent), "MKZ")
 
 
@@ -184,8 +184,8 @@ def gqh(reference_strain: float, theta: ArrayLike) -> SoilCurves:
         share = fit[0] + fit[1] * grown / (fit[2] ** fit[4] + grown)
         if not np.all(share <= 1):
             raise ValueError(
-                f"theta gives {np.max(share):g} at a strain of "
-                f"{100 * first_of(strain, ~(share <= 1)):.3g} %: it must stay at 1 or below"
+                f"theta gives θ = {np.max(share):g} at a strain of "
+                f"{100 * first_of(strain, ~(share <= 1)):.3g} %: θ must not exceed 1"
             )
         return 2 / (1 + x + np.sqrt((1 + x) ** 2 - 4 * share * x))
 

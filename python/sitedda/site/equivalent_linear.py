@@ -65,15 +65,15 @@ class EquivalentLinear:
         if most <= DOUBTFUL_STRAIN:
             return ""
         layer = 1 + int(self.largest_strain.argmax())
-        much = "is no longer a good approximation" if most > _HARDLY else "becomes doubtful"
+        much = "is not accurate" if most > _HARDLY else "may not be accurate"
         words = (
-            f"layer {layer} is strained {100 * most:.3g} %: above {100 * DOUBTFUL_STRAIN:g} % the "
+            f"layer {layer} has {100 * most:.3g} % strain: above {100 * DOUBTFUL_STRAIN:g} % the "
             f"equivalent-linear method {much}; compare with the nonlinear analysis"
         )
         if np.isnan(self.other_strain):
             return words
-        return (f"{words}. Another solution, strained {100 * self.other_strain:.3g} %, satisfies "
-                "the curves as well")  # fmt: skip
+        return (f"{words}. A second solution, of {100 * self.other_strain:.3g} % strain, also "
+                "satisfies the curves")  # fmt: skip
 
     def __str__(self) -> str:
         lines = ["depth to bottom  effective strain   G/Gmax   damping"]
@@ -127,7 +127,7 @@ def equivalent_linear(
         If the iteration does not end.
     """
     if len(curves) != len(column.layers):
-        raise ValueError(f"{len(column.layers)} layers need as many curves, not {len(curves)}")
+        raise ValueError(f"curves: give {len(column.layers)}, one per layer, not {len(curves)}")
     if not 0 < strain_ratio <= 1:
         raise ValueError(f"strain_ratio must be in 0 < ratio <= 1, got {strain_ratio!r}")
     if not 0 < tolerance < 1:
@@ -208,7 +208,7 @@ def _check_damping(column: Column, damping, strain) -> None:
         if ratio > largest:
             raise ValueError(
                 f"layer {number} has a damping ratio of {ratio:.4g} at its strain of "
-                f"{100 * at:.4g} %, but convention '{column.convention}' ends at {largest:g}: try "
+                f"{100 * at:.4g} %; convention '{column.convention}' permits {largest:g}: try "
                 "Column(convention='shake91'), or curves for large strains"
             )
 

@@ -386,6 +386,6 @@ def _modulus_and_velocity(
     if velocity is not None and not np.isclose(velocity, implied, rtol=1e-9, atol=0):
         raise ValueError(
             f"shear_velocity must be left out or agree with shear_modulus, got {velocity:g} m/s"
-            f" where the modulus gives {implied:g} m/s"
+            f"; the modulus implies {implied:g} m/s"
         )
     return modulus, implied

@@ -104,8 +104,8 @@ def matched(
     best, least = run.rounds(tolerance, most_rounds)
     if least > tolerance:
         raise ConvergenceError(
-            f"the spectrum is within {100 * least:.3g} % of the target, not {100 * tolerance:g} %: "
-            "choose a motion whose spectrum is nearer to it, or fewer periods"
+            f"the spectrum differs by {100 * least:.3g} % from the target (allowed: "
+            f"{100 * tolerance:g} %): choose a motion with a closer spectrum, or fewer periods"
         )
     found = of_acceleration(best, given.time_step, f"matched to a spectrum, {low:g} to {high:g} s")
     found.attrs["misfit"] = least

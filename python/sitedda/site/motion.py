@@ -44,10 +44,10 @@ class Motion:
             times = np.asarray(motion.time.values, dtype=float)
             time_step = (times[-1] - times[0]) / (times.size - 1) if times.size > 1 else 0.0
             if np.any(np.abs(np.diff(times) - time_step) > 1e-6 * time_step):
-                raise ValueError("the samples of the motion are not at equal steps")
+                raise ValueError("the samples of the motion are not at equal time steps")
         else:
             if time_step is None:
-                raise ValueError("time_step is needed beside an array of accelerations")
+                raise ValueError("an array of accelerations needs time_step")
             series = np.array(motion, dtype=float)
         if series.ndim != 1 or series.size < 2:
             raise ValueError(f"a motion needs one row of at least 2 samples, not {series.shape}")

@@ -112,8 +112,8 @@ def resampled(motion, time_step: float) -> xr.Dataset:
     given, step = Motion.of(motion), float(positive("time_step", time_step))
     ratio = Fraction(given.time_step / step).limit_denominator(_MOST_RATIO)
     if not ratio or abs(float(ratio) * step / given.time_step - 1) > 1e-6 or ratio > _MOST_RATIO:
-        raise InputError(f"time_step = {step:g} s: its ratio to {given.time_step:g} s is not one "
-                         f"of whole numbers up to {_MOST_RATIO}")  # fmt: skip
+        raise InputError(f"time_step = {step:g} s: its ratio to {given.time_step:g} s is not a "
+                         f"quotient of whole numbers up to {_MOST_RATIO}")  # fmt: skip
     series = resample_poly(given.acceleration, ratio.numerator, ratio.denominator)
     return of_acceleration(series, step, f"resampled from {given.time_step:g} s")
 
@@ -194,7 +194,7 @@ def target_at(target: Target, periods: NDArray[np.float64]) -> NDArray[np.float6
     else:
         at, values = (np.asarray(one, dtype=float) for one in target)
         if not (at.min() <= periods.min() * (1 + 1e-9) and periods.max() <= at.max() * (1 + 1e-9)):
-            raise InputError(f"the target reaches from {at.min():g} to {at.max():g} s, not from "
+            raise InputError(f"the target covers {at.min():g} to {at.max():g} s, but must cover "
                              f"{periods.min():g} to {periods.max():g} s")  # fmt: skip
         found = np.exp(np.interp(np.log(periods), np.log(at), np.log(values)))
     if found.shape != periods.shape or not np.all(np.isfinite(found) & (found > 0)):

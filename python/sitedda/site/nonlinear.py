@@ -233,9 +233,9 @@ class NonlinearResponse(SiteResponse):
         if self.unconverged:
             names = ", ".join(map(_label_of, self.unconverged))
             lines.append(
-                f"does not converge with cells and steps: {names}; "
-                "short periods are numerical noise of yielding at small strains. Give the soil "
-                "a damping ratio at small strains, or use longer periods"
+                f"results that do not converge with cells and steps: {names}; short periods "
+                "contain numerical noise from yielding. Give the soil a damping ratio at small "
+                "strains, or use longer periods"
             )
         if words := self._describe_noise():
             lines.append(words)
@@ -246,8 +246,8 @@ class NonlinearResponse(SiteResponse):
                 f"layer {i} {100 * most:.3g} %" for i, most in self.beyond_curves.items()
             )
             lines.append(
-                f"strains beyond the ends of the curves, where the soil flows: {layers}; give "
-                "curves with a shear strength (gqh) that reach them"
+                f"strains exceed the curves, so the soil flows: {layers}; give curves up to these "
+                "strains, with a shear strength (gqh)"
             )
         return "\n".join(filter(None, lines))
 
@@ -344,7 +344,7 @@ def nonlinear(
         If a step does not converge.
     """
     if len(curves) != len(column.layers):
-        raise ValueError(f"{len(column.layers)} layers need as many curves, not {len(curves)}")
+        raise ValueError(f"curves: give {len(column.layers)}, one per layer, not {len(curves)}")
     one_of("kind", kind, KINDS)
     highest = float(positive("highest_frequency", highest_frequency))
     ground = motion if isinstance(motion, Motion) else Motion.of(motion, time_step)
@@ -463,8 +463,8 @@ def _layer_ratio(i: int, column: Column) -> float:
         own = own.ratio
     if not isinstance(own, float):
         raise ValueError(
-            f"layer {i + 1} has a damping that depends on frequency: the nonlinear analysis "
-            "needs one ratio for each layer"
+            f"the damping of layer {i + 1} depends on frequency: the nonlinear analysis needs a "
+            "constant damping ratio"
         )
     return own
 

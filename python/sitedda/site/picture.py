@@ -292,8 +292,8 @@ def section_figure(surface, axis: str = "x"):
         axes.fill_betweenx(time, x, moved, where=moved > x, color=BLUE, alpha=0.35, lw=0)
     axes.set(xlabel="x (m)", ylabel="time (s)", ylim=(time[-1], time[0]))
     headline(figure, plain(surface.scene.title),
-             f"velocity along {axis} of the points on the surface; the largest, "
-             f"{shown(most, 'm/s')}, is as wide as 0.9 of the distance of points")  # fmt: skip
+             f"velocity along {axis} of the surface points; the largest, "
+             f"{shown(most, 'm/s')}, has a width of 0.9 of the point spacing")  # fmt: skip
     return figure
 
 
@@ -315,7 +315,7 @@ def _draw_map(axes, surface) -> None:
     axes.set(yscale="log", ylabel="frequency (Hz)")
     axes.set_yticks(ticks, labels=[f"{tick:g}" for tick in ticks])
     axes.minorticks_off()
-    words = f"over the {surface.reference}; between the points (dotted) interpolated"
+    words = f"relative to the {surface.reference}; interpolated between points (dotted)"
     axes.set_title(plain(words), loc="left", fontsize=10)
     bar = axes.figure.colorbar(shown, ax=axes, aspect=18, pad=0.02, label="amplification")
     ratios = [r for r in _RATIOS if 1.0 / most <= r <= most]

@@ -93,7 +93,7 @@ class Profile(SoilProfile):
             angle = math.degrees(math.atan2(strength, vertical))
             if not _WEAK <= angle <= _STRONG:
                 lines.append(f"row {layer.row}: the curves imply a shear strength of "
-                             f"{strength / 1e3:.3g} kPa, as friction of {angle:.2g}° would; give "
+                             f"{strength / 1e3:.3g} kPa (a friction angle of {angle:.2g}°); give "
                              "shear_strength or friction_angle")  # fmt: skip
         return "\n".join(lines)
 

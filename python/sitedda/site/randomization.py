@@ -133,8 +133,8 @@ def randomized(
     if count != int(count) or count < 1:
         raise InputError(f"count = {count!r}: give a whole number above 0")
     if not 0 <= depth_to_rock < 2:
-        raise InputError(f"depth_to_rock = {depth_to_rock!r}: the standard deviation of its "
-                         "logarithm, from 0 to 2")  # fmt: skip
+        raise InputError(f"depth_to_rock = {depth_to_rock!r}: give the standard deviation of the "
+                         "logarithm of the depth, from 0 to 2")  # fmt: skip
     if curves is not None and not -1 <= curves <= 1:
         raise InputError(f"curves = {curves!r}: give a correlation from -1 to 1")
     positive("clip", clip)
@@ -233,7 +233,7 @@ def _velocity_model(velocity, sigma: float | None) -> Toro | None:
             raise InputError(f"velocity = {velocity!r}: use {', '.join(TORO)}")
         velocity = TORO[velocity]
     if sigma is not None and not 0 < sigma < 2:
-        raise InputError(f"sigma = {sigma!r}: the standard deviation of ln V_s, from 0 to 2")
+        raise InputError(f"sigma = {sigma!r}: give the standard deviation of ln V_s, 0 to 2")
     return velocity if sigma is None else replace(velocity, sigma=float(sigma))
 
 

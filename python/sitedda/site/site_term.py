@@ -57,7 +57,7 @@ class SiteTerm:
                 )
         useless = int((table.saving == 1).sum())
         if useless:
-            lines.append(f"at {useless} of {table.saving.size} places the columns save nothing: "
+            lines.append(f"columns save no runs for {useless} of {table.saving.size} results: "
                          "plain sampling was used")  # fmt: skip
         return "\n".join(lines)
 

@@ -98,15 +98,15 @@ class Suite:
         found = []
         messages = self.table.message.values[self.table.status.values != "complete"]
         if messages.size:
-            found.append(f"{counted(messages.size, 'case', 'cases')} failed and do not count; "
-                         f"the first: {messages[0]}")  # fmt: skip
+            found.append(f"{counted(messages.size, 'case', 'cases')} failed and are excluded; "
+                         f"first message: {messages[0]}")  # fmt: skip
         if "equivalent-linear" in self.table.analysis.values:
             strain = self.table.strain.sel(analysis="equivalent-linear").values
             most, of = int((strain > DOUBTFUL_STRAIN).sum()), int(np.isfinite(strain).sum())
             if most:
-                found.append(f"{most} of {of} equivalent-linear cases are strained beyond "
-                             f"{100 * DOUBTFUL_STRAIN:g} %, where the method is doubtful: "
-                             "compare with nonlinear ones")  # fmt: skip
+                found.append(f"{most} of {of} equivalent-linear cases have strains beyond "
+                             f"{100 * DOUBTFUL_STRAIN:g} %, so they may not be accurate: "
+                             "compare with nonlinear cases")  # fmt: skip
         for analysis, level, part in self._parts():
             weak = part.period.values[part.converged.values < 0.9]
             if weak.size:
@@ -251,7 +251,7 @@ def suite(
 
     table = study(cases, axes, folder=folder, workers=workers, retry=retry, progress=progress)
     if not set(("sa", "strain")) <= set(table.data_vars):
-        raise InputError(f"no case succeeds; the first: {table.message.values.ravel()[0]}")
+        raise InputError(f"no case succeeds; first message: {table.message.values.ravel()[0]}")
     about: dict = {"measure": measure, "units": MEASURES[measure]}
     about |= {"period": float(period)} if measure == "sa" else {}
     table = table.assign_coords(
@@ -372,7 +372,7 @@ def _check_sites(profiles) -> list[Site]:
             raise InputError(f"profile {number}: give a pair of a Column and the curves of its "
                              "layers, or a Profile for all")  # fmt: skip
         if len(one[1]) != len(one[0].layers):
-            raise InputError(f"profile {number}: {len(one[0].layers)} layers need as many curves, "
+            raise InputError(f"profile {number}: {len(one[0].layers)} layers need one curve each, "
                              f"not {len(one[1])}")  # fmt: skip
     return found
 
@@ -405,7 +405,7 @@ def _factors(motions: list[Motion], levels, measure: str, period) -> NDArray[np.
     if measure not in MEASURES:
         raise InputError(f"measure = {measure!r}: use {', '.join(MEASURES)}")
     if measure == "sa" and not period:
-        raise InputError("measure 'sa' needs the period, s")
+        raise InputError("measure 'sa' needs a period, s")
     if at.ndim != 1 or not at.size or not np.all(np.isfinite(at) & (at > 0)):
         raise InputError("levels must be numbers above 0")
     if measure == "scale":

@@ -627,7 +627,7 @@ class _Programme:
             kind = at_rest.get(shown["kind"], shown["kind"])
             direction = str(group.get("direction", "")).strip() or usual[kind]
             if usual[kind] == "none":
-                raise InputError(f"limit analysis does not support a {kind} boundary holds")
+                raise InputError(f"limit analysis does not support boundaries of kind {kind}")
             for begin, end, e in zip(shown["start"], shown["end"], edge[number == i], strict=True):
                 along = (end - begin) / np.linalg.norm(end - begin)
                 forces = _AXES.get(direction, [(along[1], -along[0])])
@@ -663,7 +663,7 @@ class _Programme:
             before = found.factor
             if not self._add_tangents(found.normal, _LEFT if still >= rounds else 0.0):
                 return found
-        raise ConvergenceError(f"{_CUTS} rounds of tangents did not bound the moments of joints")
+        raise ConvergenceError(f"the moment limits of joints do not converge in {_CUTS} rounds")
 
     def _solve(
         self, slope: np.ndarray, bound: np.ndarray, most: float, prestress: float
@@ -687,9 +687,9 @@ class _Programme:
             options={"primal_feasibility_tolerance": 1e-9, "dual_feasibility_tolerance": 1e-9},
         )
         if found.status == 2:
-            raise InputError("the blocks do not rest under any load of this pattern")
+            raise InputError("no load of this pattern is in equilibrium with the blocks")
         if found.status != 0:
-            raise ConvergenceError(f"the linear programme has no solution: {found.message}")
+            raise ConvergenceError(f"the linear program has no solution: {found.message}")
         velocity = -found.eqlin.marginals.reshape(-1, 3)
         velocity[:, 2] /= self.radii
         forces = found.x[: 2 * n] * self.unit
@@ -729,7 +729,7 @@ def _without_dilation(programme: _Programme, upper: _Solution) -> _Solution:
         starts.append(upper)
     ends = [end for start in starts if (end := _sequence(programme, start)) is not None]
     if not ends:
-        raise ConvergenceError(f"{_PROGRAMMES} programmes without dilation found no limit")
+        raise ConvergenceError(f"no limit without dilation after {_PROGRAMMES} linear programs")
     lowest = min(ends, key=lambda end: end.factor)
     # If no block moves, bounds and forces of the last programme may differ: they are not unique.
     forces = programme.solve(programme.friction, programme.cohesion, most=lowest.factor)

@@ -141,9 +141,7 @@ def _oscillator(found: Pushover) -> tuple[float, np.ndarray, np.ndarray]:
     begin = peak if found.displacement[-1] != found.displacement[peak] else 0
     way = found.displacement[-1] - found.displacement[begin]
     if not way > _LEAST * found.largest[-1]:
-        raise InputError(
-            "the point of the curve hardly moves with the mechanism: choose another point"
-        )
+        raise InputError("the measured point hardly moves in the mechanism: choose another point")
     shape = found.sense * found.mechanism[:, 0] / way
     mass, square = float(found.masses @ shape), float(found.masses @ shape**2)
     good = found.factor > 0.0
@@ -176,7 +174,7 @@ def _falling(displacement: np.ndarray, resistance: np.ndarray):
     behind, falling = displacement[peak:], resistance[peak:]
     if len(falling) < 3 or not falling[-1] < _LEFT * falling[0]:
         raise InputError("method = 'mechanism' needs a curve that falls below 0.8 of its peak: "
-                         "push farther, or use 'n2'")  # fmt: skip
+                         "increase the displacement, or use 'n2'")  # fmt: skip
     late = behind >= behind[0] + _LATE * (behind[-1] - behind[0])
     slope, height = np.polyfit(behind[late], falling[late], 1)
     end = -height / slope

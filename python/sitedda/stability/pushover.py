@@ -40,7 +40,7 @@ _ELASTIC = 0.1  # fraction of the target displacement of a step below which it i
 _PARTED = 3.0  # displacement of a block over the requested one at which the run ends
 _STILL = 1e-3  # fraction of the largest modal displacement below which a block is fixed
 _UNCONVERGED = "a step does not converge"
-_BY_THEMSELVES = "blocks move by themselves; more steps may follow them farther"
+_BY_THEMSELVES = "blocks move without more load; more steps may follow the motion farther"
 _TILT = math.radians(89.0)  # largest angle of a tilting table
 
 
@@ -334,10 +334,10 @@ class _Pushed:
         if far >= _PARTED * self.end:
             return (
                 f"{name} has moved by {1e3 * far:.4g} mm while {self.point!r} moved by "
-                f"{1e3 * abs(moved):.4g} mm; choose a point on it"
+                f"{1e3 * abs(moved):.4g} mm; choose a point on {name}"
             )
         if self.load == "tilt" and balance >= math.tan(_TILT):
-            return "the table is upright"
+            return "the table is vertical"
         return "the largest number of steps is reached" if done else ""
 
     def _inertia(self, change: np.ndarray) -> float:

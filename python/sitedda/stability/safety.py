@@ -184,7 +184,7 @@ class Safety:
     def words(self) -> str:
         """Return the result in a sentence, with removed smaller mechanisms."""
         removed = [
-            f"removed before, below least_area: {one.mechanism.words}, factor {one.factor:.4g}"
+            f"removed, below least_area: {one.mechanism.words}, factor {one.factor:.4g}"
             for one in self.smaller
         ]
         return "; ".join([self._own_words, *removed])
@@ -192,9 +192,9 @@ class Safety:
     @property
     def _own_words(self) -> str:
         if math.isinf(self.high):
-            return f"stands at every strength down to 1/{self.low:g} of that given"
+            return f"stands at every strength down to 1/{self.low:g} of the given strength"
         if self.low == 0.0:
-            return f"fails at any strength: also with {1 / self.high:g} times that given"
+            return f"fails at any strength, also at {1 / self.high:g} times the given strength"
         found = self.mechanism
         moved = found is not None and "stable" in found.verdicts and found.areas[0] > 0.0
         small = moved and found.areas[0] < _SMALL * found.areas[1]
@@ -459,17 +459,17 @@ def _find_doubts(mechanism: Mechanism | None, model: Model) -> str:
     said = []
     if mechanism and not mechanism.moves:
         said.append(
-            "just beyond the failure of the static stages the released model does not move far: "
-            "the stages may have failed for another reason than strength; see the trials"
+            "static stages fail, but the released model does not move far: the cause may not be a "
+            "lack of strength; see the trials"
         )
     if elastic := elastic_soils(model):
         said.append(
-            f"soil of law 'hysteretic' counts as elastic if its curve has no shear strength "
-            f"({', '.join(elastic)}), unlike 'hyperbolic' and 'gqh'"
+            f"soils of law 'hysteretic' are elastic here ({', '.join(elastic)}): only the curves "
+            "'hyperbolic' and 'gqh' have a shear strength"
         )
     if mechanism and yielding(model):
         said.append(
-            "large cells that yield are too strong: compare the factor with that of cells of half "
+            "large cells that yield are too strong: compare the factor with that for cells of half "
             "the size"
         )
     return "; ".join(said)

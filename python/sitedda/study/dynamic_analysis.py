@@ -82,7 +82,7 @@ def ida(table, quantity: str, intensity: str, record: str = "record", threshold=
     values = table[quantity]
     if set(values.dims) != {intensity, record}:
         raise InputError(f"{quantity} has the dimensions {values.dims}, not {record!r} and "
-                         f"{intensity!r}; select the others")  # fmt: skip
+                         f"{intensity!r}; select values of the others")  # fmt: skip
     response = values.transpose(record, intensity).values
     level = np.asarray(table[intensity].values, dtype=float)
     order = np.argsort(level)

@@ -240,21 +240,21 @@ def _matched_words(table) -> str:
     scatter = table["record"].attrs.get("spectral_scatter") if "record" in table.coords else None
     if scatter is None or scatter >= ALIKE:
         return ""
-    return (f"the records were matched to one spectrum (theirs scatter by {scatter:.0%}): the "
-            "dispersion lacks that between motions")  # fmt: skip
+    return (f"the records were matched to one spectrum (scatter {scatter:.0%}): the "
+            "dispersion lacks the variability of motions")  # fmt: skip
 
 
 def _undecided_words(table, quantity: str) -> str:
     """Return a warning on cases beyond the horizon of a quantity; blank if there are none."""
     decided = table.get(f"{quantity}{DECIDED}")
     if decided is None:
-        return (f"the horizon of {quantity} is unknown: beyond it a value is one of a "
-                "distribution; a study with task = 'accuracy' computes it")  # fmt: skip
+        return (f"the horizon of {quantity} is unknown: values beyond it are samples of a "
+                "distribution; a study with task = 'accuracy' computes the horizon")  # fmt: skip
     beyond, known = int((decided < table["end_s"]).sum()), int(decided.notnull().sum())
     if beyond == 0:
         return ""
-    return (f"{beyond} of {known} cases are beyond the horizon of {quantity}: each is one of a "
-            "distribution, which these trials sample once")  # fmt: skip
+    return (f"{beyond} of {known} cases are beyond the horizon of {quantity}: each value is one "
+            "sample of a distribution")  # fmt: skip
 
 
 def _check_counts(x, k, n, confidence) -> None:

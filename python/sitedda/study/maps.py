@@ -69,7 +69,7 @@ def parameter_map(table, quantity: str, x: str, y: str, level: float | None = No
     values = table[quantity]
     if set(values.dims) != {x, y} or x == y:
         raise InputError(f"{quantity} has the dimensions {values.dims}, not {x!r} and {y!r}; "
-                         "select the others")  # fmt: skip
+                         "select values of the others")  # fmt: skip
     places = [np.asarray(table[name].values) for name in (x, y)]
     if any(place.dtype.kind not in "fiu" for place in places):
         raise InputError("a map needs two parameters that are numbers")

@@ -152,11 +152,13 @@ def make_plan(model, parameters, results=None, folder=None, fixed=None, task="ru
         model = Path(model)
     task = task_of(task)
     if callable(model) and task != "run":
-        raise InputError("a function as the model cannot have a task")
+        raise InputError("a model that is a function cannot have a task")
     default = DEFAULT if task == "run" and not callable(model) else ()
     wanted = quantities_of(default if results is None else results)
     if wanted and not default:
-        raise InputError("a function as the model returns the results; omit the argument results")
+        raise InputError(
+            "a model that is a function returns its results; omit the argument results"
+        )
     axes = axes_of(parameters)
     where = None if folder is None else Path(folder).absolute()
     return Plan(model, axes, wanted, task, dict(flat_changes(fixed or {})), where)

@@ -107,7 +107,7 @@ def _parse_quantity(label: str | None, what) -> Quantity:
     if callable(what):
         return Quantity(label or what.__name__, function_name(what), what)
     if not isinstance(what, str) or not (found := _PATH.fullmatch(what)):
-        raise InputError(f"{what!r} is not a quantity, as largest_tilt_rad or "
+        raise InputError(f"{what!r} is not a quantity, such as largest_tilt_rad or "
                          "displacement[top].x.max")  # fmt: skip
     if found[4] and found[4] not in REDUCTIONS:
         raise InputError(f"{what}: there is no {found[4]!r}; use {', '.join(REDUCTIONS)}")

@@ -151,7 +151,7 @@ def _parse_task(values: dict):
     if len(given) > 1:
         raise InputError(f"[{table}] and [{given[1]}] are two tasks: remove one")
     if "task" in values or "results" in values:
-        raise InputError(f"[{table}] has its own task and result: leave out task and results")
+        raise InputError(f"[{table}] defines task and results: leave out task and results")
     told = dict(values[table])
     _check_names(told, table)
     for one in fields(_TASKS[table]):
@@ -168,8 +168,8 @@ def _name_below(here: Path, what: str, name) -> str:
         raise InputError(f"{what} = {name!r} is not a file name")
     if not is_below(here, name):
         option = {"folder": "--folder", "table": "--output"}[what]
-        raise InputError(f"{what} = {name!r} is not at or below the folder of the study; if it is "
-                         f"meant, name it with {option}")  # fmt: skip
+        raise InputError(f"{what} = {name!r} is not at or below the folder of the study; "
+                         f"give such a path by {option}")  # fmt: skip
     return name
 
 
@@ -222,7 +222,9 @@ def _parse_values(path: str, values):
         if space is None:
             raise InputError(f"parameter {path!r}: spacing is 'linear' or 'log'")
         if space is np.geomspace and values["from"] * values["to"] <= 0:
-            raise InputError(f"parameter {path!r}: spacing = 'log' needs from and to of one sign")
+            raise InputError(
+                f"parameter {path!r}: spacing = 'log' needs from and to of the same sign"
+            )
         ends = float(values["from"]), float(values["to"])
         found = space(*ends, int(values["count"])).tolist()
         if isinstance(values["from"], int) and all(one.is_integer() for one in found):
@@ -240,7 +242,7 @@ def _parse_sample(values: dict, here: Path):
         raise InputError(f"[sample] method = {method!r}: use {known}")
     if "file" in values:
         if method != "latin_hypercube":
-            raise InputError("[sample] file goes with method = 'latin_hypercube' only")
+            raise InputError("[sample] file needs method = 'latin_hypercube'")
         read = read_points(here / values["file"], values.get("count"))
         if not parameters:
             return read

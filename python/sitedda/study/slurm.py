@@ -138,7 +138,7 @@ class Slurm:
         if isinstance(self.options, str) or not all(
             isinstance(word, str) for word in (self.program, self.time, *self.options)
         ):
-            raise InputError("program and time are texts, options a list of texts")
+            raise InputError("program and time must be strings, options a list of strings")
 
     @classmethod
     def of_study(cls, values: Mapping) -> "Slurm":
@@ -151,14 +151,14 @@ class Slurm:
         """
         if "program" in values:
             raise InputError(
-                "program: a study must not name the executable; sitedda study plan --program"
+                "program: a study must not name the executable; use sitedda study plan --program"
             )
         found = cls(**values)
         for option in found.options:
             if (name := option.lstrip("-").partition("=")[0]) not in _HARMLESS:
                 raise InputError(
                     f"options: --{name} may write or execute something, or is set by the script; "
-                    "give it to sbatch, which prefers what its own command line says"
+                    "give it on the command line of sbatch"
                 )
         return found
 
@@ -259,6 +259,6 @@ def _escape_for_sbatch(text: str) -> str:
 
 def _check_option(text: str) -> str:
     if not _OPTION.fullmatch(text):
-        raise InputError(f"{text!r} is not an option of sbatch, as --partition=long")
+        raise InputError(f"{text!r} is not an option of sbatch, such as --partition=long")
     name, equals, value = text.partition("=")
     return f"{name}={_escape_for_sbatch(value)}" if equals else name

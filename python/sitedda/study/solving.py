@@ -205,7 +205,7 @@ class SolveFor:
         TOLERANCE.check("tolerance", self.tolerance)
         FINITE.check("target", self.target)
         if not isinstance(self.parameter, str) or not isinstance(self.result, str):
-            raise InputError("[solve] parameter and result are names")
+            raise InputError("[solve] parameter and result must be names")
         quantities_of(self.result)
         task_of(self.task)
         return self
@@ -306,8 +306,8 @@ class _Bracket:
         if jump and not jumps:
             words = (f"{trials.name} jumps from {one + trials.target:g} to "
                      f"{other + trials.target:g} between {trials.parameter} = {low:.8g} and "
-                     f"{high:.8g}, past the target {trials.target:g}; jumps = True takes the "
-                     "place of the jump")  # fmt: skip
+                     f"{high:.8g}, past the target {trials.target:g}; jumps = True accepts the "
+                     "jump as root")  # fmt: skip
             raise trials.failure("jump", words, low, high)
         value = 0.5 * (low + high) if jump else self.secant()
         trials(value)

@@ -70,7 +70,7 @@ def solve_system(
     for name, values in (("parameter", parameters), ("result", results), ("target", target),
                          ("between", between)):  # fmt: skip
         if isinstance(values, str) or not isinstance(values, Sequence | np.ndarray):
-            raise InputError(f"{name} = {values!r}: give one for each of the parameters")
+            raise InputError(f"{name} = {values!r}: give a list, with one value per parameter")
         lengths.append(len(values))
     if len(set(lengths)) > 1 or not lengths[0]:
         raise InputError("give as many parameters as results, targets and ranges, not {}, {}, {} "

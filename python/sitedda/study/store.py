@@ -209,7 +209,7 @@ def read_manifest(study: Path) -> dict:
     if not isinstance(found, dict):
         raise InputError(f"{study} is not the folder of a study: it contains no valid {MANIFEST}")
     if found.get("format") != 1:
-        raise InputError(f"{file} is of format {found.get('format')!r}, not 1")
+        raise InputError(f"{file} has format {found.get('format')!r}; only format 1 is supported")
     if wrong := _find_invalid_part(found):
         raise InputError(f"{file} is damaged: {wrong} was not written by a study")
     return found

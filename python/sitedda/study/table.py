@@ -65,7 +65,7 @@ def check_table(file) -> Path:
     if file.suffix == ".zarr" and file.is_dir() and not file.is_symlink():
         if not (file / ".zgroup").is_file():
             raise OutputError(f"{file} is a folder that contains no table and is not replaced; "
-                              "move it away, or name another")  # fmt: skip
+                              "move it away, or choose another name")  # fmt: skip
         return file
     return check_target(file, "a netCDF file")
 
@@ -99,7 +99,7 @@ class _Results:
         self.shape = tuple(self.dims.values())
         keys = manifest["cases"]
         if len(keys) != int(np.prod(self.shape, dtype=int)):
-            raise OutputError(f"{study}: the manifest has {len(keys)} cases for {self.dims}")
+            raise OutputError(f"{study}: the manifest lists {len(keys)} cases for {self.dims}")
         refuse_links(study, study / "cases")
         self.keys = np.array(keys, dtype=object)
         self.texts = {name: np.full(len(keys), "", dtype=object) for name in _TEXTS}

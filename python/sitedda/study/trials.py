@@ -129,14 +129,14 @@ class Trials:
         if self.task != "run" or callable(self.model):
             return errors, alone
         if not wanted:
-            return errors, f"{alone}: accuracy = true adds time step and penalty"
+            return errors, f"{alone}: accuracy = true adds errors of time step and penalty"
         changes = dict(zip(self.parameters, values, strict=True))
         text = changed_input(self.text, changes, file=self.file)
         asked = {one.label: one.function or one.name for one in self.wanted}
         figures, doubts = accuracy(InputOfRun(self.file, text), asked, workers=1).figures, []
         for i, name in enumerate(self.names):
             if name not in figures:
-                doubts.append(f"{alone}: the result has none")
+                doubts.append(f"{alone}: the result has no error bar")
             elif not math.isfinite(figures[name].bar):
                 doubts.append(f"{alone}: {name} {figures[name].doubt}")
             else:

@@ -81,7 +81,7 @@ def test_gqh_is_a_hyperbola_at_theta_0_and_reaches_its_strength_sooner_at_theta_
     bilinear = gqh(1e-3, [1, 0, 1, 1, 1])
     assert bilinear.reduction_at(0.5e-3) == pytest.approx(1.0, abs=1e-6)
     assert bilinear.reduction_at(1e-2) == pytest.approx(0.1, rel=2e-2)
-    with pytest.raises(ValueError, match="theta gives 1.1 at a strain of"):
+    with pytest.raises(ValueError, match="theta gives θ = 1.1 at a strain of"):
         gqh(1e-3, [1.1, 0, 1, 1, 1])
 
 
@@ -223,7 +223,7 @@ def test_a_peak_acceleration_that_does_not_converge_is_said_so():
     curves = [backbone(3.65e-4)]
     found = nonlinear(column, curves, sine(2.0, 2.0), 0.002, damping_curve="masing")
     assert "pga" in found.unconverged
-    assert "does not converge with cells and steps: surface PGA" in str(found)
+    assert "do not converge with cells and steps: surface PGA" in str(found)
     quiet = nonlinear(column, curves, sine(2.0, 0.01), 0.002, damping_curve="masing")
     assert not quiet.unconverged and "does not converge" not in str(quiet)
     alone = nonlinear(column, curves, sine(2.0, 0.01), 0.002, compare=False)
@@ -252,7 +252,7 @@ def test_strains_beyond_the_curves_are_named():
     column = Column([Layer(10.0, density=1900.0, shear_velocity=150.0)])
     found = nonlinear(column, [darendeli(2e4)], sine(1.0, 6.0), 0.002, compare=False)
     assert list(found.beyond_curves) == [1]
-    assert "strains beyond the ends of the curves, where the soil flows: layer 1" in str(found)
+    assert "strains exceed the curves, so the soil flows: layer 1" in str(found)
     within = nonlinear(column, [darendeli(2e4)], sine(1.0, 0.1), 0.002, compare=False)
     assert not within.beyond_curves and "beyond the ends" not in str(within)
 
@@ -289,7 +289,7 @@ def test_misfits_count_within_the_curves():
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"curves": []}, "1 layers need as many curves, not 0"),
+        ({"curves": []}, "curves: give 1, one per layer, not 0"),
         ({"kind": "up"}, "kind must be one of outcrop, within, got 'up'"),
         ({"branches": 1}, "branches must be in 2 … 200, got 1"),
         ({"damping_curve": "own"}, "damping_curve must be one of target, masing, got 'own'"),
@@ -307,5 +307,5 @@ def test_wrong_arguments_are_named(changes, words):
 def test_damping_of_a_layer_that_depends_on_frequency_is_refused():
     damping = Rayleigh.at(0.02, (1.0, 10.0))
     column = Column([Layer(10.0, density=1900.0, shear_velocity=150.0, damping=damping)])
-    with pytest.raises(ValueError, match="layer 1 has a damping that depends on frequency"):
+    with pytest.raises(ValueError, match="the damping of layer 1 depends on frequency"):
         nonlinear(column, [None], sine(1.0, 1.0), 0.002)

@@ -74,7 +74,7 @@ def test_a_term_has_one_budget_and_says_where_nothing_is_saved(tmp_path):
     far = table.sel(point="far").isel(period=0)
     assert float(far["median"]) == pytest.approx(np.exp(logs.mean()))
     assert float(far.sampling) == pytest.approx(2.0227 * logs.std(ddof=1) / np.sqrt(40), rel=1e-4)
-    assert "at 2 of 4 places the columns save nothing" in str(found)
+    assert "columns save no runs for 2 of 4 results" in str(found)
     lines = found.to_csv(tmp_path / "term.csv").read_text().splitlines()
     assert lines[0].startswith("point,period,median,") and len(lines) == 5
 

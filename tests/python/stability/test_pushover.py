@@ -159,7 +159,7 @@ def test_a_rocking_block_by_the_italian_code(tmp_path, main):
         (eurocode8(1.0), "ads", "method = 'ads'"),
         (([1.0, 0.5], [1, 1]), "n2", "ascending periods"),
         (([0.1], [1]), "n2", "ascending periods"),
-        (eurocode8(1.0), "mechanism", "push farther"),
+        (eurocode8(1.0), "mechanism", "increase the displacement"),
     ],
 )
 def test_performance_that_cannot_be(spectrum, method, words):

@@ -93,25 +93,23 @@ def test_what_has_no_limit_after_twins_have_parted_is_of_a_distribution():
     found = _figures_of(Facts({}, 1, 0.0), runs)["largest_slip_m"]
     assert _mark_beyond(found, 2.0, 3.0) is found
     beyond = _mark_beyond(found, 3.5, 3.0)
-    assert beyond.doubt.startswith("beyond the horizon of 3 s, one of a distribution: 1, 1.1, 0.8")
+    assert beyond.doubt.startswith("beyond the horizon of 3 s, a random sample: 1, 1.1, 0.8")
     assert beyond.bar == found.bar
     limit = _figures_of(
         Facts({}, 1, 0.0), [{"largest_slip_m": value} for value in (1.0, 1.1, 1.12)]
     )
     own = replace(limit["largest_slip_m"], decided=2.5)
     assert _mark_beyond(own, 2.0, 1.0) is own
-    assert _mark_beyond(own, 3.0, 1.0).doubt == "beyond the horizon of 2.5 s, one of a distribution"
+    assert _mark_beyond(own, 3.0, 1.0).doubt == "beyond the horizon of 2.5 s, a random sample"
     yields = replace(own, doubt=YIELD)
     assert _mark_beyond(yields, 2.0, 3.0) is yields
     assert _mark_beyond(yields, 3.5, 3.0).doubt.startswith("beyond the horizon of 3 s")
     both = Accuracy({"a": beyond, "b": _mark_beyond(own, 3.0, 1.0)}).doubts()
-    assert both == [
-        ("bars", "beyond the horizon, the first of 2.5 s, each one of a distribution: a, b")
-    ]
+    assert both == [("bars", "beyond the horizon (first: 2.5 s), random samples: a, b")]
 
 
-@pytest.mark.parametrize("damping, words", [("", "only the damping of the time integration"),
-                                            (", damping = 1e5", "at other times")])  # fmt: skip
+@pytest.mark.parametrize("damping, words", [("", "only numerical damping"),
+                                            (", damping = 1e5", "depend on the time step")])  # fmt: skip
 def test_what_does_not_converge_has_a_cause(write_input, damping, words):
     file = write_input(SLIDE.replace("restitution = 0", f"tensile_strength = 0{damping}"))
     values = {1.5e-2: 1.0, 7.5e-3: 1.1, 3.75e-3: 0.8}
@@ -283,7 +281,7 @@ def test_a_resonance_that_nothing_damps_has_no_limit():
     found = sitedda.accuracy(file, changes={"control.steps": 12000})
     doubt = found["amplification"].doubt
     assert doubt.startswith("does not converge: 466.2, 932.5, 1865 at Δt/16, Δt/32, Δt/64")
-    assert "only the damping of the time integration" in found.cause
+    assert "only numerical damping" in found.cause
 
 
 def test_a_history_that_parts_is_decided_until_then():
@@ -465,6 +463,6 @@ def test_studies_say_the_doubts_of_their_runs(write_input):
                           fixed={"control.duration": 0.02}, workers=1)  # fmt: skip
     words = [str(one) for one in table.warning.values]
     assert all(line.startswith("check: ") for line in words[0].splitlines())
-    size = r"check: element size: \d+ blocks, 1/.* of a wave at .* Hz, limit 1/12"
+    size = r"check: element size: \d+ blocks, λ/.* at .* Hz, limit λ/12"
     assert re.search(size, words[0])
     assert "penetration: a vertex of block 2 'block' is" in words[1]

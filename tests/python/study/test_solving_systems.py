@@ -67,8 +67,8 @@ def test_systems_without_roots(function, targets, mode, words):
     ("changes", "words"),
     [
         ({"target": [1.0]}, "results, targets and ranges, not 2, 2, 1 and 2"),
-        ({"target": 1.0}, "target = 1.0: give one for each"),
-        ({"result": "f"}, "result = 'f': give one for each"),
+        ({"target": 1.0}, "target = 1.0: give a list"),
+        ({"result": "f"}, "result = 'f': give a list"),
         ({"parameter": ["x", "x"]}, "a name is repeated"),
         ({"parameter": []}, "not 0, 2, 2 and 2"),
         ({"between": [(0, 1), (1, 1)]}, "must differ"),

@@ -98,7 +98,7 @@ def test_incremental_dynamic_analysis(table):
     assert np.allclose(found.fractiles[1], [1.0, 4.0, 9.0, 13.6])
     high = ida(table, "tilt", "pga", threshold=30.0).capacity
     assert np.isinf(high[:4]).all() and np.isnan(high[4])  # a failed run hides it
-    with pytest.raises(InputError, match="select the others"):
+    with pytest.raises(InputError, match="select values of the others"):
         ida(table, "tilt", "pga", record="seed")
 
 
@@ -196,7 +196,7 @@ def test_a_map_and_bands():
     assert np.array_equal(result.values, [[np.nan] * 2, [4.0, 5.0], [6.0, 7.0]], equal_nan=True)
     rows = bands(found.isel(b=2), "row", "a")
     assert np.allclose(rows.fractiles[1], [1.5, 5.0, 7.5])
-    with pytest.raises(InputError, match="select the others"):
+    with pytest.raises(InputError, match="select values of the others"):
         parameter_map(found, "row", "a", "b")
 
 

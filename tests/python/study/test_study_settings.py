@@ -74,7 +74,7 @@ def test_any_value_is_read_or_refused_in_one_sentence(study, tmp_path):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("[parameters]\na = {from = 0, to = 1, count = 3, spacing = 'log'}", "of one sign"),
+        ("[parameters]\na = {from = 0, to = 1, count = 3, spacing = 'log'}", "of the same sign"),
         ("[parameters]\na = {from = 1, to = 2, count = 2.5}", "count = 2.5 must be a whole"),
         ("[parameters]\na = [1.0, inf]", "parameters.a = inf is not a finite"),
         ("[sample]\ncount = 'a'", r"\[sample\] count = 'a' is not a number"),

@@ -163,7 +163,7 @@ class Accuracy:
         if late := groups.pop(BEYOND, []):
             ends = (self.figures[name].doubt.removeprefix(BEYOND).split()[1] for name in late)
             first = min(ends, key=float)
-            groups[f"{BEYOND}, the first of {first} s, each one of a distribution"] = late
+            groups[f"{BEYOND} (first: {first} s), random samples"] = late
         found = [f"{words}: {', '.join(names)}" for words, names in groups.items()]
         found += [f"what {OPEN}: {self.cause}"] if self.cause else []
         found += self._distinct_sentences()

@@ -150,7 +150,7 @@ def _mark_beyond(figure: Figure, reached: float, first: float) -> Figure:
         until = {OPEN: first, YIELD: first}.get(words, figure.decided)
     if not reached > until:
         return figure
-    where = f"{BEYOND} of {number(until, 3)} s, one of a distribution"
+    where = f"{BEYOND} of {number(until, 3)} s, a random sample"
     return replace(figure, doubt=f"{where}{between}{numbers}" if words == OPEN else where)
 
 

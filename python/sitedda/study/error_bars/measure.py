@@ -19,13 +19,12 @@ from .variants import ensemble as twins_of
 
 # Messages on results that do not converge, by the kind of damping.
 _CAUSES = (
-    "vibrations of blocks and contacts have only the damping of the time integration, which falls "
-    "with Δt, and they change friction and impacts; &joint damping or &material rayleigh_beta "
-    "gives them one of their own",
-    "contacts slip, open and hit at other times with each time step",
+    "vibrations of blocks and contacts, which change friction and impacts, have only numerical "
+    "damping, which falls with Δt; set damping of &joint or rayleigh_beta of &material",
+    "the times at which contacts slip, open and hit depend on the time step",
 )
-_UNDAMPED = ("a resonance has only the damping of the time integration, which falls with Δt; "
-             "&material damping_ratio gives it one of its own")  # fmt: skip
+_UNDAMPED = ("a resonance has only numerical damping, which falls with Δt; "
+             "set damping_ratio of &material")  # fmt: skip
 
 
 def accuracy(
