@@ -177,7 +177,7 @@ def write_batch(plan: Plan, slurm: Slurm) -> Path:
             "--dask"
         )
     if not re.fullmatch(r"[\d:-]*", slurm.time):
-        raise InputError(f"time = {slurm.time!r} is not a time limit of Slurm, as 2:00:00")
+        raise InputError(f"time = {slurm.time!r} is not a time limit of Slurm, such as 2:00:00")
     check_first(Work(plan.folder, quantities=plan.quantities), plan.keys)
     build_inputs(plan)
     keys = list(dict.fromkeys(plan.keys))

@@ -109,7 +109,7 @@ def test_what_has_no_limit_after_twins_have_parted_is_of_a_distribution():
 
 
 @pytest.mark.parametrize("damping, words", [("", "only numerical damping"),
-                                            (", damping = 1e5", "depend on the time step")])  # fmt: skip
+                                            (", damping = 1e5", "depend on the time")])  # fmt: skip
 def test_what_does_not_converge_has_a_cause(write_input, damping, words):
     file = write_input(SLIDE.replace("restitution = 0", f"tensile_strength = 0{damping}"))
     values = {1.5e-2: 1.0, 7.5e-3: 1.1, 3.75e-3: 0.8}
