@@ -10,11 +10,12 @@ frequencies.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 
 import numpy as np
 from scipy.linalg import eigh
+from shapely import LineString, Point, Polygon
 
 from sitedda.engine.scheme import Scheme
 from sitedda.engine.simulation import Simulation
@@ -76,7 +77,7 @@ class DiscreteModel:
             here = slice(6 * b, 6 * b + 6)
             mass[here, here] = _mass(material, *moments[b])
             stiffness[here, here] += _elastic(material, moments[b][0])
-        shape = _Shape(centroids)
+        shape = partial(_shape, centroids)
         normal = parsed["contact"][0]["normal_stiffness"]
         shear = normal / parsed["contact"][0].get("shear_ratio", 2.5)
         _add_contacts(stiffness, polygons, contacts, shape, (normal, shear))
@@ -110,7 +111,7 @@ class DiscreteModel:
     def row(self, place, axis: int = 0) -> np.ndarray:
         """Return the row of the displacement of a point, by name or (block, place), on an axis."""
         block, where = self.points[place] if isinstance(place, str) else place
-        return _Shape(self.centroids)(block, where)[axis]
+        return _shape(self.centroids, block, where)[axis]
 
     @cached_property
     def _solve_modes(self) -> tuple[np.ndarray, np.ndarray]:
@@ -263,17 +264,12 @@ class DiscreteModel:
         return result
 
 
-@dataclass(frozen=True)
-class _Shape:
+def _shape(centroids: np.ndarray, block: int, place) -> np.ndarray:
     """The shape matrix T of eq. 4 of the paper in the unknowns of all blocks."""
-
-    centroids: np.ndarray
-
-    def __call__(self, block: int, place) -> np.ndarray:
-        x, y = np.asarray(place) - self.centroids[block]
-        rows = np.zeros((2, 6 * len(self.centroids)))
-        rows[:, 6 * block : 6 * block + 6] = [[1, 0, -y, x, 0, y / 2], [0, 1, x, 0, y, x / 2]]
-        return rows
+    x, y = np.asarray(place) - centroids[block]
+    rows = np.zeros((2, 6 * len(centroids)))
+    rows[:, 6 * block : 6 * block + 6] = [[1, 0, -y, x, 0, y / 2], [0, 1, x, 0, y, x / 2]]
+    return rows
 
 
 def _materials(parsed, count: int) -> list:
@@ -325,26 +321,23 @@ def _elastic(material, area: float) -> np.ndarray:
     return matrix
 
 
-def _add_contacts(stiffness, polygons, contacts, shape: _Shape, springs) -> None:
+def _add_contacts(stiffness, polygons, contacts, shape, springs) -> None:
     """Add the normal and shear springs of the closed contacts that the engine lists."""
     vertices = np.concatenate(polygons)
     owner = np.repeat(np.arange(len(polygons)), [len(polygon) for polygon in polygons])
     following = np.concatenate([np.roll(polygon, -1, axis=0) for polygon in polygons])
     for vertex, edge in zip(contacts["vertex"], contacts["edge"], strict=True):
         place, along = vertices[vertex], following[edge] - vertices[edge]
-        length = np.hypot(*along)
-        along = along / length
-        foot = along @ (place - vertices[edge])
-        off = np.hypot(*(place - vertices[edge] - np.clip(foot, 0.0, length) * along))
-        if off > _TOUCHING:
+        if LineString([vertices[edge], following[edge]]).distance(Point(place)) > _TOUCHING:
             continue
+        along = along / np.hypot(*along)
         apart = shape(owner[vertex], place) - shape(owner[edge], place)
         for spring, direction in zip(springs, ((along[1], -along[0]), along), strict=True):
             row = np.asarray(direction) @ apart
             stiffness += spring * np.outer(row, row)
 
 
-def _supports(parsed, polygons, names, shape: _Shape) -> tuple[np.ndarray, np.ndarray]:
+def _supports(parsed, polygons, names, shape) -> tuple[np.ndarray, np.ndarray]:
     """Return the rows of the fixed directions of all fixed points, and the directions."""
     rows, axes = [], []
     for group in parsed.get("fixed_point", []):
@@ -360,10 +353,5 @@ def _block_of(group, polygons, names) -> int:
     """Return the block of a point: by name, or the first block that contains the point."""
     if group.get("block"):
         return names.index(group["block"])
-    place = np.array([group["x"], group["y"]])
-    for number, polygon in enumerate(polygons):
-        sides = np.roll(polygon, -1, axis=0) - polygon
-        away = place - polygon
-        if np.all(sides[:, 0] * away[:, 1] - sides[:, 1] * away[:, 0] >= -1e-9):
-            return number
-    raise ValueError(f"no block contains the point {place}")
+    place = Point(group["x"], group["y"])
+    return next(i for i, one in enumerate(polygons) if Polygon(one).distance(place) < 1e-9)
