@@ -85,7 +85,7 @@ class Job:
         """Execute all steps; the first that fails ends the program."""
         for step in self.job["steps"]:
             if "uses" in step:
-                action = step["uses"].rpartition("/")[2].partition("@")[0].replace("-", "_")
+                action = step["uses"].partition("@")[0].rpartition("/")[2].replace("-", "_")
                 inputs = step.get("with", {}).items()
                 getattr(self, action)(**{key.replace("-", "_"): value for key, value in inputs})
                 continue
