@@ -3,34 +3,23 @@
 
 import numpy as np
 import pytest
-from model_text import BONDED, ROCK, group, namelist
+from model_text import namelist, tower, without
 
 import sitedda
 from sitedda_evidence.paper.discrete import DiscreteModel
 
-PENALTY = 1.5e12
-PLACES = [(x, y) for x in (2.5, 12.5) for y in (-0.25, -0.75)]
 
-
-def column(time_step: float, steps: int, **control) -> list:
+def column(steps: int) -> list:
     """15 layers of table I on a base block that is held still."""
-    return [
-        ("control", {"time_step": time_step, "steps": steps, **control}),
-        group("contact", normal_stiffness=PENALTY),
-        ("material", dict(ROCK)),
-        ("joint", dict(BONDED)),
-        group("layers", name="base", bottom=-1.0, width=15.0, thickness=1.0),
-        group("layers", name="layer", width=15.0, thickness=1.0, count=15),
-        *(group("fixed_point", x=x, y=y) for x, y in PLACES),
-        group("measured_point", name="surface", x=7.5, y=15.0),
-    ]
+    groups = without(tower(15, steps), "motion")
+    return [(name, values | {"motion_x": None}) for name, values in groups]
 
 
 @pytest.fixture(scope="module")
 def theory(tmp_path_factory) -> DiscreteModel:
     """The same column in numpy."""
     file = tmp_path_factory.mktemp("theory") / "column.nml"
-    file.write_text(namelist(column(1e-3, 1)))
+    file.write_text(namelist(column(1)))
     return DiscreteModel.of(file)
 
 
@@ -52,7 +41,7 @@ def test_no_damping_is_added_or_taken_by_the_penalty(write_input, theory):
     """Each of the five lowest modes decays as its own frequency says, at one step of 1e-3 s:
     x[n+1] = trace x[n] - determinant x[n-1] by Cayley and Hamilton, fitted to the whole decay."""
     omega = theory.omega
-    file = write_input(column(1e-3, 400))
+    file = write_input(column(400))
     for mode in range(5):
         shape = theory.mode(mode) / np.max(np.abs(theory.mode(mode)))
         points = [0.0]
