@@ -20,13 +20,12 @@ import tempfile
 from pathlib import Path
 
 from interrupted import (
-    difference,
     finish,
     layered_site,
-    leftovers,
     native_program,
     prepare,
     reference_of,
+    same,
     wall,
 )
 from options import asked
@@ -54,10 +53,7 @@ def judge(what, status, err, program, folder, reference) -> bool:
         if status:
             print(f"{what}: resume ends with status {status}: {err}")
             return False
-    wrong = difference(folder / "out.nc", reference)
-    if wrong or leftovers(folder):
-        print(f"{what}: {wrong or 'nothing'} differs, left behind: {leftovers(folder)}")
-    return not wrong and not leftovers(folder)
+    return same(what, folder, reference)
 
 
 def by_file_size(program, folder, reference, cases) -> list[bool]:

@@ -146,6 +146,10 @@ def difference(file: Path, other: Path) -> str:
     return ""
 
 
-def leftovers(folder: Path) -> list[str]:
-    """Files beside the finished output that should be gone."""
-    return sorted(file.name for file in folder.glob("out.nc?*"))
+def same(what: str, folder: Path, reference: Path) -> bool:
+    """The output has the bits of another and no file beside it; else it is said."""
+    wrong = difference(folder / "out.nc", reference)
+    left = sorted(file.name for file in folder.glob("out.nc?*"))
+    if wrong or left:
+        print(f"{what}: {wrong or 'nothing'} differs, left behind: {left}")
+    return not wrong and not left

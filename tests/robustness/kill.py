@@ -19,17 +19,15 @@ import subprocess
 import sys
 import tempfile
 import time
-from dataclasses import dataclass
 from pathlib import Path
 
 from interrupted import (
     column,
-    difference,
     layered_site,
-    leftovers,
     native_program,
     prepare,
     reference_of,
+    same,
     staged_wall,
     start,
     wall,
@@ -40,25 +38,11 @@ from options import asked
 INTERRUPTED = 6
 
 
-@dataclass
-class Tally:
-    """What happened to the runs of one model."""
-
-    name: str
-    whole: float = 0.0
-    kills: int = 0
-    resumes: int = 0
-    anew: int = 0
-    spared: int = 0
-    identical: int = 0
-    cases: int = 0
-
-    def line(self) -> str:
-        """A row of the table."""
-        return (
-            f"{self.name:16s} {self.whole:7.2f} s {self.spared:7d} {self.kills:6d}"
-            f" {self.resumes:8d} {self.anew:6d} {self.identical:6d} of {self.cases}"
-        )
+ROW = (
+    "{name:16s} {whole:7.2f} s {spared:7d} {kills:6d} {resumes:8d} {anew:6d} {identical:6d} of"
+    " {cases}"
+)
+COUNTS = ("spared", "kills", "resumes", "anew", "identical", "cases")
 
 
 def models(quick: bool) -> dict[str, str]:
@@ -95,31 +79,26 @@ def attempt(program, command, folder, chance, whole, signals, kill) -> tuple[int
     return None if died else running.returncode, out + err
 
 
-def case(program, folder, chance, tally, signals, reference) -> None:
-    """Kill a run once or more and see what comes out."""
+def case(program, folder, chance, whole, tally, signals, reference) -> None:
+    """Kill a run once or more and count what comes out."""
     for file in folder.glob("out.nc*"):
         file.unlink()
     command, kill = "run", True
     while True:
-        status, said = attempt(program, command, folder, chance, tally.whole, signals, kill)
+        status, said = attempt(program, command, folder, chance, whole, signals, kill)
         if command == "resume":
-            tally.resumes += 1
-            tally.anew += "starting at time 0" in said
+            tally["resumes"] += 1
+            tally["anew"] += "starting at time 0" in said
         if status == 0:
             break
-        tally.cases += command == "run"
+        tally["cases"] += command == "run"
         if status is not None:
-            print(f"{tally.name}: {command} ends with status {status}: {said}")
+            print(f"{folder.name}: {command} ends with status {status}: {said}")
             return
-        tally.kills += 1
+        tally["kills"] += 1
         command, kill = "resume", chance.random() < 0.25
-    wrong = difference(folder / "out.nc", reference)
-    if wrong or leftovers(folder):
-        print(f"{tally.name}: {wrong or 'nothing'} differs, left behind: {leftovers(folder)}")
-    elif command == "run":
-        tally.spared += 1
-    else:
-        tally.identical += 1
+    if same(folder.name, folder, reference):
+        tally["spared" if command == "run" else "identical"] += 1
 
 
 PAGES = {"view": "x.html", "report": "x.html", "movie": "x.gif", "draw": "x.png"}
@@ -169,26 +148,24 @@ def main() -> int:
     program = native_program(options.program)
     signals = [signal.Signals[f"SIG{name}"] for name in options.signals.split(",")]
     chance = random.Random(options.seed)
-    tallies = []
+    tallies = {}
     with tempfile.TemporaryDirectory() as scratch:
         chosen = models(options.quick)
         for i, (name, text) in enumerate(chosen.items()):
             folder = prepare(Path(options.folder or scratch) / name.replace(" ", "_"), text)
-            tally = Tally(name)
+            tally = tallies[name] = dict.fromkeys(COUNTS, 0)
             begun = time.perf_counter()
             reference = reference_of(program, folder)
-            tally.whole = time.perf_counter() - begun
+            whole = tally["whole"] = time.perf_counter() - begun
             share = options.kills * (i + 1) // len(chosen)
-            output = reference
-            while sum(other.kills for other in tallies) + tally.kills < share:
-                case(program, folder, chance, tally, signals, reference)
-            tallies.append(tally)
-        wrong = kill_pages(Path(scratch) / "pages", output, options.pages, chance)
+            while sum(one["kills"] for one in tallies.values()) < share:
+                case(program, folder, chance, whole, tally, signals, reference)
+        wrong = kill_pages(Path(scratch) / "pages", reference, options.pages, chance)
         print(*wrong, f"pages: {options.pages} kills, {len(wrong)} wrong", sep="\n")
     print("model              whole    spared  kills  resumes   anew  identical")
-    for tally in tallies:
-        print(tally.line())
-    return int(bool(wrong) or any(tally.identical < tally.cases for tally in tallies))
+    for name, tally in tallies.items():
+        print(ROW.format(name=name, **tally))
+    return int(bool(wrong) or any(one["identical"] < one["cases"] for one in tallies.values()))
 
 
 if __name__ == "__main__":
