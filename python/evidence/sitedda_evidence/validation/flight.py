@@ -135,7 +135,8 @@ def _draw_bounce(runs, table):
 def rotation(short: bool) -> Outcome:
     """Area, edge lengths and angular momentum after 100 turns."""
     rows, pictures = [], []
-    for name, shape in _run_spinners().items():
+    ell = np.array([[0, 0], [3, 0], [3, 1], [1, 1], [1, 2], [0, 2]], dtype=float)
+    for name, shape in {"rectangle": nml.rectangle(0, 0, 2, 1), "L": ell}.items():
         for steps_per_turn in (40,) if short else (20, 200):
             found = _spin(shape, 100, steps_per_turn)
             pictures.append((f"{name}, {steps_per_turn}", found))
@@ -147,11 +148,6 @@ def rotation(short: bool) -> Outcome:
                 at_most(f"relative change of angular momentum, {label}", found["momentum"], 1e-6),
             ]
     return Outcome(rows, _draw_spin(pictures))
-
-
-def _run_spinners():
-    ell = np.array([[0, 0], [3, 0], [3, 1], [1, 1], [1, 2], [0, 2]], dtype=float)
-    return {"rectangle": nml.rectangle(0, 0, 2, 1), "L": ell}
 
 
 def _edge_lengths(polygon) -> np.ndarray:

@@ -75,17 +75,12 @@ def _lame(count: int, poisson: float) -> float:
         for i in range(count):
             model.block(rectangle(i * side, j * side, side, side), body=_BODY)
     found = modes(model, 12)
-    x, y = np.pi * _centres(count)
+    at = np.pi * (np.arange(count) + 0.5) / count  # of the centres, row by row
+    x, y = np.stack(np.meshgrid(at, at)).reshape(2, -1)
     shape = np.stack([np.cos(x) * np.sin(y), -np.sin(x) * np.cos(y)], axis=-1)
     moved = found.shapes[:, :, :2]
     alike = abs(np.einsum("mba,ba->m", moved, shape)) / np.linalg.norm(moved, axis=(1, 2))
     return float(found.frequency[np.argmax(alike)])
-
-
-def _centres(count: int) -> np.ndarray:
-    """Centres of n × n cells of a unit square, row by row, shape (2, n²)."""
-    at = (np.arange(count) + 0.5) / count
-    return np.stack(np.meshgrid(at, at)).reshape(2, -1)
 
 
 @case(

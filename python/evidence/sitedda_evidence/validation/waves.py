@@ -361,7 +361,7 @@ def slip_joint(short: bool) -> Outcome:
     for ratio in ratios:
         data, _ = _joint_run(ratio, per_wave)
         passed = _energy_flux(data, "above", per_wave) / incident / (ratio / 0.5) ** 2
-        back = _reflected_velocity(data, base, ratio / 0.5)
+        back = _velocity(data, "below") - ratio / 0.5 * _velocity(base, "below")  # reflected
         returned = _energy(back, data, per_wave) / incident / (ratio / 0.5) ** 2
         got = np.sqrt([passed, returned, max(0.0, 1 - passed - returned)])
         expected = clipped_sine(1 / (ratio * arriving))
@@ -452,11 +452,6 @@ def _energy(velocity, data, per_wave: int) -> float:
 
 def _energy_flux(data, point: str, per_wave: int) -> float:
     return _energy(_velocity(data, point), data, per_wave)
-
-
-def _reflected_velocity(data, base, scale: float) -> np.ndarray:
-    """Return the reflected velocity, m/s: the difference to the scaled run without slip."""
-    return _velocity(data, "below") - scale * _velocity(base, "below")
 
 
 def _draw_joint(lines, drawn, strength, per_wave):
