@@ -334,19 +334,14 @@ def _drum_table(done: Outcome) -> None:
         drums = drums if len(drums) == 3 else (*drums, _best_height(drums))
         values = [_model(k, drums).frequencies[0] for k in _TABLE_V]
         shown = [f"{drums[2]:.3f}", *(f"{v:.2f}" for v in values)]
-        cells.append([name, *shown, _worst_deviation(values)])
+        off = [deviation(float(v), _printed(k)) for v, k in zip(values, _TABLE_V, strict=True)]
+        cells.append([name, *shown, per_cent(max(off, key=abs), sign=True)])
     cells.append(["paper", "", *(show(_printed(k), 3) for k in _TABLE_V), ""])
     done.tabulate(
         "Drum sizes: linear first frequency (Hz); height chosen for k = 1e8 and 2e8 N/m",
         ["widths", "height (m)", *(f"k = {k:.0e}" for k in _TABLE_V), "furthest off"],
         cells,
     )
-
-
-def _worst_deviation(values) -> str:
-    return per_cent(
-        max((deviation(float(v), _printed(k)) for v, k in zip(values, _TABLE_V, strict=True)),
-            key=abs), sign=True)  # fmt: skip
 
 
 def _gravity_table(done: Outcome, found: dict) -> None:
