@@ -77,7 +77,7 @@ contains
       if (n > most_nodes .and. any(flow%state /= flow_undrained)) call input_error(error, group, &
          'the joints have '//to_text(n)//' nodes, and at most '//to_text(most_nodes)// &
          ' can be solved together: give state = ''undrained'' and state_at_rest = ''undrained'',' &
-         //' or fewer joints by joints')
+         //' or select fewer joints')
    end subroutine limit_nodes
 
    !> Read the law of the water in the joints of a group; the first group sets the flow state.
