@@ -112,9 +112,9 @@ contains
       if (thinnest%cell == 0 .or. thinnest%cells >= enough) return
       call add_line(report, verdict_warn, 'cells', 'of body '//quoted(trim(model%body_names( &
          blocks%body(thinnest%cell))))//', which yields, are '//to_text(thinnest%cells)// &
-         ' across '//short_text(thinnest%width)//' m: cells yield by their mean stress, and a '// &
-         'part that bends needs '//to_text(enough)//' or is too strong', 'mean stress of a cell', &
-         'cells of '//short_text(thinnest%width/enough)//' m')
+         ' across '//short_text(thinnest%width)//' m: cells yield by their mean stress, so a '// &
+         'part that bends is too strong with fewer than '//to_text(enough), &
+         'mean stress of a cell', 'cells of '//short_text(thinnest%width/enough)//' m')
    end subroutine check_yielding
 
    !> Find the thinnest part: fewest cells between two opposite free sides of a body.
