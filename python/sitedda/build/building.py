@@ -4,7 +4,8 @@
 import os
 import re
 from collections import Counter, defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import cache
 from itertools import count
 from pathlib import Path
@@ -19,7 +20,7 @@ from ..input.changes import with_files
 from ..input.groups import checked, group_text, is_made, nearest, read_values
 from ..input.input_text import Found, find_groups
 from ..input.source import Built, blocks_text, read_input
-from ..input.values import Values
+from ..input.values import Values, is_given
 from .magnitudes import doubtful_sizes
 
 _NAMED = ("material", "joint", "region")  # groups to which other groups refer by name
@@ -64,33 +65,29 @@ def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
     for name, values, place in made:
         if _is_composed(name):
             continue
-        try:
+        with located(place):
             if name == "mesh":
-                meshes.append((kinds()["mesh"](**values), place))
+                meshes.append((_make("mesh", values), place))
             elif name == "polygons":
                 pieces += _import_blocks(values, folder)
-            elif blocks := getattr(kinds()[name], "blocks", None):
-                pieces += [_block(vars(stone)) for stone in blocks(kinds()[name](**values))]
+            elif hasattr(kinds()[name], "blocks"):
+                pieces += [_block(vars(stone)) for stone in _make(name, values).blocks()]
             else:
                 own = _read_parts(name, values, folder)
                 parts[name] += own
                 places |= {id(part): place for part in own}
                 first = first or place
-        except InputError as error:
-            raise _with_place(place, error) from None
-        except TypeError:
-            raise InputError(f"{place}: a variable is missing or of the wrong kind") from None
     cut = None
     if meshes:
         from .meshing.meshed import refuse_far_too_many
 
-        refuse_far_too_many(parts["region"], meshes, _materials(groups), _with_place)
+        refuse_far_too_many(parts["region"], meshes, _materials(groups), located)
     if any(parts.values()):
         try:
             cut = _add_cut(built, parts, next(iter(names["joint"]), ""), bool(meshes))
         except InputError as error:
-            place = places.get(id(error.cause), first)
-            raise _with_place(place, error) from None
+            with located(places.get(id(error.cause), first)):
+                raise
     built.blocks += pieces
     built.messages += doubtful_sizes(groups)
     if meshes:
@@ -110,13 +107,12 @@ def _expand_groups(built: Built, pieces: list[dict], groups, folder) -> list[tup
     for name, values, place in groups:
         if not _is_composed(name):
             continue
-        try:
-            made, notes = kinds()[name](**values).groups(folder, every)
-            made = [(k, {n: checked(k, n, v) for n, v in one.items()}) for k, one in made]
-        except InputError as error:
-            raise _with_place(place, error) from None
-        except TypeError:
-            raise InputError(f"{place}: a variable is missing or of the wrong kind") from None
+        with located(place):
+            made, notes = _make(name, values).groups(folder, every)
+            made = [
+                (kind, {n: checked(kind, n, v) for n, v in one.items() if is_given(v)})
+                for kind, one in made
+            ]
         pieces += [dict(one) for kind, one in made if kind == "block"]
         others = [(kind, one) for kind, one in made if kind != "block"]
         built.groups += [(kind, one) for kind, one in others if not is_made(kind)]
@@ -135,7 +131,7 @@ def _mesh_pieces(built: Built, groups, meshes, cut) -> None:
         for piece, region, holes in zip(pieces, cut.regions, cut.holes, strict=False):
             piece.region, piece.holes = region, holes
     pieces += [Piece(groups[i][1]) for i in typed]
-    cells, taken, messages = mesh_blocks(pieces, meshes, _materials(groups), _with_place)
+    cells, taken, messages = mesh_blocks(pieces, meshes, _materials(groups), located)
     ring = next((p for i, p in enumerate(pieces) if p.holes and i not in taken), None)
     if ring is not None:
         raise InputError(
@@ -172,8 +168,21 @@ def _check_names(names: dict[str, list[str]], values: dict, place: str) -> None:
             raise InputError(f"{place}: {variable} = {name!r} is not the name of a &{kind}{hint}")
 
 
-def _with_place(place: str, error: InputError) -> InputError:
-    return InputError(f"{place}: {error}" if place else str(error))
+@contextmanager
+def located(place: str) -> Iterator[None]:
+    """Add the position in the file to an error."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{place}: {error}" if place else str(error)) from None
+
+
+def _make(name: str, values: dict):
+    """Return the object of a group."""
+    try:
+        return kinds()[name](**values)
+    except TypeError:
+        raise InputError("a variable is missing or of the wrong kind") from None
 
 
 def _block(values: dict) -> dict:
@@ -185,13 +194,12 @@ def _block(values: dict) -> dict:
 
 def _read_parts(name: str, values: dict, folder) -> list:
     """Return the objects of a group: one, or one per line of its file."""
-    made, values = kinds()[name], dict(values)
-    points = made.from_file
+    points, values = kinds()[name].from_file, dict(values)
     if not points or "file" not in values:
         for given in ("layer", "scale"):
             if points and given in values:
                 raise InputError(f"{given} needs a file")
-        return [made(**values)]
+        return [_make(name, values)]
     if points in values:
         raise InputError(f"give either {points} or file")
     from .importing import read_outlines
@@ -201,7 +209,7 @@ def _read_parts(name: str, values: dict, folder) -> list:
     )
     if name != "joint_line" and len(outlines) != 1:
         raise InputError(f"the file holds {len(outlines)} lines 1 expected; give its layer")
-    return [made(**values, **{points: outline.closed_points(name)}) for outline in outlines]
+    return [_make(name, values | {points: outline.closed_points(name)}) for outline in outlines]
 
 
 def _import_blocks(values: dict, folder) -> list[dict]:
@@ -328,13 +336,13 @@ def _comment_out(text: str, found: Sequence[Found]) -> str:
         alone = not text[max(line, at) : one.start].strip() and (not rest or rest[0] == "!")
         group = text[one.start : one.end]
         parts.append(text[at : one.start])
-        parts.append("! " + group.replace("\n", "\n! ") if alone and line >= at else _blank(group))
+        parts.append(
+            "! " + group.replace("\n", "\n! ")
+            if alone and line >= at
+            else re.sub(r"[^\n]", " ", group)
+        )
         at = one.end
     return "".join(parts) + text[at:]
-
-
-def _blank(text: str) -> str:
-    return re.sub(r"[^\n]", " ", text)
 
 
 def build_file(file, output=None, block_file: bool | None = None) -> tuple[Path, Built]:

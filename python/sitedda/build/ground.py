@@ -28,8 +28,6 @@ class Ground(schema.GroundValues):
             raise InputError("give core, or the surface of ground without one")
         if len(self.surface) and (np.diff(self.surface[:, 0]) <= 0).any():
             raise InputError("surface: x must grow from point to point")
-        if (self.motion_x or self.motion_y) and self.base == "none":
-            raise InputError("base = 'none' has no motion: leave out motion_x and motion_y")
 
     def _core_outline(self) -> shapely.Polygon | None:
         """Return the outline of the core, counter-clockwise; ground must lie on both sides."""
@@ -59,11 +57,11 @@ class Ground(schema.GroundValues):
         joints = [("joint", dict(friction_angle=_ANGLE, cohesion=_STRENGTH, name=name,
                                  tensile_strength=_STRENGTH, **more))
                   for name, more in self._ties(others).items()]  # fmt: skip
-        found = joints + self._bodies() + self._make_boundaries()
+        found = joints + self._bodies() + base_and_sides(self)
         if self.outline is not None:
-            values = {"name": self.core_name, "outline": self.core, "joint": f"{self.name} tie"}
-            material = self.core_material or self.material
-            found.append(("region", values | ({"material": material} if material else {})))
+            values = {"name": self.core_name, "outline": self.core, "joint": f"{self.name} tie",
+                      "material": self.core_material or self.material}  # fmt: skip
+            found.append(("region", values))
         return found, []
 
     def _ties(self, others) -> dict[str, dict]:
@@ -72,9 +70,8 @@ class Ground(schema.GroundValues):
         if self.outline is None:
             return ties
         if any("restitution" in one for kind, one in others if kind == "joint"):
-            return ties | {
-                f"{self.name} tie": {}
-            }  # the stiffness of &contact excludes a stiffness per area
+            # The stiffness of &contact excludes a stiffness per area.
+            return ties | {f"{self.name} tie": {}}
         materials = {one.get("name", ""): one for kind, one in others if kind == "material"}
         stiffness = 0.0
         for name in (self.material, self.core_material or self.material):
@@ -102,7 +99,7 @@ class Ground(schema.GroundValues):
                         "fine_along": shapely.get_coordinates(self.outline.exterior)}  # fmt: skip
             found.append(("mesh", dict(blocks=", ".join(names), body=name, size=self.size,
                                        frequency=self.frequency, **fine)))  # fmt: skip
-        return [(kind, {k: v for k, v in one.items() if v is not None}) for kind, one in found]
+        return found
 
     def _polygon(self):
         """Return the polygon of the ground below the surface, without the core."""
@@ -128,9 +125,7 @@ class Ground(schema.GroundValues):
         """Return a block of the ground; edges at the core get the joint of the ties."""
         corners = shapely.get_coordinates(shapely.orient_polygons(polygon).exterior)[:-1]
         side, tie = f"{self.name} side", f"{self.name} tie"
-        values = {"vertices": corners, "name": name, "joint": side}
-        if self.material:
-            values["material"] = self.material
+        values = {"vertices": corners, "name": name, "joint": side, "material": self.material}
         if self.outline is not None:
             middle = shapely.points(0.5 * (corners + np.roll(corners, -1, axis=0)))
             near = 1e-9 * shapely.length(self.outline.exterior)
@@ -138,19 +133,23 @@ class Ground(schema.GroundValues):
             values["edge_joints"] = tuple(tie if one else side for one in at_core)
         return values
 
-    def _make_boundaries(self) -> list[tuple[str, dict]]:
-        moved = {"motion_x": self.motion_x, "motion_y": self.motion_y}
-        found: list[tuple[str, dict]] = []
-        if self.base != "none":
-            base = {"name": f"{self.name}_base", "kind": self.base, "side": "bottom"}
-            found.append(("boundary", base | {name: one for name, one in moved.items() if one}))
-        if self.sides == "tied":
-            found.append(("boundary", {"kind": "tied"}))
-        elif self.sides != "none":
-            more = {"direction": "y"} if self.sides == "roller" else {}
-            found += [("boundary", {"kind": self.sides, "side": side, **more})
-                      for side in ("left", "right")]  # fmt: skip
-        return found
+
+def base_and_sides(ground, **base) -> list[tuple[str, dict]]:
+    """Return the boundaries below and beside ground; `base` has more variables of the base."""
+    moved = {"motion_x": ground.motion_x, "motion_y": ground.motion_y}
+    found: list[tuple[str, dict]] = []
+    if ground.base != "none":
+        values = {"name": f"{ground.name}_base", "kind": ground.base, "side": "bottom"}
+        found.append(("boundary", values | base | moved))
+    elif any(moved.values()):
+        raise InputError("base = 'none' has no motion: leave out motion_x and motion_y")
+    if ground.sides == "tied":
+        found.append(("boundary", {"kind": "tied"}))
+    elif ground.sides != "none":
+        direction = "y" if ground.sides == "roller" else ""
+        found += [("boundary", {"kind": ground.sides, "side": side, "direction": direction})
+                  for side in ("left", "right")]  # fmt: skip
+    return found
 
 
 def _modulus(name: str, material: dict) -> float:

@@ -5,11 +5,14 @@ import csv
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
+import shapely
 
 from ..base.errors import InputError, OutputError
+from ..base.reading import check_readable
 
 MOST_BYTES = 64 * 2**20  # largest size of a file
 MOST_POINTS = 2_000_000  # largest number of points of all lines of a file
@@ -82,20 +85,16 @@ def read_outlines(
     closed. Without names, a CSV file contains one line.
     """
     file = Path(file)
-    readers = {
-        ".dxf": _read_dxf,
-        ".geojson": _read_geojson,
-        ".json": _read_geojson,
-        ".wkt": _read_wkt,
-    }
-    readers |= {".csv": _read_csv, ".txt": _read_csv}
+    readers = {".dxf": _read_dxf, ".geojson": _read_geojson, ".json": _read_geojson}
+    readers |= {".wkt": _read_wkt, ".csv": _read_csv, ".txt": _read_csv}
     reader = readers.get(file.suffix.lower())
     if reader is None:
         known = ", ".join(readers)
         raise InputError(f"{file}: the name must end in one of {known}")
     if scale is not None and not 0 < scale <= 1e6:
         raise InputError(f"scale = {scale:g} must be a positive number")
-    _check_size(file)
+    if (size := check_readable(file)) > MOST_BYTES:
+        raise InputError(f"{file} has {size} bytes, more than {MOST_BYTES}")
     try:
         found = list(_check_lines(file, reader(file, scale)))
     except OSError as trouble:
@@ -114,20 +113,6 @@ def read_outlines(
         kind = {None: "lines", True: "closed lines", False: "open lines"}[closed]
         raise InputError(f"{file} contains no {kind}")
     return found
-
-
-def _check_size(file: Path) -> None:
-    try:
-        size = file.stat().st_size
-        regular = file.is_file()
-    except FileNotFoundError as trouble:
-        raise InputError(f"{file}: there is no such file") from trouble
-    except OSError as trouble:
-        raise OutputError(f"{file} cannot be read: {trouble.strerror}") from trouble
-    if not regular:
-        raise InputError(f"{file} is not a file")
-    if size > MOST_BYTES:
-        raise InputError(f"{file} has {size} bytes, more than {MOST_BYTES}")
 
 
 def _check_lines(file: Path, lines) -> Iterator[Outline]:
@@ -194,8 +179,6 @@ def _read_csv(file: Path, scale):
 
 def _read_wkt(file: Path, scale):
     """Read a WKT file with one geometry per line."""
-    import shapely
-
     for number, line in enumerate(_decode(file).splitlines(), 1):
         if not line.strip() or line.lstrip()[0] == "#":
             continue
@@ -218,20 +201,21 @@ def _nesting_depth(text: str, opening: str) -> int:
     return deepest
 
 
-def _lines_of_shape(file: Path, shape, scale: float, name: str, layer: str, depth: int = 0):
+def _lines_of_shape(where, shape, scale: float, name: str, layer: str, depth: int = 0):
     """Yield the lines of a geometry of shapely."""
     if depth > DEEPEST:
-        raise InputError(f"{file}: nested too deeply")
+        raise InputError(f"{where}: nested too deeply")
     if hasattr(shape, "geoms"):
         for part in shape.geoms:
-            yield from _lines_of_shape(file, part, scale, name, layer, depth + 1)
+            yield from _lines_of_shape(where, part, scale, name, layer, depth + 1)
     elif shape.geom_type == "Polygon" and not shape.is_empty:
         if len(shape.interiors):
-            raise InputError(f"{file}: a polygon {name} has holes; give each as a separate polygon")
-        yield np.array(shape.exterior.coords)[:, :2] * scale, True, name, layer
+            raise InputError(
+                f"{where}: a polygon {name} has holes; give each as a separate polygon"
+            )
+        yield shapely.get_coordinates(shape.exterior) * scale, True, name, layer
     elif shape.geom_type in ("LineString", "LinearRing"):
-        points = np.array(shape.coords).reshape(len(shape.coords), -1)[:, :2]
-        yield points * scale, False, name, layer
+        yield shapely.get_coordinates(shape) * scale, False, name, layer
 
 
 def _read_geojson(file: Path, scale):
@@ -254,46 +238,15 @@ def _read_geojson(file: Path, scale):
         given = feature.get("properties")
         given = given if isinstance(given, dict) else {}
         name, layer = (str(given.get(key) or "") for key in ("name", "layer"))
-        if geometry is not None:
-            yield from _lines_of_geometry(where, geometry, scale or 1.0, name, layer)
-
-
-def _lines_of_geometry(where: str, geometry, scale: float, name: str, layer: str, depth: int = 0):
-    """Yield the lines of a geometry of GeoJSON."""
-    kind = geometry.get("type") if isinstance(geometry, dict) else None
-    if depth > DEEPEST:
-        raise InputError(f"{where}: nested too deeply")
-    if kind == "GeometryCollection":
-        parts = geometry.get("geometries")
-        for part in parts if isinstance(parts, list) else []:
-            yield from _lines_of_geometry(where, part, scale, name, layer, depth + 1)
-        return
-    levels = {"LineString": 0, "MultiLineString": 1, "Polygon": 1, "MultiPolygon": 2}
-    if kind in ("Point", "MultiPoint"):
-        return
-    if kind not in levels:
-        raise InputError(f"{where}: the type {kind!r} is not known")
-    lines = [geometry.get("coordinates")]
-    for level in range(levels[kind]):
-        if not all(isinstance(line, list) for line in lines):
-            raise InputError(f"{where}: coordinates of {kind} are wrongly nested")
-        if (
-            kind.endswith("Polygon")
-            and level == levels[kind] - 1
-            and any(len(rings) > 1 for rings in lines)
-        ):
-            raise InputError(
-                f"{where}: a polygon {name} has holes; give each as a separate polygon"
-            )
-        lines = [part for line in lines for part in line]
-    for line in lines:
+        if geometry is None:
+            continue
         try:
-            points = np.array([point[:2] for point in line], dtype=float)
-            if points.ndim != 2 or points.shape[1] != 2:
-                raise ValueError
-        except (TypeError, ValueError, KeyError, OverflowError):
-            raise InputError(f"{where}: coordinates of {kind} are not pairs of numbers") from None
-        yield points * scale, kind.endswith("Polygon"), name, layer
+            found = shapely.geometry.shape(geometry)
+        except shapely.errors.GeometryTypeError:
+            raise InputError(f"{where}: the type {geometry['type']!r} is not known") from None
+        except Exception:  # shapely raises many kinds of exceptions for a broken geometry
+            raise InputError(f"{where}: its coordinates are not pairs of numbers") from None
+        yield from _lines_of_shape(where, found, scale or 1.0, name, layer)
 
 
 def _read_dxf(file: Path, scale):
@@ -340,16 +293,11 @@ def _lines_of_entity(file: Path, entity, budget: list[int], depth: int):
             if not size <= 1e6 * _FARTHEST:  # in units of the file; also rejects NaN
                 raise InputError(f"{file}: an entity {kind} has no finite size")
             beside = _SAGITTA * max(size, 1e-9)
-            points = [(p.x, p.y) for p in _check_length(file, way.flattening(beside))]
+            points = [(p.x, p.y) for p in islice(way.flattening(beside), MOST_OF_CURVE + 1)]
+            if len(points) > MOST_OF_CURVE:
+                raise InputError(f"{file} contains a curve of more than {MOST_OF_CURVE} points")
             yield points, way.is_closed, entity.dxf.get("layer", "")
     except InputError:
         raise
     except Exception as trouble:  # a broken entity may raise any exception
         raise InputError(f"{file}: an entity {kind} cannot be read: {trouble}") from None
-
-
-def _check_length(file: Path, points) -> Iterator:
-    for count, point in enumerate(points):
-        if count > MOST_OF_CURVE:
-            raise InputError(f"{file} contains a curve of more than {MOST_OF_CURVE} points")
-        yield point

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..base.errors import InputError
 from ..input import schema
+from .ground import base_and_sides
 from .profile import Ground, SoilProfile, curve_of, curve_table, read_soil_profile
 
 _CELLS = 12  # cells per wavelength of S waves at the highest frequency
@@ -100,9 +101,7 @@ class LayeredGround(schema.ProfileValues):
 
     def _names(self, profile: SoilProfile) -> list[str]:
         """Return the names of the materials: layers from the surface, then the base."""
-        return [f"{self.name}_{i}" for i in range(1, len(profile.layers) + 1)] + [
-            f"{self.name}_base"
-        ]
+        return [*(f"{self.name}_{i + 1}" for i in range(len(profile.layers))), f"{self.name}_base"]
 
     def _joints(self, profile: SoilProfile, cells: list[int]) -> list[tuple[str, dict]]:
         """Return the joints: welds between layers, and vertical ones, which may be tied."""
@@ -145,27 +144,13 @@ class LayeredGround(schema.ProfileValues):
                             "edge_joints": (weld, side, weld, side)}  # fmt: skip
 
     def _make_boundaries(self, profile: SoilProfile) -> list[tuple[str, dict]]:
-        moved = {"motion_x": self.motion_x, "motion_y": self.motion_y}
-        moved = {name: motion for name, motion in moved.items() if motion}
-        if moved and self.base == "none":
-            raise InputError("base = 'none' has no motion: leave out motion_x and motion_y")
-        found: list[tuple[str, dict]] = []
-        below = self._base_material(profile)
-        base: dict = {"name": f"{self.name}_base", "kind": self.base, "side": "bottom"}
+        below, base = self._base_material(profile), {}
         if self.base == "compliant":
-            base |= {"density": below.density, "shear_velocity": below.shear_velocity,
-                     "pressure_velocity": below.pressure_velocity}  # fmt: skip
+            base = {"density": below.density, "shear_velocity": below.shear_velocity,
+                    "pressure_velocity": below.pressure_velocity}  # fmt: skip
         elif self.base == "fixed":
-            base["blocks"] = f"{self.name}_base"
-        if self.base != "none":
-            found.append(("boundary", base | moved))
-        if self.sides == "tied":
-            found.append(("boundary", {"kind": "tied"}))
-        elif self.sides != "none":
-            along = {"direction": "y"} if self.sides == "roller" else {}
-            found += [("boundary", {"kind": self.sides, "side": side} | along)
-                      for side in ("left", "right")]  # fmt: skip
-        return found
+            base = {"blocks": f"{self.name}_base"}
+        return base_and_sides(self, **base)
 
     def _measured_points(self, profile: SoilProfile) -> list[tuple[str, dict]]:
         """Return measured points in the middle of the first column of blocks."""

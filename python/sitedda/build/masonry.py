@@ -36,7 +36,8 @@ def _check_count(blocks: int) -> None:
         raise InputError(f"{blocks} blocks exceed the limit of {MOST_BLOCKS}")
 
 
-def _rectangle(left, bottom, right, top) -> np.ndarray:
+def rectangle(left, bottom, right, top) -> np.ndarray:
+    """Return the corners of a rectangle, shape (4, 2), m."""
     return np.array([[left, bottom], [right, bottom], [right, top], [left, top]], dtype=float)
 
 
@@ -62,13 +63,8 @@ def _lay_courses(left, right, bottom, height, courses, stones) -> Iterator[tuple
         head = np.interp(shares, [0, 1], [np.interp(high, [0, 1], side) for side in (left, right)])
         y, top = bottom + low * height, bottom + high * height
         for i in range(len(shares) - 1):
-            yield (
-                k,
-                np.array(
-                    [(foot[i], y), (foot[i + 1], y), (head[i + 1], top), (head[i], top)],
-                    dtype=float,
-                ),
-            )
+            corners = [(foot[i], y), (foot[i + 1], y), (head[i + 1], top), (head[i], top)]
+            yield k, np.array(corners, dtype=float)
 
 
 def _number_stones(name: str, polygons, material: str, joint: str) -> list[Stone]:
@@ -108,12 +104,11 @@ class Arch(schema.ArchValues):
         radius, (x0, y0) = self._right_arc()
         half, n = self.span / 2, self.voussoirs
         springing = np.arctan2(-y0, half - x0)
-        if not self.is_pointed:
-            angle = np.linspace(springing, np.pi - springing, n + 1)
-            ends = (radius + offset) * np.column_stack([np.cos(angle), np.sin(angle)]) + (x0, y0)
-        else:
+        angle = np.linspace(springing, np.pi - springing, n + 1)
+        if self.is_pointed:
             angle = np.linspace(0.0, np.arctan2(self.rise, -x0), n // 2 + 1)
-            ends = (radius + offset) * np.column_stack([np.cos(angle), np.sin(angle)]) + (x0, y0)
+        ends = (radius + offset) * np.column_stack([np.cos(angle), np.sin(angle)]) + (x0, y0)
+        if self.is_pointed:
             ends[-1] = 0.0, np.sqrt((radius + offset) ** 2 - x0**2)
         right = ends[: n // 2 + 1]
         # The left half mirrors the right half exactly.
@@ -162,7 +157,7 @@ class Lintel(schema.LintelValues):
     def blocks(self) -> list[Stone]:
         """Return the beam."""
         right = self.left + self.span + self.bearing
-        beam = _rectangle(self.left - self.bearing, self.bottom, right, self.bottom + self.height)
+        beam = rectangle(self.left - self.bearing, self.bottom, right, self.bottom + self.height)
         return [Stone(self.name, beam, self.material, self.joint)]
 
 
@@ -189,7 +184,7 @@ class Colonnade(schema.ColonnadeValues):
             found += _number_stones(name, (drum for _, drum in laid), self.material, self.joint)
             if self.capital_height:
                 wide = 0.5 * self.capital_width
-                block = _rectangle(axis - wide, top, axis + wide, top + self.capital_height)
+                block = rectangle(axis - wide, top, axis + wide, top + self.capital_height)
                 found.append(Stone(f"{name}_capital", block, self.material, self.joint))
         if self.beam_height:
             found += _number_stones(
@@ -204,7 +199,7 @@ class Colonnade(schema.ColonnadeValues):
             first, last = i == 0, i >= self.columns - 2
             left = self.left + i * self.spacing - (over if first else 0.0)
             right = self.left + min(i + 1, self.columns - 1) * self.spacing
-            yield _rectangle(left, low, right + (over if last else 0.0), low + self.beam_height)
+            yield rectangle(left, low, right + (over if last else 0.0), low + self.beam_height)
 
 
 class RetainingWall(schema.RetainingWallValues):
@@ -245,11 +240,11 @@ class MultiLeafWall(schema.MultiLeafWallValues):
         for k in range(self.courses):
             low, high = self.bottom + k * step, self.bottom + (k + 1) * step
             if self.ties and (k + 1) % self.ties == 0:
-                add("tie", _rectangle(x[0], low, x[3], high), self.material, self.joint)
+                add("tie", rectangle(x[0], low, x[3], high), self.material, self.joint)
                 continue
-            add("left", _rectangle(x[0], low, x[1], high), self.material, self.joint)
+            add("left", rectangle(x[0], low, x[1], high), self.material, self.joint)
             faces = (x[1], x[1]), (x[2], x[2])
             for _, one in _lay_courses(*faces, low, step, self.core_courses, self.core_stones):
                 add("core", one, core_material, core_joint)
-            add("right", _rectangle(x[2], low, x[3], high), self.material, self.joint)
+            add("right", rectangle(x[2], low, x[3], high), self.material, self.joint)
         return found

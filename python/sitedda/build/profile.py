@@ -251,22 +251,19 @@ def rows_of(file: Path) -> list[tuple[int, list[str]]]:
         text = read_bounded(file, _LARGEST).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise InputError(f"{file} is not a text file in UTF-8") from None
-    lines = text.splitlines()
-    kept = [line for line in lines if line.strip() and line.lstrip()[0] != _COMMENT]
-    if not kept:
+    lines = [(number, line) for number, line in enumerate(text.splitlines(), 1)
+             if line.strip() and line.lstrip()[0] != _COMMENT]  # fmt: skip
+    if not lines:
         raise InputError(f"{file} is empty")
-    mark = max(",;\t", key=kept[0].count)
-    found = []
-    for number, line in enumerate(lines, 1):
-        if not line.strip() or line.lstrip()[0] == _COMMENT:
-            continue
+    if len(lines) > _MOST:
+        raise InputError(f"{file} has more than {_MOST} rows")
+    mark, found = max(",;\t", key=lines[0][1].count), []
+    for number, line in lines:
         try:
             cells = next(csv.reader([line], delimiter=mark, skipinitialspace=True))
         except csv.Error as trouble:
             raise InputError(f"{file}, row {number}: {trouble}") from None
         found.append((number, [cell.strip() for cell in cells]))
-        if len(found) > _MOST:
-            raise InputError(f"{file} has more than {_MOST} rows")
     return found
 
 

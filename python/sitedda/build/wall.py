@@ -12,7 +12,7 @@ import numpy as np
 from ..base.errors import InputError
 from ..input import schema
 from .cutting.distributions import uniform
-from .masonry import MOST_BLOCKS
+from .masonry import MOST_BLOCKS, rectangle
 
 _BONDS = {"running": (1.0, 0.5), "header": (0.5, 0.25), "rubble": (1.0, 0.5)}
 _LEAST = 0.3  # of a stone: length of the parts at ends and jambs
@@ -96,14 +96,14 @@ class Opening(schema.OpeningValues):
             return []
         _, box = self.gaps()
         if self.head == "lintel":
-            return [(f"{self.name}_lintel", _make_rectangle(*box))]
+            return [(f"{self.name}_lintel", rectangle(*box))]
         half, centre = 0.5 * self.width, self.left + 0.5 * self.width
         radius = (half**2 + self.rise**2) / (2 * self.rise)
         middle = np.array([centre, self.springing + self.rise - radius])
         first = math.atan2(self.springing - middle[1], half)
         angle = np.linspace(first, math.pi - first, self.voussoirs + 1)
         rays = np.column_stack([np.cos(angle), np.sin(angle)])
-        ends, whole = middle + radius * rays, _make_rectangle(*box)
+        ends, whole = middle + radius * rays, rectangle(*box)
         found = []
         for i in range(self.voussoirs):
             stone = _left_part(whole, middle, rays[i])
@@ -147,7 +147,8 @@ class MasonryWall(schema.MasonryWallValues):
                   for i, corners in enumerate(self._stones(openings), 1)]  # fmt: skip
         for one in openings:
             stones += [(name, corners, one.material, one.joint) for name, corners in one.blocks()]
-        found = [("block", _block_group(*stone)) for stone in stones]
+        names = ("name", "vertices", "material", "joint")
+        found = [("block", dict(zip(names, stone, strict=True))) for stone in stones]
         return found + self._rods(stones), []
 
     def _make_opening(self, values: dict) -> Opening:
@@ -185,7 +186,7 @@ class MasonryWall(schema.MasonryWallValues):
                 laid += self._stones_between(at, left, joints)
                 at = max(at, right)
             below = [right for _, right in laid]
-            yield from (_make_rectangle(a, low, b, high) for a, b in laid)
+            yield from (rectangle(a, low, b, high) for a, b in laid)
 
     def _joints(self, course: int, below: list[float]) -> np.ndarray:
         """Places of the upright joints of a course without openings, m."""
@@ -232,9 +233,9 @@ class MasonryWall(schema.MasonryWallValues):
                     max(across, key=lambda one: one[0][:, 0].max())[0]]  # fmt: skip
             places = [one[:, 0].mean() for one in ends]
             values = {"name": f"{self.name}_tie_{number}", "from": (places[0], level),
-                      "to": (places[1], level), "axial_stiffness": self.tie_stiffness}  # fmt: skip
-            more = {} if self.tie_yield is None else {"yield_force": self.tie_yield}
-            found.append(("bolt", values | more))
+                      "to": (places[1], level), "axial_stiffness": self.tie_stiffness,
+                      "yield_force": self.tie_yield}  # fmt: skip
+            found.append(("bolt", values))
         return found
 
 
@@ -247,15 +248,6 @@ def _require_apart(openings: list[Opening]) -> None:
                     if a < g - _SAME and e < c - _SAME and b < h - _SAME and f < d - _SAME:
                         raise InputError(f"openings {other.name!r} and {one.name!r}, with their "
                                          "heads, overlap")  # fmt: skip
-
-
-def _block_group(name: str, corners: np.ndarray, material: str, joint: str) -> dict:
-    values = {"vertices": corners, "name": name, "material": material, "joint": joint}
-    return {key: value for key, value in values.items() if not isinstance(value, str) or value}
-
-
-def _make_rectangle(left, bottom, right, top) -> np.ndarray:
-    return np.array([[left, bottom], [right, bottom], [right, top], [left, top]], dtype=float)
 
 
 def _left_part(polygon: np.ndarray, place: np.ndarray, along: np.ndarray) -> np.ndarray:

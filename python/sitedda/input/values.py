@@ -59,7 +59,7 @@ class Values:
 
     def __init__(self, **given):
         own = [one for one in self.variables if hasattr(type(self), one.name)]
-        named = {name for name, value in given.items() if _is_given(value)}
+        named = {name for name, value in given.items() if is_given(value)}
         for one in own:
             setattr(self, one.name, given.pop(one.name, getattr(type(self), one.name)))
         if given:
@@ -112,7 +112,7 @@ class Values:
         """Check the relations between values."""
 
 
-def _is_given(value) -> bool:
+def is_given(value) -> bool:
     """Return whether a value is given: not None, a blank text or an empty list."""
     return value is not None and (not hasattr(value, "__len__") or len(value) > 0)
 

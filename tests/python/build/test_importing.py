@@ -136,7 +136,7 @@ BAD = {
     "type": ("a.json", '{"type": "Ball"}', "'Ball' is not known"),
     "flat": ("a.json", '{"type": "Polygon", "coordinates": [[1, 2]]}', "not pairs"),
     "text": ("a.json", '{"type": "LineString", "coordinates": [["a", "b"], [1, 2]]}', "not pairs"),
-    "null": ("a.json", '{"type": "LineString", "coordinates": null}', "not pairs"),
+    "null": ("a.json", '{"type": "LineString", "coordinates": null}', "contains no lines"),
     "huge": ("a.json", '{"type": "LineString", "coordinates": [[1e999, 0], [1, 2]]}', "number"),
     "hole": (
         "a.json", json.dumps({"type": "Polygon", "coordinates": [TRIANGLE, TRIANGLE]}), "holes",
@@ -165,7 +165,11 @@ def test_size_and_kind_of_a_file_are_looked_at_first(tmp_path):
     with large.open("wb") as file:
         os.truncate(file.fileno(), MOST_BYTES + 1)
     (tmp_path / "folder.csv").mkdir()
-    for name, words in (("large", "more than"), ("folder", "not a file"), ("gone", "no such file")):
+    for name, words in (
+        ("large", "more than"),
+        ("folder", "not a regular file"),
+        ("gone", "no such file"),
+    ):
         with pytest.raises(SiteddaError, match=words):
             read_outlines(tmp_path / f"{name}.csv")
     with pytest.raises(SiteddaError, match="nothing lies on layer 'x'"):

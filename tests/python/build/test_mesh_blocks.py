@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from sitedda import InputError
-from sitedda.building import build_blocks, summary
+from sitedda.building import build_blocks, located, summary
 from sitedda.cutting import Region, Tunnel, cut
 from sitedda.cutting.rings import Rings
 from sitedda.meshing.meshed import Piece, mesh_blocks
@@ -21,10 +21,8 @@ def box(left, bottom, width, height, **values):
 
 
 def meshed(pieces, *meshes):
-    return mesh_blocks(
-        pieces, [(mesh, f"mesh {i}") for i, mesh in enumerate(meshes, 1)], MATERIALS,
-        lambda place, error: InputError(f"{place}: {error}"),
-    )  # fmt: skip
+    places = [(mesh, f"mesh {i}") for i, mesh in enumerate(meshes, 1)]
+    return mesh_blocks(pieces, places, MATERIALS, located)
 
 
 BEAMS = [box(0, 0, 4, 1, name="beam_1"), box(0, 1, 4, 1, name="beam_2"), box(9, 0, 1, 1)]

@@ -30,8 +30,7 @@ from .geometry import (
 from .merging import merge_slivers
 from .network import (
     Network,
-    half_edge_starts,
-    split_network,
+    merge_close_nodes,
     split_segments,
     trace_faces,
     without_dead_ends,
@@ -47,9 +46,6 @@ _BYTES = 4000  # bytes of memory per block during cutting
 MOST_CORNERS = 512  # largest number of corners of a block
 _MARGIN = 1.25  # allowance in the estimate of crossings; the blocks are counted later
 _NAMED = 5  # largest number of positions in a message
-_STRAIGHT = 1e-13  # corners closer to a straight line, over the size of the regions, are omitted
-_LEVEL = 1e-9  # corners closer in height, over the size of the regions, are equally low
-_ORDER = 1e-6  # centroids closer in height, over the size of the regions, are level
 
 
 @dataclass
@@ -312,7 +308,7 @@ class _Cut:
         if inner and not rings:
             self._reject_rings(network, inner)
         for face, cycles in inner.items():
-            holes = [network.nodes[half_edge_starts(network)[cycle]] for cycle in cycles]
+            holes = [network.nodes[network.starts[cycle]] for cycle in cycles]
             polygons[face] = shapely.Polygon(polygons[face].exterior, holes)
         kinds, keys = self._find_kinds(polygons)
         self._check_area(shapely.area(polygons[kinds >= 0]))
@@ -321,9 +317,7 @@ class _Cut:
         least = _SLIVER_AREA * mean if least is None else least
         cycles, merged = faces.cycles, 0
         if self.settings.slivers == "merge":
-            cycles, _, merged, _ = merge_slivers(
-                network, faces, kinds, least, self.settings.least_angle
-            )
+            cycles, merged = merge_slivers(network, faces, kinds, least, self.settings.least_angle)
         keep = [i for i, cycle in enumerate(cycles) if cycle and kinds[i] >= 0]
         inner = [inner.get(i, []) for i in keep]
         found = self._order_blocks(
@@ -343,13 +337,8 @@ class _Cut:
         if self.settings.slivers != "merge" or least <= self.tolerance:
             return network, faces
         before = network.moved
-        for reach in (least, least / 2, least / 4):
-            try:
-                network, _, _ = without_dead_ends(split_network(network, reach, rigid=True))
-            except InputError:  # merging corners repeatedly brought them close to others
-                continue
-            least = reach
-            break
+        network, least = merge_close_nodes(network, least)
+        network, _, _ = without_dead_ends(network)
         if network.moved > before:
             what = counted(network.moved - before, "corner", "corners")
             words = f"{what} closer than {least:.3g} m to another merged with it"
@@ -407,14 +396,14 @@ class _Cut:
         cycle = next(iter(inner.values()))[0]
         raise InputError(
             "a block is a ring around the hole or region with a corner at "
-            f"{self._listed(network.nodes[half_edge_starts(network)[cycle[:1]]])}; draw a joint "
+            f"{self._listed(network.nodes[network.starts[cycle[:1]]])}; draw a joint "
             "that cuts it, or mesh it"
         )
 
     @staticmethod
     def _point_inside(network: Network, cycle) -> np.ndarray:
         """Return a point just inside the longest edge of a face."""
-        start = half_edge_starts(network)
+        start = network.starts
         edges = np.array(cycle)
         a, b = network.nodes[start[edges]], network.nodes[start[edges ^ 1]]
         longest = int(((b - a) ** 2).sum(axis=1).argmax())
@@ -431,18 +420,13 @@ class _Cut:
 
     def _order_blocks(self, network: Network, cycles, keys, inner) -> Blocks:
         """Return corners, edge joints and names of the blocks in a canonical order."""
-        near = max(_STRAIGHT * self.size, self.rounding)
         edges = np.concatenate([np.array(cycle) for cycle in cycles])
-        rings = Rings(network.nodes[half_edge_starts(network)[edges]], list(map(len, cycles)))
+        rings = Rings(network.nodes[network.starts[edges]], list(map(len, cycles)))
         labels = network.labels[edges >> 1]
-        keep = ~rings.straight(near) | (labels != rings.before(labels))
-        labels = labels[keep]
-        rings = Rings(rings.corners[keep], np.bincount(rings.owner[keep], minlength=len(cycles)))
+        rings, turned, labels, order = rings.in_order(labels, self.size, self.rounding)
         self._check_corners(rings)
-        turned = rings.from_lowest(max(_LEVEL * self.size, self.rounding))
         polygons = parts_of(rings.corners[turned] + self.centre, rings.first)
-        joints = np.array(self.joint_names, dtype=object)[labels[turned]].tolist()
-        order = np.lexsort(np.round(rings.centroids() / (_ORDER * self.size)).T)
+        joints = np.array(self.joint_names, dtype=object)[labels].tolist()
         blocks, numbers = Blocks(), Counter()
         for i in order.tolist():
             region, pit, layer = keys[i]
@@ -451,16 +435,15 @@ class _Cut:
             material = self.surfaces[layer].material if layer >= 0 else ""
             blocks.polygons.append(polygons[i])
             blocks.edge_joints.append(joints[rings.first[i] : rings.first[i + 1]])
-            blocks.holes.append([self._hole_of(network, cycle) for cycle in inner[i]])
+            blocks.holes.append([
+                (network.nodes[network.starts[cycle]] + self.centre,
+                 [self.joint_names[label] for label in network.labels[cycle >> 1]])
+                for cycle in inner[i]
+            ])  # fmt: skip
             blocks.names.append(f"{stem}_{numbers[stem]}")
             blocks.regions.append(self.regions[region].name)
             blocks.materials.append(material or self.regions[region].material)
         return blocks
-
-    def _hole_of(self, network: Network, cycle) -> tuple[np.ndarray, list[str]]:
-        """Return corners and joints of what a block surrounds."""
-        corners = network.nodes[half_edge_starts(network)[cycle]] + self.centre
-        return corners, [self.joint_names[label] for label in network.labels[cycle >> 1]]
 
     def _check_corners(self, rings: Rings) -> None:
         count = np.diff(rings.first)
@@ -502,7 +485,7 @@ def _ring(polygon: shapely.Polygon) -> np.ndarray:
 
 def _outer_cycle(network: Network, faces, nodes) -> np.ndarray:
     """Return the half-edges around a part of the network, clockwise, from its nodes."""
-    start = half_edge_starts(network)
+    start = network.starts
     outside = np.flatnonzero((faces.face < 0) & nodes[start])
     following = dict(zip(start[outside].tolist(), outside.tolist(), strict=True))
     cycle = [outside[0]]
@@ -525,7 +508,7 @@ def _shapes(network: Network, cycles) -> np.ndarray:
     lengths = [len(cycle) for cycle in cycles]
     if not lengths:
         return np.array([], dtype=object)
-    start = half_edge_starts(network)
+    start = network.starts
     owner = np.repeat(np.arange(len(cycles)), lengths)
     places = network.nodes[start[np.concatenate(cycles)]]
     return shapely.polygons(shapely.linearrings(places, indices=owner))

@@ -149,7 +149,8 @@ class JointSet(schema.JointSetValues):
         along, across = np.array([np.cos(angle), np.sin(angle)]), [-np.sin(angle), np.cos(angle)]
         middle = centre - origin
         s0, p0 = along @ middle, across @ middle
-        reach = radius / np.cos(np.radians(self._largest_turn()))
+        turn = {"constant": 0, "uniform": 1}.get(self.angle_distribution, 3) * self.angle_deviation
+        reach = radius / np.cos(np.radians(min(turn, 75.0)))  # hardly any joint turns by more
         found = []
         if np.hypot(*middle) > 1e6 * self.spacing:
             raise InputError("origin is more than a million spacings away from the regions")
@@ -157,19 +158,11 @@ class JointSet(schema.JointSetValues):
             places = self._draw_offsets(side, max(side * p0 + reach, 0.0))
             turns = np.radians(self._draw_angles((3 + (side < 0),), len(places)))
             for k in np.flatnonzero(abs(side * places - p0) <= reach):
-                p = side * places[k]
-                if not self.trace_length:
-                    ends = np.array([[s0 - 2 * reach, s0 + 2 * reach]])
-                    found.append(_place_segments(origin, ends, p, turns[k : k + 1], along, across))
-                    continue
-                ends, turn = self._draw_traces(side, k, s0 - reach, s0 + reach)
-                found.append(_place_segments(origin, ends, p, turn, along, across))
+                ends, turn = np.array([[s0 - 2 * reach, s0 + 2 * reach]]), turns[k : k + 1]
+                if self.trace_length:
+                    ends, turn = self._draw_traces(side, k, s0 - reach, s0 + reach)
+                found.append(_place_segments(origin, ends, side * places[k], turn, along, across))
         return np.concatenate(found) if found else np.zeros((0, 2, 2))
-
-    def _largest_turn(self) -> float:
-        """Return the angle, degrees, that the turn of a joint hardly ever exceeds."""
-        share = {"constant": 0, "uniform": 1}.get(self.angle_distribution, 3)
-        return min(share * self.angle_deviation, 75.0)
 
     def _draw_angles(self, stream, count: int) -> np.ndarray:
         if self.angle_distribution == "constant":

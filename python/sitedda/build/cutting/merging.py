@@ -2,16 +2,17 @@
 """Merge slivers with a neighbour."""
 
 import heapq
+from collections.abc import Callable
 
 import numpy as np
 
-from .network import Faces, Network, half_edge_starts
+from .network import Faces, Network
 from .rings import Rings
 
 
 def merge_slivers(
     network: Network, faces: Faces, kinds, least_area: float, least_angle: float
-) -> tuple[list[list[int]], np.ndarray, int, list[int]]:
+) -> tuple[list[list[int]], int]:
     """Merge small and sharp faces with the neighbour of the longest common edge.
 
     Parameters
@@ -29,33 +30,48 @@ def merge_slivers(
     -------
     cycles : list of list of int
         Half-edges around each face; empty for merged faces.
-    areas : ndarray, shape (faces,)
     merged : int
-    left : list of int
-        Faces that could not be merged with any neighbour.
     """
     work = _Merging(network, faces, kinds)
-    measure = work.sharpest if least_angle > 0 else None
-    waiting = [
-        (area, i)
-        for i, area in enumerate(faces.areas.tolist())
-        if kinds[i] >= 0 and (area < least_area or (measure and measure(i) < least_angle))
-    ]
+
+    def is_small(i: int) -> bool:
+        sharp = least_angle > 0 and work.sharpest(i) < least_angle
+        return kinds[i] >= 0 and (work.areas[i] < least_area or sharp)
+
+    return work.cycles, merge_smallest(work.cycles, work.areas, is_small, work.merge)
+
+
+def merge_smallest(
+    cycles: list[list[int]],
+    areas: list[float],
+    is_small: Callable[[int], bool],
+    merge: Callable[[int], int | None],
+) -> int:
+    """Merge small faces, the smallest first; return how many were merged.
+
+    `merge` returns the neighbour that a face has become part of, or None.  It updates the cycles,
+    which are empty for merged faces, and the areas.
+    """
+    waiting = [(area, i) for i, area in enumerate(areas) if is_small(i)]
     heapq.heapify(waiting)
-    merged, left = 0, []
+    merged = 0
     while waiting:
         area, i = heapq.heappop(waiting)
-        if not work.cycles[i] or area != work.areas[i]:
-            continue
-        into = work.merge(i)
-        if into is None:
-            left.append(i)
+        if not cycles[i] or area != areas[i] or (into := merge(i)) is None:
             continue
         merged += 1
-        if work.areas[into] < least_area or (measure and measure(into) < least_angle):
-            heapq.heappush(waiting, (work.areas[into], into))
-    left = [i for i in left if work.cycles[i]]
-    return work.cycles, np.array(work.areas), merged, left
+        if is_small(into):
+            heapq.heappush(waiting, (areas[into], into))
+    return merged
+
+
+def rest_of_cycle(cycle: list[int], common: list[bool]) -> list[int] | None:
+    """Return a cycle without its common edges; None unless these form one chain."""
+    begins = [k for k in range(len(cycle)) if common[k - 1] and not common[k]]
+    if len(begins) != 1:
+        return None
+    turned = cycle[begins[0] :] + cycle[: begins[0]]
+    return turned[: len(cycle) - sum(common)]
 
 
 class _Merging:
@@ -63,7 +79,7 @@ class _Merging:
 
     def __init__(self, network: Network, faces: Faces, kinds):
         self.nodes = network.nodes
-        self.start = half_edge_starts(network).tolist()
+        self.start = network.starts.tolist()
         ends = network.nodes[network.edges]
         self.length = np.sqrt(((ends[:, 1] - ends[:, 0]) ** 2).sum(axis=1)).tolist()
         self.cycles = [list(cycle) for cycle in faces.cycles]
@@ -95,20 +111,11 @@ class _Merging:
 
     def _union_cycle(self, i: int, other: int) -> list[int] | None:
         """Return the cycle around two faces; None if it is not one simple polygon."""
-        rest = self._remaining_chain(i, other)
-        more = self._remaining_chain(other, i)
+        rest, more = (
+            rest_of_cycle(self.cycles[a], [self.face[h ^ 1] == b for h in self.cycles[a]])
+            for a, b in ((i, other), (other, i))
+        )
         if rest is None or more is None:
             return None
         nodes = [self.start[h] for h in rest + more]
         return rest + more if len(set(nodes)) == len(nodes) else None
-
-    def _remaining_chain(self, i: int, other: int) -> list[int] | None:
-        """Return the half-edges of a face not shared with another, if they form one chain."""
-        cycle = self.cycles[i]
-        is_common = [self.face[h ^ 1] == other for h in cycle]
-        changes = [k for k in range(len(cycle)) if is_common[k - 1] and not is_common[k]]
-        if len(changes) != 1:
-            return None
-        begin = changes[0]
-        turned = cycle[begin:] + cycle[:begin]
-        return turned[: len(cycle) - sum(is_common)]

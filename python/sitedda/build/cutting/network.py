@@ -57,6 +57,11 @@ class Network:
     outline: np.ndarray
     moved: int = 0
 
+    @property
+    def starts(self) -> np.ndarray:
+        """Return the start node of each half-edge, shape (2 × edges,)."""
+        return self.edges.ravel()
+
     def subset(self, keep) -> "Network":
         """Return the network with some of its edges and all nodes."""
         edges, labels, outline = self.edges[keep], self.labels[keep], self.outline[keep]
@@ -103,6 +108,19 @@ def split_network(network: Network, tolerance: float, rigid: bool = False) -> Ne
         f"corners within {tolerance:g} m of each other and of joints cannot be merged without "
         "moving others as close; choose a smaller least_edge"
     )
+
+
+def merge_close_nodes(network: Network, reach: float) -> tuple[Network, float]:
+    """Merge nodes closer than a distance (m), or than a fraction of it; return this as well.
+
+    Outlines keep their shape.  A smaller distance is needed if merged corners come close to others.
+    """
+    for closer in (reach, reach / 2, reach / 4):
+        try:
+            return split_network(network, closer, rigid=True), closer
+        except InputError:
+            continue
+    return network, reach
 
 
 def _sort_segments(segments, labels, outline) -> Network:
@@ -444,14 +462,9 @@ class Faces:
     areas: np.ndarray
 
 
-def half_edge_starts(network: Network) -> np.ndarray:
-    """Return the start node of each half-edge, shape (2 × edges,)."""
-    return network.edges.ravel()
-
-
 def trace_faces(network: Network) -> Faces:
     """Return all bounded faces of a network without dead ends."""
-    start = half_edge_starts(network)
+    start = network.starts
     count = len(start)
     twin = np.arange(count) ^ 1
     along = network.nodes[start[twin]] - network.nodes[start]

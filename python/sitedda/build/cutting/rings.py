@@ -5,6 +5,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+# Fractions of the size of all polygons:
+_STRAIGHT = 1e-13  # corners closer to a straight line are omitted
+_LEVEL = 1e-9  # corners closer in height are equally low
+_ORDER = 1e-6  # centroids closer in height are level
+
 
 class Rings:
     """Polygons, counter-clockwise.
@@ -83,9 +88,17 @@ class Rings:
         """Return the index of the next corner within the polygon."""
         return self._after
 
-    def before(self, values) -> np.ndarray:
-        """Return the value at the previous corner of each corner."""
-        return values[self._before]
+    def in_order(self, labels, size: float, rounding: float):
+        """Return rings in an order that is independent of the order of the input.
+
+        Straight corners between edges of equal `labels` are removed.  Returns the rings, the
+        corners as each ring begins with its lowest one, their labels, and the order of the rings.
+        """
+        keep = ~self.straight(max(_STRAIGHT * size, rounding)) | (labels != labels[self._before])
+        rings = Rings(self.corners[keep], np.add.reduceat(keep, self.first[:-1], dtype=int))
+        turned = rings.from_lowest(max(_LEVEL * size, rounding))
+        order = np.lexsort(np.round(rings.centroids() / (_ORDER * size)).T)
+        return rings, turned, labels[keep][turned], order
 
     def from_lowest(self, near: float) -> np.ndarray:
         """Return an order in which each polygon begins with its lowest, leftmost corner.

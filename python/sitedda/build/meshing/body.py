@@ -16,7 +16,7 @@ from ..cutting.network import (
     CORNER,
     CROSSING,
     Network,
-    half_edge_starts,
+    merge_close_nodes,
     split_network,
     trace_faces,
     without_dead_ends,
@@ -30,8 +30,6 @@ from .sizes import Sizes
 
 _ROUNDING = 1e-9  # of the size of a body
 _BITS = 8  # error of coordinates far from (0, 0), in last bits
-_STRAIGHT = 1e-13  # of the size of a body: corners closer to a straight line are left out
-_ORDER = 1e-6  # of the size of a body: centroids closer in height count as level
 _CLOSE = 0.1  # nodes closer than this fraction of the smallest size are merged
 _HOLE = 0.5  # largest size of cells beside a hole over its width
 _SHORTEST, _LONGEST = 0.05, 1.6  # fractions of the local size beyond which faces are reported
@@ -149,7 +147,7 @@ class _Body:
         """The cells."""
         network = self._network()
         faces = trace_faces(network)
-        starts = half_edge_starts(network)
+        starts = network.starts
         cycles = [starts[np.array(cycle)].tolist() for cycle in faces.cycles]
         kinds = self._kinds(network, cycles)
         ends = network.edges[network.outline].tolist()
@@ -214,26 +212,15 @@ class _Body:
             count += len(inner.nodes)
         joined = map(np.concatenate, (nodes, kinds, edges, labels, outline))
         network = split_network(_compact(Network(*joined)), self.tolerance)
-        network = self._clipped_network(network)
-        network, _, _ = without_dead_ends(network)
-        return self._without_short_edges(network)
+        network, _, _ = without_dead_ends(self._clipped_network(network))
+        network, _ = merge_close_nodes(network, _CLOSE * self.sizes.smallest)
+        return without_dead_ends(self._clipped_network(network))[0]
 
     def _clipped_network(self, network: Network) -> Network:
         """Remove the edges outside the body from a network."""
         ends = network.nodes[network.edges]
         inside = shapely.contains_xy(self.domain, *ends.mean(axis=1).T)
         return network.subset(inside | network.outline)
-
-    def _without_short_edges(self, network: Network) -> Network:
-        """Merge inner nodes that are close to each other or to outlines."""
-        for share in (1.0, 0.5, 0.25):
-            reach = share * _CLOSE * self.sizes.smallest
-            try:
-                found = self._clipped_network(split_network(network, reach, rigid=True))
-            except InputError:  # merged corners kept coming close to others
-                continue
-            return without_dead_ends(found)[0]
-        return network
 
     def _kinds(self, network: Network, cycles) -> np.ndarray:
         """Return the part of each face, −1 for none."""
@@ -260,7 +247,6 @@ class _Body:
 
     def _finished(self, cells: Cells) -> Cut:
         """Return corners, edge joints and parts in a canonical order."""
-        near = max(_STRAIGHT * self.size, self.rounding)
         kept = [i for i, cycle in enumerate(cells.cycles) if cycle]
         cycles = [cells.cycles[i] for i in kept]
         self._check_whole(cells, kept)
@@ -274,14 +260,10 @@ class _Body:
             ]
         )
         rings = Rings(np.array(cells.nodes)[nodes], list(map(len, cycles)))
-        keep = ~rings.straight(near) | (labels != rings.before(labels))
-        labels = labels[keep]
-        rings = Rings(rings.corners[keep], np.bincount(rings.owner[keep], minlength=len(cycles)))
+        rings, turned, labels, order = rings.in_order(labels, self.size, self.rounding)
         short, long = self._unusual_faces(rings)
-        turned = rings.from_lowest(max(1e-9 * self.size, self.rounding))
         polygons = parts_of(self._placed(rings.corners[turned]), rings.first)
-        joints = np.array([*self.names, ""], dtype=object)[labels[turned]].tolist()
-        order = np.lexsort(np.round(rings.centroids() / (_ORDER * self.size)).T)
+        joints = np.array([*self.names, ""], dtype=object)[labels].tolist()
         return Cut(
             [polygons[i] for i in order],
             [joints[rings.first[i] : rings.first[i + 1]] for i in order],

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Split cells of a mesh until all are convex; merge small cells into convex unions."""
 
-import heapq
 from collections.abc import Sequence
 from math import hypot, pi
 
 import numpy as np
+
+from ..cutting.merging import merge_smallest, rest_of_cycle
 
 _FLAT = 1e-7  # sine of a right turn that counts as round-off
 _SMALL = 0.35  # smallest area of a cell over the square of the local size
@@ -222,26 +223,12 @@ class Cells:
         middles = np.array(
             [np.mean([self.nodes[k] for k in cycle], axis=0) for cycle in self.cycles]
         )
-        least = (_SMALL * local(middles) ** 2).tolist()
-        areas = [
-            round(self.area(cycle) / one, _DIGITS)
-            for cycle, one in zip(self.cycles, least, strict=True)
-        ]
-        waiting = [(area, i) for i, area in enumerate(areas) if area < 1]
-        heapq.heapify(waiting)
-        merged = 0
-        while waiting:
-            area, i = heapq.heappop(waiting)
-            if not self.cycles[i] or area != areas[i]:
-                continue
-            into = self._merge(i)
-            if into is None:
-                continue
-            merged += 1
-            areas[into] = round(self.area(self.cycles[into]) / least[into], _DIGITS)
-            if areas[into] < 1:
-                heapq.heappush(waiting, (areas[into], into))
-        return merged
+        self._least = (_SMALL * local(middles) ** 2).tolist()
+        self.areas = [self._relative_area(i) for i in range(len(self.cycles))]
+        return merge_smallest(self.cycles, self.areas, lambda i: self.areas[i] < 1, self._merge)
+
+    def _relative_area(self, i: int) -> float:
+        return round(self.area(self.cycles[i]) / self._least[i], _DIGITS)
 
     def _merge(self, i: int) -> int | None:
         """Merge a cell into the neighbour that makes the roundest convex union."""
@@ -262,6 +249,7 @@ class Cells:
                 self.owner.pop(edge, None)
         self.cycles[into], self.cycles[i] = union, []
         self._own(into)
+        self.areas[into] = self._relative_area(into)
         return into
 
     def _union(self, i: int, other: int) -> list[int] | None:
@@ -277,10 +265,5 @@ class Cells:
     def _rest(self, i: int, other: int) -> list[int] | None:
         """Return the nodes of a cell that are not inside its common edges with another cell."""
         cycle = self.cycles[i]
-        count = len(cycle)
-        common = [self.owner.get((cycle[(k + 1) % count], cycle[k])) == other for k in range(count)]
-        starts = [k for k in range(count) if common[k - 1] and not common[k]]
-        if len(starts) != 1:
-            return None
-        turned = cycle[starts[0] :] + cycle[: starts[0]]
-        return turned[: count - sum(common)]
+        edges = zip(cycle[1:] + cycle[:1], cycle, strict=True)
+        return rest_of_cycle(cycle, [self.owner.get(edge) == other for edge in edges])

@@ -3,6 +3,7 @@
 
 import warnings
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -48,7 +49,7 @@ def mesh_blocks(
     pieces: Sequence[Piece],
     meshes: Sequence[tuple[Mesh, str]],
     materials: dict[str, dict],
-    placed: Callable[[str, InputError], InputError],
+    placed: Callable[[str], AbstractContextManager],
 ) -> tuple[list[dict], list[int], list[str]]:
     """Return the cells of the meshed blocks.
 
@@ -60,7 +61,7 @@ def mesh_blocks(
     materials : dict
         Variables of each material by its name, the first one first.
     placed : callable
-        Adds the place to an error.
+        Context that adds a place to an error.
 
     Returns
     -------
@@ -74,7 +75,7 @@ def mesh_blocks(
     _estimate(pieces, meshes, materials, placed)
     bodies: dict[str, str] = {}
     for mesh, place in meshes:
-        try:
+        with placed(place):
             for body, members in _bodies(mesh, pieces):
                 again = [pieces[i].name for i in members if i in taken]
                 if again or body in bodies:
@@ -85,8 +86,6 @@ def mesh_blocks(
                 cut = _cut(mesh, [pieces[i] for i in members], materials)
                 blocks += _cells(body, cut, [pieces[i].values for i in members])
                 messages += _unusual_notes(body, cut)
-        except InputError as error:
-            raise placed(place, error) from None
     return blocks, sorted(taken), messages
 
 
@@ -94,7 +93,7 @@ def _estimate(pieces, meshes, materials: dict[str, dict], placed) -> None:
     """Refuse outlines that bound no area, and more cells than can be made, before the work."""
     expected = 0.0
     for mesh, place in meshes:
-        try:
+        with placed(place):
             for _, members in _bodies(mesh, pieces):
                 for i in members:
                     values = pieces[i].values
@@ -103,8 +102,6 @@ def _estimate(pieces, meshes, materials: dict[str, dict], placed) -> None:
                     expected += max(1.0, _area(values) / size / size)
             if expected > MOST_CELLS:
                 raise _too_many_error(size, expected)
-        except InputError as error:
-            raise placed(place, error) from None
     if expected > _MANY:
         words = f"about {expected:.2g} cells take minutes to make; a larger size makes fewer"
         warnings.warn(words, CostWarning, stacklevel=2)
@@ -115,15 +112,13 @@ def refuse_far_too_many(regions, meshes, materials: dict[str, dict], placed) -> 
     for mesh, place in meshes:
         if not mesh.regions:
             continue
-        try:
+        with placed(place):
             sizes = (mesh.size_of(name, values) for name, values in materials.items())
             size = max(sizes, default=np.inf)
             meshed = (one.outline for one in regions if is_listed(one.name, mesh.regions))
             cells = sum(shapely.Polygon(outline).area for outline in meshed) / size / size
             if cells > _FAR * MOST_CELLS:
                 raise _too_many_error(size, cells)
-        except InputError as error:
-            raise placed(place, error) from None
 
 
 def _too_many_error(size: float, cells: float) -> InputError:
@@ -152,12 +147,8 @@ def _bodies(mesh: Mesh, pieces: Sequence[Piece]) -> Iterator[tuple[str, list[int
         if not any(is_listed(_key(piece, what), one) for piece in pieces):
             known = sorted({_key(piece, what) for piece in pieces} - {""})
             raise InputError(
-                f"{what} = {one!r} names none of "
-                + (
-                    f"the {what} {', '.join(known[:12])}"
-                    if known
-                    else f"the {what}: there are none"
-                )
+                f"{what} = {one!r} names none of the {what}"
+                + (f" {', '.join(known[:12])}" if known else ": there are none")
                 + (" …" if len(known) > 12 else "")
                 + "; blocks of &layers, &drums, &wall and &blocks cannot be meshed"
             )
