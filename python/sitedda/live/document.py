@@ -67,8 +67,8 @@ class Document:
         InputError
             If there is no such group or variable, or the value is of another kind.
         """
-        path = f"{group}.{variable}" if group in single_groups() else f"{group}[{number}]"
-        path = path if group in single_groups() else f"{path}.{variable}"
+        which = "" if group in single_groups() else f"[{number}]"
+        path = f"{group}{which}.{variable}"
         text, _ = with_changes(self.text, [(path, value)], self.file)
         find_groups(text, self.file, ("block",))  # rejects a value of another kind
         self._replace_text(text, path)
@@ -180,21 +180,14 @@ def _format_value(value) -> str | None:
     if isinstance(value, str):
         return value
     if isinstance(value, float):
-        return _format_number(value)
+        text = f"{value:.15g}"
+        return text if float(text) == value else repr(value)
     if isinstance(value, list | np.ndarray):
         if len(value) > _VALUES:
             return None
-        return ", ".join("" if v == UNSET else _format_value(v) for v in _format_list(value))
+        values = value.tolist() if isinstance(value, np.ndarray) else value
+        return ", ".join("" if v == UNSET else _format_value(v) for v in values)
     return str(value)
-
-
-def _format_list(value) -> list:
-    return value.tolist() if isinstance(value, np.ndarray) else value
-
-
-def _format_number(value: float) -> str:
-    text = f"{value:.15g}"
-    return text if float(text) == value else repr(value)
 
 
 def _known_names(example: str, kind, found: list[Found]) -> str:

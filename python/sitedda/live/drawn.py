@@ -127,16 +127,12 @@ def marks(scene: Scene) -> dict:
             }
             for one in scene.boundaries(0)
         ],  # fmt: skip
-        "loads": [placed(_plain_values(one)) for one in scene.loads()],
+        "loads": [placed({name: float(v) for name, v in one.items()}) for one in scene.loads()],
         "points": [placed(one) for one in scene.points()],
         "water": [(line - (x0, y0)).ravel().tolist() for line in lines],
         "slivers": scene.slivers().tolist(),
         "origin": [float(x0), float(y0)],
     }
-
-
-def _plain_values(one: dict) -> dict:
-    return {name: float(value) for name, value in one.items()}
 
 
 def card(text: str, file: Path, most: int = 4000) -> dict:

@@ -38,10 +38,6 @@ class Guard:
         self.token = secrets.token_urlsafe(32)
         self.frames = "http://127.0.0.1:* http://localhost:*" if notebook else "'none'"
 
-    def knows_host(self, host: str | None) -> bool:
-        """Return whether a request addresses this server by one of its names."""
-        return host in self.hosts
-
     def knows_origin(self, origin: str | None) -> bool:
         """Return whether a page of this server requests a connection."""
         return origin in {f"http://{host}" for host in self.hosts}

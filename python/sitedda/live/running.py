@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from ..base.core import api
-from ..base.errors import InterruptedRun, SiteddaError
+from ..base.errors import InputError, InterruptedRun, SiteddaError
 from ..engine.simulation import Simulation
 from ..input.added_stage import PresentStage, with_stage
 from ..input.changes import Typed
@@ -93,32 +93,34 @@ class LiveRun:
 
     def rest(self) -> None:
         """Compute the static equilibrium at which the first dynamic step starts, and pause."""
-        self._run_task(self._find_equilibrium)
+        self._tasks.put(self._find_equilibrium)
 
     def run(self) -> None:
         """Run until it is over or paused."""
-        self._run_task(lambda: self._set_status("running"))
+        self._tasks.put(lambda: self._set_status("running"))
 
     def pause(self) -> None:
         """Pause after the present step."""
-        self._run_task(self._pause)
+        self._tasks.put(self._pause)
 
     def step(self, steps: int) -> None:
         """Take some steps and pause."""
-        self._run_task(lambda: self._take_steps(steps))
+        self._tasks.put(lambda: self._take_steps(steps))
 
     def stop(self) -> None:
         """End the run here; its results are kept."""
         self._interrupt()
-        self._run_task(self._stop)
+        self._tasks.put(self._stop)
 
-    def change(self, changes: dict[str, str]) -> None:
+    def change(self, values: dict[str, str]) -> None:
         """Change variables of the input from now on, with values as typed."""
-        self._run_task(lambda: self._apply_action({"do": "change", "changes": changes}))
+        self._tasks.put(lambda: self._apply_action({"do": "change", "changes": values}))
 
     def stage(self, values: dict[str, str]) -> None:
         """Begin a stage at the end of the present step Δt, with values as typed."""
-        self._run_task(lambda: self._apply_action({"do": "stage", "values": values}))
+        if "name" not in values:
+            raise InputError("a stage needs a name")
+        self._tasks.put(lambda: self._apply_action({"do": "stage", "values": values}))
 
     def close(self) -> None:
         """End the thread; the results so far and a checkpoint are kept."""
@@ -133,9 +135,6 @@ class LiveRun:
             self._interrupted = True
             api.stop_engine(signal.SIGINT)
 
-    def _run_task(self, task: Callable) -> None:
-        self._tasks.put(task)
-
     # --- thread -------------------------------------------------------------------------------
 
     def _run_thread(self) -> None:
@@ -145,8 +144,6 @@ class LiveRun:
                 self._carry_out()
                 if self.status == "running" and not self._closing:
                     self._advance()
-        except SiteddaError as error:
-            self._fail(error)
         except Exception as error:  # faults of the program are reported, not lost
             self._fail(error)
         finally:
@@ -249,7 +246,8 @@ class LiveRun:
         now = time.perf_counter()
         if self.status != "running":
             return
-        if self._is_frame_due(now):
+        wait = _FRAME if self._watched() else _UNWATCHED
+        if now - self._shown > wait and time.thread_time() - self._used > self._cost / _SHARE:
             self._send_frame()
         if now - self._said > _STATUS:
             self._send_state()
@@ -296,8 +294,7 @@ class LiveRun:
         text = self.text
         for one in self.actions:
             if one["do"] == "stage":
-                values = {k: Typed(v) for k, v in one["values"].items()}
-                name, kind = str(values.pop("name")), str(values.pop("kind", "dynamic"))
+                name, kind, values = _stage_of(one)
                 present = PresentStage(**one["stage"])
                 text = with_stage(text, present, self.file, name, kind, values)
         return text
@@ -306,8 +303,7 @@ class LiveRun:
         if action["do"] == "change":
             self._simulation.change({k: Typed(v) for k, v in action["changes"].items()})
         else:
-            values = {k: Typed(v) for k, v in action["values"].items()}
-            name, kind = str(values.pop("name")), str(values.pop("kind", "dynamic"))
+            name, kind, values = _stage_of(action)
             self._simulation.begin_stage(name, kind, **values)
 
     # --- words --------------------------------------------------------------------------------
@@ -345,12 +341,6 @@ class LiveRun:
         self.frames.add(message)
         self._tell(message)
         self._cost = time.thread_time() - self._used
-
-    def _is_frame_due(self, now: float) -> bool:
-        """Return whether a page waits for a frame and the last one is old enough."""
-        if now - self._shown <= (_FRAME if self._watched() else _UNWATCHED):
-            return False
-        return time.thread_time() - self._used > self._cost / _SHARE
 
     def _save(self) -> None:
         begun = time.perf_counter()
@@ -401,6 +391,12 @@ class LiveRun:
                 self._simulation.close()
         except SiteddaError:
             pass  # all data that can be stored have been stored
+
+
+def _stage_of(action: dict) -> tuple[str, str, dict[str, Typed]]:
+    """Return name, kind and other values of a stage as typed."""
+    values = {name: Typed(value) for name, value in action["values"].items()}
+    return str(values.pop("name")), str(values.pop("kind", "dynamic")), values
 
 
 def _first_positions(output: Path) -> np.ndarray:

@@ -76,7 +76,7 @@ class _Guarded:
         self.clear_header("Server")
 
     def prepare(self) -> None:
-        if not self.server.guard.knows_host(self.request.headers.get("Host")):
+        if self.request.headers.get("Host") not in self.server.guard.hosts:
             self.set_status(403)
             self.finish("This server accepts requests only under its own name.")
 
@@ -88,17 +88,15 @@ class _File(_Guarded, RequestHandler):
     """Handler of the files of the page: public code without data of a model."""
 
     def get(self) -> None:
-        path, kind = _SOURCES.get(self.request.path, (None, "text/css"))
+        path, kind = _SOURCES.get(self.request.path, ((), "text/css"))
         if self.request.path == "/page.css":
-            self._send_file(page_style().encode(), kind)
-            return
-        if path is None:
+            data = page_style().encode()
+        elif path:
+            data = files("sitedda").joinpath(*path).read_bytes()
+        else:
             self.set_status(404)
             self.finish("There is no such page.")
             return
-        self._send_file(files("sitedda").joinpath(*path).read_bytes(), kind)
-
-    def _send_file(self, data: bytes, kind: str) -> None:
         self.set_header("Content-Type", f"{kind}; charset=utf-8")
         self.finish(data)
 

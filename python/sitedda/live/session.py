@@ -30,6 +30,10 @@ from .saving import (
 from .starts import EMPTY, Shipped
 
 _MOST_FILES = 500  # largest number of inputs of the folder that are shown
+# Commands that are methods of the document, of a run that is started, and of a run:
+_EDITS = ("write", "add", "take_out", "undo", "redo")
+_STARTS = ("rest", "run", "step")
+_CONTROLS = ("pause", "stop", "change", "stage")
 
 
 class Session:
@@ -72,7 +76,9 @@ class Session:
         """Return the messages for a new page."""
         messages: list[dict | bytes] = [self._start_message()]
         if self.document is None:
-            self._request_cards()
+            if not self._cards_asked:
+                self._cards_asked = True
+                threading.Thread(target=self._draw_cards, name="cards", daemon=True).start()
             return [*messages, *self._cards.values()]
         messages.append(self._model_message())
         if self.run is None:
@@ -99,11 +105,6 @@ class Session:
         state = {"kind": "model", "running": self.run is not None, "opened": self._opened}
         return state | self.document.described()
 
-    def _request_cards(self) -> None:
-        if not self._cards_asked:
-            self._cards_asked = True
-            threading.Thread(target=self._draw_cards, name="cards", daemon=True).start()
-
     def _draw_cards(self) -> None:
         for name, (_, file) in self.shipped.examples.items():
             try:
@@ -125,7 +126,15 @@ class Session:
         SiteddaError
             If it cannot be done; then nothing has changed.
         """
-        getattr(self, f"_do_{command}")(**fields)
+        if command in _EDITS:
+            getattr(self._check_editable(), command)(**fields)
+            self._store_edit()
+        elif command in _STARTS:
+            getattr(self._started_run(), command)(**fields)
+        elif command in _CONTROLS:
+            getattr(self._check_running(), command)(**fields)
+        else:
+            getattr(self, f"_do_{command}")(**fields)
 
     def _do_open(self, source: str, name: str) -> None:
         if source == "empty":
@@ -175,10 +184,6 @@ class Session:
             raise InputError("the model is running; leave the run to edit it")
         return self.document
 
-    def _do_write(self, text: str) -> None:
-        self._check_editable().write(text)
-        self._store_edit()
-
     def _do_set(self, group: str, number: int, variable: str, value: str | None) -> None:
         try:
             self._check_editable().set(group, number, variable, value)
@@ -192,14 +197,6 @@ class Session:
         if self.document is not None:
             self.document.settle()
 
-    def _do_add(self, group: str) -> None:
-        self._check_editable().add(group)
-        self._store_edit()
-
-    def _do_take_out(self, group: str, number: int) -> None:
-        self._check_editable().take_out(group, number)
-        self._store_edit()
-
     def _do_record(self, number: int, name: str) -> None:
         """Copy a shipped record into the folder of the model and assign it to a motion."""
         document, shipped = self._check_editable(), self.shipped.records
@@ -211,14 +208,6 @@ class Session:
         for variable in ("values", "time_step", "quantity", "unit"):
             document.set("motion", number, variable, None)
         document.set("motion", number, "file", f"records/{name}")
-        self._store_edit()
-
-    def _do_undo(self) -> None:
-        self._check_editable().undo()
-        self._store_edit()
-
-    def _do_redo(self) -> None:
-        self._check_editable().redo()
         self._store_edit()
 
     def _do_check(self) -> None:
@@ -302,29 +291,6 @@ class Session:
             run, self.run = self.run, None
             run.close()
             self.journal.forget_run()
-
-    def _do_rest(self) -> None:
-        self._started_run().rest()
-
-    def _do_run(self) -> None:
-        self._started_run().run()
-
-    def _do_step(self, steps: int) -> None:
-        self._started_run().step(steps)
-
-    def _do_pause(self) -> None:
-        self._check_running().pause()
-
-    def _do_stop(self) -> None:
-        self._check_running().stop()
-
-    def _do_change(self, values: dict[str, str]) -> None:
-        self._check_running().change(values)
-
-    def _do_stage(self, values: dict[str, str]) -> None:
-        if "name" not in values:
-            raise InputError("a stage needs a name")
-        self._check_running().stage(values)
 
     def _check_running(self) -> LiveRun:
         if self.run is None:
