@@ -335,8 +335,8 @@ contains
          size(drawn, 2))
       call farthest_moved(simulation%blocks, drawn, b, way)
       call add_value(verdict, key, way)
-      if (b > 0) call add_figure(verdict, 'since drawn (settling included)', &
-         [character(len=len(key)) :: '', key], [0.0_wp, way], 'm', label(simulation, b))
+      if (b > 0) call add_figure(verdict, 'since drawn', [character(len=len(key)) :: '', key], &
+         [0.0_wp, way], 'm', label(simulation, b)//', settling included')
    end subroutine add_drawn
 
    !> Text with the names of the blocks or points of a value.

@@ -10,7 +10,8 @@ module dda_run
    use dda_changes, only: change_now
    use dda_checkpoint, only: checkpoints_type, begin_checkpoints, save_checkpoint, &
       load_checkpoint, has_checkpoint, remove_spare, remove_checkpoints
-   use dda_errors, only: error_type
+   use dda_doubts, only: add_doubt
+   use dda_errors, only: error_type, error_interrupted
    use dda_input, only: read_model
    use dda_interrupts, only: stop_heard
    use dda_frame, only: append_frame
@@ -211,8 +212,12 @@ contains
             if (.not. allocated(error)) call count_step(run%simulation)
          end if
          if (.not. allocated(error)) call apply_stop_rule(run%simulation)
-         run%sound = run%sound .and. .not. allocated(error)
-         if (allocated(error)) return
+         if (allocated(error)) then
+            run%sound = .false.
+            if (error%kind /= error_interrupted) call add_doubt(run%simulation%doubts, 'failed', &
+               error%message)
+            return
+         end if
          if (.not. run%writes) then
             if (stop_heard()) return
             cycle
