@@ -193,7 +193,11 @@ def _print_status(options: argparse.Namespace) -> int:
             print(f"{folder}: not started")
             return 0
     with collect(folder, arrays=False) as table:
-        return int(_print_counts(table) > 0)
+        failed = _print_counts(table)
+        if counts(table).get("missing") and not options.file.is_dir():
+            file = shlex.quote(str(options.file))
+            print(f"to run the missing ones: sitedda study {file}")
+        return int(failed > 0)
 
 
 def _print_counts(table) -> int:

@@ -108,4 +108,4 @@ def _first_sentence(text: str) -> str:
     """Return the first sentence of the comment at the top of a file."""
     comment = re.match(r"(?:[!#].*\n)*", text)[0]
     words = " ".join(line.lstrip("!# ") for line in comment.splitlines())
-    return re.split(r"(?<=[a-z)])[.:] ", words)[0].rstrip(".")
+    return re.split(r"(?<=[a-zA-Z)])(?<! al)[.:] ", words)[0].rstrip(".")

@@ -173,8 +173,8 @@ def write_batch(plan: Plan, slurm: Slurm) -> Path:
     """
     if callable(plan.model) or plan.task != "run":
         raise InputError(
-            "Slurm runs inputs by sitedda-native; functions and strength reduction need Python: "
-            "--dask"
+            "a script for Slurm runs inputs by sitedda-native, but functions and strength "
+            "reduction need Python: use sitedda study run, with --dask on a cluster"
         )
     if not re.fullmatch(r"[\d:-]*", slurm.time):
         raise InputError(f"time = {slurm.time!r} is not a time limit of Slurm, such as 2:00:00")

@@ -16,6 +16,8 @@ def test_all_inputs_and_studies_are_listed_with_a_sentence(main, root):
     named = {f"studies/{file.stem}" for file in (root / "inputs" / "studies").glob("*.toml")}
     assert set(STUDIES) == named
     assert all(20 < len(words) < 200 for words in examples().values())
+    assert not [words for words in examples().values() if words.startswith("Then")]
+    assert "et al. (2013)" in examples()["layered_site"]
     done = main.ok("example")
     assert [line.split()[0] for line in done.stdout.splitlines()] == INPUTS + STUDIES
 
