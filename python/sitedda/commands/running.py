@@ -33,13 +33,13 @@ def add_run(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--ensemble", type=COUNT, default=0, metavar="N",
                         help="also run N twins with a displaced block")  # fmt: skip
     _add_common_arguments(parser)
-    parser.set_defaults(act=_start_run)
+    parser.set_defaults(act=_run_to_end, resume=False)
 
 
 def add_resume(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `sitedda resume`."""
     _add_common_arguments(parser)
-    parser.set_defaults(act=_resume_run, accuracy=False, ensemble=0)
+    parser.set_defaults(act=_run_to_end, resume=True, check=False, accuracy=False, ensemble=0)
 
 
 def _add_common_arguments(parser: argparse.ArgumentParser) -> None:
@@ -51,18 +51,10 @@ def _add_common_arguments(parser: argparse.ArgumentParser) -> None:
     add_changes(parser)
 
 
-def _start_run(options: argparse.Namespace) -> int:
+def _run_to_end(options: argparse.Namespace) -> int:
     if options.check:
         check_input(options)
-    return _run_to_end(options, resume=False)
-
-
-def _resume_run(options: argparse.Namespace) -> int:
-    return _run_to_end(options, resume=True)
-
-
-def _run_to_end(options: argparse.Namespace, resume: bool) -> int:
-    changes = dict(options.set)
+    changes, resume = dict(options.set), options.resume
     with ExitStack() as stack:
         advance, said = [], [""]
 

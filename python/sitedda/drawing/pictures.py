@@ -212,8 +212,9 @@ class BlockPicture:
     def _draw_first(self, frame: int, vertices) -> None:
         scene, axes = self.scene, self.axes
         frames = some_of(self.frames) or [frame]
-        if scene.frames > 1 and (frame > 0 or self.frames):
-            _draw_first_outlines(axes, scene)
+        if scene.frames > 1 and (frame or self.frames) and scene.blocks <= _MOST_DRAWN_OUTLINES:
+            look = {"facecolors": "none", "edgecolors": RULE, "linewidths": 0.5, "zorder": 1}
+            axes.add_collection(PolyCollection(scene.polygons(0), **look))
         handles = self._begin_blocks(frame, vertices, frames)
         if self.color == "material" and not self.contacts:
             handles += _draw_joints(axes, scene, frame, self.deformation)
@@ -239,7 +240,7 @@ class BlockPicture:
     def _lay_keys(self, handles: list) -> None:
         """Place colour bars, lengths and signs below each other."""
         for drawn, label, unit, span in self.bars:
-            self.keys.bar(drawn, f"{label} ({unit})", _ticks_of(span), _format_tick)
+            self.keys.bar(drawn, f"{label} ({unit})", _ticks_of(span))
         for length, words in self.lengths:
             self.keys.length(length, words)
         if handles:
@@ -264,7 +265,8 @@ class BlockPicture:
         kind = QUANTITIES[self.color]
         self.limits = found = limits_of(scene, self.color, frames, self.since)
         if found.most <= self.rounding[kind.unit]:
-            self.rests.append(_below_rounding(kind, self.rounding))
+            floor = shown(self.rounding[kind.unit], kind.unit, 2)
+            self.rests.append(f"at rest: {kind.label.partition(',')[0]} below {floor}")
             self.limits = Limits(0.0, 0.0, 0.0)
             drawn.set_facecolor(RESTING)
             return []
@@ -345,12 +347,6 @@ class BlockPicture:
         return "\n".join(lines)
 
 
-def _below_rounding(kind, floors: dict[str, float]) -> str:
-    """Return the text for a quantity that does not exceed rounding."""
-    floor = shown(floors[kind.unit], kind.unit, 2)
-    return f"at rest: {kind.label.partition(',')[0]} below {floor}"
-
-
 def _cut_name(name: str) -> str:
     """Shorten a name to leave space for others."""
     return folded(name, _NAME, 9.5, most=1)
@@ -421,18 +417,6 @@ def _present_polygons(scene: Scene, frame: int, vertices) -> list[np.ndarray]:
     """Return the polygons of the blocks without those that stages have removed."""
     gone = scene.removed(frame)[scene.owner]
     return scene.split(np.where(gone[:, None], np.nan, vertices) if gone.any() else vertices)
-
-
-def _format_tick(value: float) -> str:
-    """Format the number at a tick."""
-    return number(value, 3).replace("-", "−")
-
-
-def _draw_first_outlines(axes: Axes, scene: Scene) -> None:
-    """Draw the block outlines of the first frame as fine lines in the background."""
-    if scene.blocks <= _MOST_DRAWN_OUTLINES:
-        look = {"facecolors": "none", "edgecolors": RULE, "linewidths": 0.5, "zorder": 1}
-        axes.add_collection(PolyCollection(scene.polygons(0), **look))
 
 
 def _draw_joints(axes: Axes, scene: Scene, frame: int, factor: float) -> list:

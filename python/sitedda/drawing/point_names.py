@@ -64,13 +64,9 @@ class PointNames(Artist):
                 name.arrow_patch.set_visible(ring > 1.0)
                 name.update_positions(renderer)
                 box = Text.get_window_extent(name, renderer)
-                if _is_within(box, self.axes.bbox) and not any(map(box.overlaps, taken)):
+                inside = self.axes.bbox.contains(*box.min) and self.axes.bbox.contains(*box.max)
+                if inside and not any(map(box.overlaps, taken)):
                     taken.append(box)
                     break
             else:
                 name.set_visible(False)
-
-
-def _is_within(one: Bbox, other: Bbox) -> bool:
-    """Return whether a box is inside another box."""
-    return other.contains(one.x0, one.y0) and other.contains(one.x1, one.y1)

@@ -236,7 +236,8 @@ def write_vtk(source, folder) -> Path:
         for frame in range(scene.frames):
             file = f"{name}_{frame:0{digits}d}.vtp"
             made(scene, frame).write(folder / file)
-            entries.append(_dataset_entry(float(scene.time[frame]), file))
+            time = float(scene.time[frame])
+            entries.append(f'<DataSet timestep="{time!r}" part="0" file={quoteattr(file)}/>\n')
         _write_collection(folder / f"{name}.pvd", scene.title, entries)
     if "point" in scene.data.coords:
         write(folder / "points.csv", _history_table(scene), "a file of ParaView")
@@ -256,10 +257,6 @@ def _history_table(scene: Scene) -> str:
     lines.writerow(columns)
     lines.writerows(np.column_stack(list(columns.values())).tolist())
     return text.getvalue()
-
-
-def _dataset_entry(time: float, file: str) -> str:
-    return f'<DataSet timestep="{time!r}" part="0" file={quoteattr(file)}/>\n'
 
 
 def _write_collection(file: Path, title: str, entries: list[str]) -> None:

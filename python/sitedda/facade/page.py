@@ -53,9 +53,10 @@ def _run_page(scene: Scene, report: Report | str, discrete) -> Page:
     _add_check(page, report)
     _add_energies(page, data)
     _add_input(page, scene)
+    maker, commit = (str(data.attrs.get(name, "")) for name in ("source", "commit"))
     page.provenance = provenance(
         input=str(data.attrs.get("input_file", "")),
-        computed_by=_provenance_line(data),
+        computed_by=f"{maker}, commit {commit}" if commit else maker,
         step_control=str(data.attrs.get("step_control", "")),
         solver=str(data.attrs.get("solver", "")),
     )
@@ -76,12 +77,6 @@ def _lead_text(scene: Scene) -> str:
     complete = scene.data.attrs.get("complete", "yes") == "yes"
     words = f"{scene.blocks:,} blocks, {scene.time[-1]:.4g} s, {scene.frames:,} frames of blocks"
     return words + ("." if complete else "; the run is not complete.")
-
-
-def _provenance_line(data) -> str:
-    """Return program and commit that computed an output."""
-    maker, commit = (str(data.attrs.get(name, "")) for name in ("source", "commit"))
-    return f"{maker}, commit {commit}" if commit else maker
 
 
 def _check_input(scene: Scene, source) -> Report | str:
@@ -133,7 +128,7 @@ def bars_of(scene: Scene) -> list[Part]:
 
 def _add_check(page: Page, report: Report | str) -> None:
     if isinstance(report, str):
-        page.add("Check", Paragraph(f"There is no check of the input: {report}"))
+        page.add("Check", _check_section(report))
     else:
         page.add("Check", Paragraph(report.conclusion.capitalize() + "."), check_table(report))
 

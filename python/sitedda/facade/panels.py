@@ -142,7 +142,10 @@ def mean_step(history) -> float:
 def draw_ratio(axes: Axes, history, result: Amplification, discrete) -> None:
     """Draw the amplification of the run and of the theory."""
     axes.plot(result.frequency, result.ratio, color=BLUE, lw=1.5, label="this run")
-    _draw_smoothed(axes, result)
+    # Centres lie on the bins, so that no window is empty, however coarse the spectrum is.
+    centres = result.frequency[:: max(1, result.frequency.size // 150)]
+    curve = smooth_konno_ohmachi(result.frequency, result.ratio, 40.0, centres)
+    axes.plot(centres, curve, color=GREY, lw=1.0, label="smoothed, Konno–Ohmachi, b = 40")
     if discrete is not None:
         label = "exact discrete theory of the model"
         axes.plot(result.frequency, abs(discrete), color=INK, lw=1.1, ls=":", label=label)
@@ -175,7 +178,9 @@ def curves_of(scene: Scene) -> list[tuple]:
     """
     found: list[tuple] = []
     history = scene.data
-    for name, color in zip(_most_moving_points(history), COLORS, strict=False):
+    moved = np.ptp(history.displacement.values, axis=0).max(axis=-1)
+    most_moving = np.sort(np.argsort(-moved, kind="stable")[:_MOST_POINTS])
+    for name, color in zip(history.point.values[most_moving], COLORS, strict=False):
         point = history.sel(point=name)
         moved = point["displacement"].values - scene.base_history
         axis = main_axis(moved)
@@ -197,13 +202,6 @@ def curves_of(scene: Scene) -> list[tuple]:
     return found
 
 
-def _most_moving_points(history) -> list[str]:
-    """Return the measured points that move most."""
-    moved = np.ptp(history.displacement.values, axis=0).max(axis=-1)
-    order = np.argsort(-moved, kind="stable")[:_MOST_POINTS]
-    return [str(history.point.values[i]) for i in sorted(order)]
-
-
 def mark_stages(axes: Axes, scene: Scene, named: bool = True) -> None:
     """Mark the start of each stage by a line, with shading and names."""
     starts = scene.stage_starts()
@@ -220,14 +218,6 @@ def mark_stages(axes: Axes, scene: Scene, named: bool = True) -> None:
             look["rotation"] = 0 if share > _LETTER * len(name) else 90
             axes.annotate(words, place, xytext=(2, -2), xycoords=("data", "axes fraction"),
                           textcoords="offset points", zorder=1, **look)  # fmt: skip
-
-
-def _draw_smoothed(axes: Axes, result: Amplification) -> None:
-    """Draw the smoothed curve; the peak is that of the unsmoothed curve."""
-    # Centres lie on the bins, so that no window is empty, however coarse the spectrum is.
-    centres = result.frequency[:: max(1, result.frequency.size // 150)]
-    curve = smooth_konno_ohmachi(result.frequency, result.ratio, 40.0, centres)
-    axes.plot(centres, curve, color=GREY, lw=1.0, label="smoothed, Konno–Ohmachi, b = 40")
 
 
 def _draw_theory(axes: Axes, history: xr.Dataset, result: Amplification) -> None:

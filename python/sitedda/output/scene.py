@@ -124,14 +124,11 @@ class Scene:
 
     def _set_materials(self) -> None:
         """Set names of materials and joints of blocks and edges; the first ones if unknown."""
-        self.material_names = [
-            str(group.get("name", "")) or f"material {i + 1}"
-            for i, group in enumerate(self.groups.get("material", []))
-        ] or ["material"]
-        self.joint_names = [
-            str(group.get("name", "")) or f"joint {i + 1}"
-            for i, group in enumerate(self.groups.get("joint", []))
-        ] or ["joint"]
+        self.material_names, self.joint_names = (
+            [str(group.get("name", "")) or f"{kind} {i}"
+             for i, group in enumerate(self.groups.get(kind, []), 1)] or [kind]
+            for kind in ("material", "joint")
+        )  # fmt: skip
         self.material = np.zeros(self.blocks, dtype=int)
         self.joint = np.zeros(len(self.owner), dtype=int)
         if "block_material" in self.data:
@@ -166,12 +163,9 @@ class Scene:
                 raise InputError(f"there is no frame of a stage {stage!r}: {', '.join(names)}")
         return int(among[-1] if time is None else among[np.argmin(abs(self.time[among] - time))])
 
-    def _read_variable(self, name: str, frame: int) -> np.ndarray:
-        return read(self.data, name, frame)
-
     def vertices(self, frame: int) -> np.ndarray:
         """Return the positions of all vertices, shape (vertices, 2), m."""
-        return self._read_variable("vertices", frame)
+        return read(self.data, "vertices", frame)
 
     def polygons(self, frame: int) -> list[np.ndarray]:
         """Return the vertices of each block, shape (vertices, 2), m."""
@@ -183,15 +177,15 @@ class Scene:
 
     def coordinates(self, frame: int) -> np.ndarray:
         """Return block coordinates, shape (blocks, 6): m, rad, strains in axes of the block."""
-        return self._read_variable("block_coordinates", frame)
+        return read(self.data, "block_coordinates", frame)
 
     def rates(self, frame: int) -> np.ndarray:
         """Return the rates of the block coordinates, shape (blocks, 6), per second."""
-        return self._read_variable("block_rates", frame)
+        return read(self.data, "block_rates", frame)
 
     def stress(self, frame: int) -> np.ndarray:
         """Return stresses, shape (blocks, 3): sigma_x, sigma_y, tau_xy, Pa, tension positive."""
-        return self._read_variable("block_stress", frame)
+        return read(self.data, "block_stress", frame)
 
     @property
     def own_quantities(self) -> list[str]:
@@ -206,7 +200,7 @@ class Scene:
             return np.zeros(self.blocks)
         if name == "damage":
             return np.maximum.reduceat(self.edge_damage(frame), self.first[:-1])
-        return self._read_variable(f"block_{name}", frame)
+        return read(self.data, f"block_{name}", frame)
 
     def edge_damage(self, frame: int) -> np.ndarray:
         """Return the damage of welded faces and cohesive joints per edge, (vertices,): 1 is broken.
@@ -214,7 +208,7 @@ class Scene:
         Only joints bonded in the first frame count; the edge is that of the contact.
         """
         if "edge_damage" in self.data:
-            found = np.array(self._read_variable("edge_damage", frame), dtype=float)
+            found = np.array(read(self.data, "edge_damage", frame), dtype=float)
         else:
             found = np.zeros(len(self.owner))
         if "contact_damage" in self.data:

@@ -93,11 +93,6 @@ def damping_words(history: xr.Dataset, *frequencies: float) -> str:
     return f"damping of the scheme {at} (Δt = {1e3 * step:.3g} ms); of the material: {material}"
 
 
-def _sampled_frames(scene: Scene) -> np.ndarray:
-    """Return evenly spaced frames from first to last, up to a maximum number."""
-    return np.unique(np.linspace(0, scene.frames - 1, min(scene.frames, _MOST_FRAMES)).astype(int))
-
-
 def _add_written(found: Verdict, data: xr.Dataset) -> None:
     """Add the parts of the verdict that the engine has written into the output."""
     for name, value in data.attrs.items():
@@ -134,9 +129,10 @@ def add_fallen(found: Verdict, scene: Scene) -> None:
     gone = np.sort(first_of[fallen(scene, scene.frames - 1, bodies)[first_of]])
     if len(gone) == 0:
         return
-    first = next(
-        (f for f in _sampled_frames(scene) if fallen(scene, f, bodies).any()), scene.frames - 1
+    sample = np.unique(
+        np.linspace(0, scene.frames - 1, min(scene.frames, _MOST_FRAMES)).astype(int)
     )
+    first = next((f for f in sample if fallen(scene, f, bodies).any()), scene.frames - 1)
     found.tell(
         f"{len(gone)} of {len(whole)} blocks ended displaced by more than their size, the first "
         f"by {number(scene.time[first])} s: "
@@ -168,19 +164,16 @@ def _group_bodies(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return first_of, own, np.bincount(own, scene.areas())
 
 
-def _list_names(scene: Scene, blocks: np.ndarray) -> str:
-    return ", ".join(scene.names[b] for b in blocks[:5]) + (" …" if len(blocks) > 5 else "")
-
-
 def add_lost(found: Verdict, scene: Scene) -> None:
     """Add blocks that have left the model."""
     gone = scene.lost(scene.frames - 1)
     if len(gone) == 0:
         return
     first = next(frame for frame in range(scene.frames) if len(scene.lost(frame)))
+    names = ", ".join(scene.names[b] for b in gone[:5]) + (" …" if len(gone) > 5 else "")
     found.tell(
         f"{counted(len(gone), 'block', 'blocks')} left the model, the first by "
-        f"{number(scene.time[first])} s: {_list_names(scene, gone)}",
+        f"{number(scene.time[first])} s: {names}",
         blocks_lost=len(gone),
         first_block_lost_s=scene.time[first],
     )

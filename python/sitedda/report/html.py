@@ -38,8 +38,13 @@ def to_html(page: Page) -> str:
     """Return a page as HTML."""
     body = _Body()
     sections = "\n".join(body.section(section) for section in page.sections)
-    style = page_style() + (_read_text("view.css", "drawing/view") if body.views else "")
-    script = _view_script() if body.views else ""
+    style, script = page_style(), ""
+    if body.views:
+        style += _read_text("view.css", "drawing/view")
+        modules = "\n".join(_read_text(f"{name}.js", "drawing/view") for name in VIEW_MODULES)
+        plain = re.sub(r"^(import [^;]*;\n|export )", "", modules, flags=re.MULTILINE)
+        script = f'"use strict";\n(() => {{\n{plain}}})();\n'
+    facts = _write_facts(page.provenance)
     return "\n".join(
         [
             "<!doctype html>",
@@ -51,7 +56,7 @@ def to_html(page: Page) -> str:
             "<div class='frame'>",
             _list_contents(page.sections),
             f"<main>{sections}",
-            _write_provenance(page.provenance),
+            f"<footer id='provenance'><h2>Provenance</h2>{facts}</footer>" if facts else "",
             "</main></div>",
             f"<script>{script}</script>" if script else "",
             "</body></html>\n",
@@ -95,13 +100,6 @@ def page_style() -> str:
     return css_variables() + _read_text("page.css")
 
 
-def _view_script() -> str:
-    """Return the modules of the view as a single script."""
-    modules = "\n".join(_read_text(f"{name}.js", "drawing/view") for name in VIEW_MODULES)
-    plain = re.sub(r"^(import [^;]*;\n|export )", "", modules, flags=re.MULTILINE)
-    return f'"use strict";\n(() => {{\n{plain}}})();\n'
-
-
 def json_for_script(value) -> str:
     """Return JSON for a script element, so that no text in it can end the element."""
     text = json.dumps(value, ensure_ascii=True, allow_nan=False)
@@ -137,11 +135,6 @@ def _list_contents(sections: list[Section]) -> str:
         "<nav aria-label='Contents'><details open><summary>Contents</summary>"
         f"<ol>{items}</ol></details></nav>"
     )
-
-
-def _write_provenance(lines: Iterable[tuple[str, str]]) -> str:
-    facts = _write_facts(lines)
-    return f"<footer id='provenance'><h2>Provenance</h2>{facts}</footer>" if facts else ""
 
 
 def _write_facts(lines: Iterable[tuple[str, str]]) -> str:
@@ -194,7 +187,10 @@ def _write_listing(part: Listing) -> str:
 
 
 def _write_picture(part: Picture) -> str:
-    dark, light = map(_data_url, (part.encoded("dark"), part.encoded("light")))
+    dark, light = (
+        f"data:{kind};base64,{base64.b64encode(data).decode('ascii')}"
+        for kind, data in map(part.encoded, ("dark", "light"))
+    )
     caption = escape(part.caption)
     return (
         "<figure class='picture'><picture>"
@@ -202,12 +198,6 @@ def _write_picture(part: Picture) -> str:
         f"<img alt='{caption}' src='{light}'></picture>"
         f"<figcaption>{caption}</figcaption></figure>"
     )
-
-
-def _data_url(encoded: tuple[str, bytes]) -> str:
-    """Return a picture as a data URL."""
-    kind, data = encoded
-    return f"data:{kind};base64,{base64.b64encode(data).decode('ascii')}"
 
 
 def _write_table(table: Table) -> str:

@@ -15,6 +15,7 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.transforms import ScaledTranslation
 from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar
 
+from ..base.numbers import number
 from .style import FAINT, INK
 
 _MARGIN = 0.9  # inches left of the axes of a panel
@@ -163,8 +164,8 @@ class Keys:
         self.axes, self.down = axes, 0.0
         self.place = axes.figure.dpi_scale_trans + ScaledTranslation(1.0, 1.0, axes.transAxes)
 
-    def bar(self, drawn, label: str, locator, shown) -> None:
-        """Add a colour bar of a mappable; ticks by a locator, formatted by a function."""
+    def bar(self, drawn, label: str, locator) -> None:
+        """Add a colour bar of a mappable, with ticks by a locator."""
         words = folded(label, _ROOM + 0.3, _SMALL)
         wide, tall = _BAR
         self.down += (words.count("\n") + 1) * _SMALL * _LINE + 7 / 72 + tall
@@ -174,7 +175,7 @@ class Keys:
         cax.set_title(words, loc="left", fontsize=_SMALL, pad=7)
         cax.tick_params(length=2.5, color=FAINT, labelcolor=INK, labelsize=_SMALL)
         cax.yaxis.set_major_locator(locator)
-        cax.yaxis.set_major_formatter(lambda value, _: shown(value))
+        cax.yaxis.set_major_formatter(lambda value, _: number(value, 3).replace("-", "−"))
         cax.minorticks_off()
         self.down += _GAP
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from ..base.files import make_folder, write
-from .page import Bullets, Facts, Listing, Page, Paragraph, Part, Picture, Section, Table, View
+from .page import Bullets, Facts, Listing, Page, Paragraph, Part, Picture, Table, View
 
 _HUES = 64
 
@@ -28,13 +28,9 @@ def write_markdown(page: Page, file, folder: str = "", dpi: float = 110) -> Path
     make_folder(pictures)
     texts = [f"# {page.title}", page.lead]
     for section in page.sections:
-        texts += _write_section(section, pictures, folder, dpi)
+        texts += [f'<a id="{section.anchor}"></a>', f"## {section.title}"]
+        texts += [_write_part(part, pictures, folder, dpi) for part in section.parts]
     return write(file, "\n\n".join(text for text in texts if text) + "\n", "Markdown")
-
-
-def _write_section(section: Section, pictures: Path, folder: str, dpi: float) -> list[str]:
-    texts = [f'<a id="{section.anchor}"></a>', f"## {section.title}"]
-    return texts + [_write_part(part, pictures, folder, dpi) for part in section.parts]
 
 
 def _write_part(part: Part, pictures: Path, folder: str, dpi: float) -> str:

@@ -1,6 +1,6 @@
 // Histories over time, with a cursor at the frame that is shown.
 
-import {element, inUnit, lineColor, short, ticks, variable} from "./words.js";
+import {element, inUnit, lastBefore, lineColor, short, ticks, variable} from "./words.js";
 
 const RIGHT = 8, FOOT = 18;  // pixels beside and below the field
 const UNSEEN = 1e-6;  // of the largest value of a chart: less is told as nothing
@@ -88,13 +88,7 @@ export class Chart {
   cursor(time) {
     this.time = time;
     for (const line of this.lines) {
-      let low = 0, high = line.x.length - 1;
-      while (high - low > 1) {
-        const middle = (low + high) >> 1;
-        if (line.x[middle] <= time) low = middle; else high = middle;
-      }
-      if (line.x[high] <= time) low = high;  // the last moment has its own value
-      const value = line.y[low] / this.scale, most = Math.max(this.high, -this.low);
+      const value = line.y[lastBefore(line.x, time)] / this.scale, most = Math.max(this.high, -this.low);
       line.value.textContent = `${short(Math.abs(value) < UNSEEN * most ? 0 : value)} ${this.name}`;
     }
     this.point();

@@ -1,5 +1,6 @@
 // The bar under a view and the choices beside it.
 
+import {saveData, savePicture} from "./save.js";
 import {element} from "./words.js";
 
 const SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20];
@@ -28,17 +29,13 @@ export function buildBar(view, bar) {
   view.slider.setAttribute("aria-label", "frame");
   view.slider.addEventListener("input", () => view.show(+view.slider.value));
   view.clock = element("output", bar, "", "clock");
-  button(bar, "picture", "save the picture as PNG", () => view.savePicture()).classList.add("save");
-  button(bar, "data", "save the histories as CSV", () => view.saveData());
+  button(bar, "picture", "save the picture as PNG", () => savePicture(view)).classList.add("save");
+  button(bar, "data", "save the histories as CSV", () => saveData(view));
   button(bar, "fit", "show the whole model: fit", () => view.fit()).classList.add("fit");
 }
 
-export function buildChoices(view, root) {
-  view.choices = new Choices(view, root);
-}
-
 /** What is coloured, drawn and how. */
-class Choices {
+export class Choices {
   constructor(view, root) {
     this.view = view;
     this.root = root;

@@ -1,14 +1,13 @@
 // The interactive view of blocks: draws them and lets the user play, scrub, zoom, pan and pick.
 
 import {Chart} from "./chart.js";
-import {buildBar, buildChoices, KEYS} from "./controls.js";
+import {buildBar, Choices, KEYS} from "./controls.js";
 import {Legend} from "./legend.js";
 import {Marks} from "./marks.js";
 import {Model} from "./model.js";
 import {FlatPainter, GlPainter} from "./painters.js";
 import {floats} from "./streams.js";
-import {saveData, savePicture} from "./save.js";
-import {DARK, element, limits, mapped, rgb, roundBelow, share, short, variable, withUnit} from "./words.js";
+import {DARK, element, lastBefore, limits, mapped, rgb, roundBelow, share, short, variable, withUnit} from "./words.js";
 
 export class View {
   constructor(root) {
@@ -41,7 +40,7 @@ export class View {
     this.bar = element("div", root, "", "bar");
     buildBar(this, this.bar);
     this.aside = element("div", root, "", "side");
-    buildChoices(this, element("div", this.aside, "", "choices"));
+    this.choices = new Choices(this, element("div", this.aside, "", "choices"));
     this.info = element("div", this.aside, "", "info");
     this.note = element("p", this.aside, "", "note");
     this.charts = element("div", root, "", "charts");
@@ -296,11 +295,7 @@ export class View {
 
   frameAt(time) {
     const t = this.meta.time;
-    let low = 0, high = t.length - 1;
-    while (high - low > 1) {
-      const middle = (low + high) >> 1;
-      if (t[middle] <= time) low = middle; else high = middle;
-    }
+    const low = lastBefore(t, time), high = Math.min(low + 1, t.length - 1);
     return time - t[low] <= t[high] - time ? low : high;
   }
 
@@ -507,14 +502,6 @@ export class View {
       + 0.5 * Math.hypot(X(at[2]) - X(at[0]), Y(at[3]) - Y(at[1])), 9 * ratio,
       Math.atan2(Y(at[3]) - Y(at[1]), X(at[2]) - X(at[0])), 0, 2 * Math.PI);
     c.stroke();
-  }
-
-  savePicture() {
-    savePicture(this);
-  }
-
-  saveData() {
-    saveData(this);
   }
 
   /** What else stands over the blocks. */

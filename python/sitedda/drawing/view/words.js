@@ -64,6 +64,16 @@ export function roundBelow(value) {
   return power * [5, 2, 1].find((m) => m * power <= value * (1 + 1e-9));
 }
 
+/** Index of the last of ascending times that is not after a time, or 0. */
+export function lastBefore(times, time) {
+  let low = 0, high = times.length;
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (times[middle] <= time) low = middle; else high = middle;
+  }
+  return low;
+}
+
 export function variable(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }
