@@ -15,7 +15,7 @@ from ..input.source import InputOfRun
 from ..output.energies import TERMS
 from ..output.scene import Scene
 from ..output.verdict import verdict
-from ..output.verdict_lines import NO_BARS
+from ..output.verdict_lines import NO_BARS, Doubt
 from ..report.page import Bullets, Facts, Listing, Page, Paragraph, Part, Picture, Table
 from ..report.provenance import provenance
 from ..study.error_bars import kept_accuracy
@@ -76,7 +76,9 @@ def _model_page(scene: Scene, report: Report | str) -> Page:
 def _lead_text(scene: Scene) -> str:
     complete = scene.data.attrs.get("complete", "yes") == "yes"
     words = f"{scene.blocks:,} blocks, {scene.time[-1]:.4g} s, {scene.frames:,} frames of blocks"
-    return words + ("." if complete else "; the run is not complete.")
+    doubts = Doubt.lines(str(scene.data.attrs.get("doubts", "")))
+    state = "failed" if any(one.topic == "failed" for one in doubts) else "is not complete"
+    return words + ("." if complete else f"; the run {state}.")
 
 
 def _check_input(scene: Scene, source) -> Report | str:

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import threading
 from contextlib import suppress
+from html import unescape
 from types import SimpleNamespace
 from unittest.mock import Mock
 
@@ -296,13 +297,15 @@ def test_a_step_that_fails_names_its_blocks(folder, tmp_path):
         async with Client(server) as page:
             await page.ask("open", source="file", name="fails.nml")
             await page.ask("run")
-            return await page.status("failed", "done")
+            return await page.status("failed", "done"), await page.saved("report", "why")
 
     with live(folder, tmp_path / "state") as server:
-        end = talk(use(server))
+        end, report = talk(use(server))
         assert server.process.poll() is None
     assert end["status"] == "failed" and "does not converge" in end["verdict"]["failure"]
     assert end["verdict"]["blocks"] == [1, 0]
+    told = unescape(report.read_text())
+    assert "the run failed." in told and f"failed: {end['verdict']['failure']}" in told
 
 
 # --- the guard -------------------------------------------------------------------------------
