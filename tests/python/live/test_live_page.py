@@ -411,13 +411,17 @@ def test_another_model_is_seen_whole_and_nothing_picked_is_removed(served, opene
     page.evaluate("page.view.pick(1)")
     page.evaluate("page.view.setColor('displacement')")
     until(page, "page.view.root.textContent.includes('nothing has run')")
-    press(page, "Rest", "page.run?.status === 'paused'")
+    words, chart = page.evaluate("[page.view.info.innerText, !!page.view.blockChart]")
+    assert "centroid" in words and "compression" not in words and not chart
+    press(page, "Step", "page.run?.status === 'paused' && page.view.blockChart")
+    until(page, "page.view.info.innerText.includes('compression')")
     remove = page.locator(".stage-form .row", has_text="remove").locator("input").first
     assert remove.input_value() == ""
     press(page, "remove the picked block")
     assert remove.input_value() == "low"
     page.evaluate("page.view.zoom(4, 0, 0)")
     press(page, "Start page", "!document.getElementById('start').hidden")
+    page.evaluate("page.view.forget(); page.view.draw()")
     press(page, "fails.nml", "page.model.file === 'fails.nml' && page.view.color === 'material'")
     drawn(page)
     seen = page.evaluate("[page.view.camera.scale, page.view.color, page.view.picked]")
@@ -427,6 +431,7 @@ def test_another_model_is_seen_whole_and_nothing_picked_is_removed(served, opene
     told = page.locator("#trouble").bounding_box()
     assert "does not converge" in page.locator("#trouble").inner_text()
     assert told["y"] + told["height"] < 900
+    assert page.complaints == []
 
 
 def test_a_second_joint_set_crosses_the_first(served, opened):

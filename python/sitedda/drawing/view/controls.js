@@ -41,7 +41,7 @@ export class Choices {
     this.root = root;
     this.color = this.select("color", (v) => view.setColor(v));
     this.contacts = this.select("contacts", (v) => view.setContacts(v),
-      [["none", "none"], ["force", "forces"], ["chain", "chains of forces"], ["slip", "slip"],
+      [["none", "none"], ["force", "forces"], ["chain", "chains"], ["slip", "slip"],
         ["opening", "opening"]]);
     this.scale = this.select("scale", (v) => {
       view.ownScale = v === "own";

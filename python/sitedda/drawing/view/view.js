@@ -145,9 +145,9 @@ export class View {
     }
   }
 
-  /** Whether there is a state after the first one. */
+  /** Whether there is a state after the first one: a model that has not run has no results. */
   get hasRun() {
-    return true;
+    return this.model.decoded && this.model.frames > 1;
   }
 
   // Camera
@@ -593,6 +593,7 @@ export class View {
       element("td", line, value);
     };
     if (b < 0) {
+      if (!this.hasRun) return;
       const out = model.joint(this.pickedJoint, frame, model.poses(frame), new Float64Array(7));
       row("slip", withUnit(out[0], "m"));
       row("opening", withUnit(Math.max(out[1], 0), "m"));
@@ -607,7 +608,8 @@ export class View {
     const [ox, oy] = this.meta.origin;
     row("centroid", `${short(pose[0] + ox)}, ${short(pose[1] + oy)} m`);
     row("area", `${short(this.factor === 1 ? model.area(b) : NaN)} m²`);
-    if (!model.decoded) return;
+    this.state.area = model.area(b);
+    if (!this.hasRun) return;
     row("displacement", withUnit(model.quantity("displacement", frame, b), "m"));
     row("along x, y", model.moved(frame, b).map((one) => withUnit(one, "m")).join(", "));
     row("rotation, anticlockwise +", withUnit(model.quantity("rotation", frame, b), "°"));
@@ -615,7 +617,6 @@ export class View {
     const [most, least] = model.stresses(frame, b);
     row("largest compression", withUnit(-least, "Pa"));
     if (isFinite(most)) row("largest tension", withUnit(most, "Pa"));
-    this.state.area = model.area(b);
   }
 
   /** Histories of the picked block or joint. */
@@ -623,7 +624,7 @@ export class View {
     const b = this.picked, k = this.pickedJoint, {model} = this;
     if (this.blockBox) this.blockBox.remove();
     this.blockBox = this.blockChart = null;
-    if (!model.decoded || (b < 0 && k < 0)) return;
+    if (!this.hasRun || (b < 0 && k < 0)) return;
     const over = (y, label) => ({label, x: Float64Array.from(this.meta.time), y});
     const of = (name) => Float64Array.from(this.meta.time, (_, f) => model.quantity(name, f, b));
     let name = "slip and opening", unit = "m", lines;

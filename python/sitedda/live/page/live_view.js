@@ -154,12 +154,7 @@ export class LiveView extends View {
   forget() {
     this.moved = false;
     this.picked = -1;
-    this.color = "";
-  }
-
-  /** Whether there is a state after the one that is drawn. */
-  get hasRun() {
-    return this.model.frames > 1;
+    this.color = "material";
   }
 
   /** Show a model as drawn, and its supports, loads and water. */
@@ -219,6 +214,7 @@ export class LiveView extends View {
     h.displacement.forEach((line, i) => line.y.push(head.moved[i] - head.base[i % 2]));
     if (!h.energies.length) h.energies = Object.keys(head.energies).map((label) => ({label, y: []}));
     h.energies.forEach((line) => line.y.push(head.energies[line.label]));
+    if (h.time.length < 2) this.plotBlock();
     const now = performance.now();
     if (now - (this.charted || 0) < CHARTS || h.time.length < 2) return;
     this.charted = now;
@@ -226,6 +222,7 @@ export class LiveView extends View {
   }
 
   plotHistories() {
+    this.plotBlock();
     const x = Float64Array.from(this.histories.time);
     this.live.charts ||= {};
     this.plots = [];
@@ -245,6 +242,7 @@ export class LiveView extends View {
     this.streams = streams;
     this.live.charts = {};
     await this.buildCharts();
+    this.plotBlock();
     this.refresh();
   }
 
@@ -311,7 +309,7 @@ export class LiveView extends View {
       c.beginPath();
       c.arc(X(x), Y(y), 3.5 * ratio, 0, 7);
       c.fill();
-      c.fillText(name, X(x) + 7 * ratio, Y(y) - 7 * ratio);
+      this.write(c, name, X(x) + 7 * ratio, Y(y) - 7 * ratio, ratio);
     }
     const {first, places} = this.model;
     for (const b of marks.slivers) {
@@ -319,6 +317,17 @@ export class LiveView extends View {
       c.arc(X(places[2 * first[b]]), Y(places[2 * first[b] + 1]), 9 * ratio, 0, 7);
       c.stroke();
     }
+  }
+
+  /** A text with a rim in the colour of the paper, which is read on every block. */
+  write(c, text, x, y, ratio) {
+    c.save();
+    c.lineJoin = "round";
+    c.lineWidth = 3 * ratio;
+    c.strokeStyle = variable("--paper");
+    c.strokeText(text, x, y);
+    c.restore();
+    c.fillText(text, x, y);
   }
 
   /** Look at the contact between blocks that a message names, or at the one block. */
@@ -363,6 +372,6 @@ export class LiveView extends View {
     c.arc(X(x), Y(y), 7 * ratio, 0, 7);
     c.stroke();
     c.textBaseline = "bottom";
-    c.fillText("this contact did not converge", X(x) + 11 * ratio, Y(y) - 5 * ratio);
+    this.write(c, "this contact did not converge", X(x) + 11 * ratio, Y(y) - 5 * ratio, ratio);
   }
 }
