@@ -17,8 +17,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _FINE = 10  # samples in the shortest matched period
-_PER_DECADE = 120  # matched periods; others are matched if only their misfit is large
-_CUSP = 1.3  # margins: that misfit
+_PER_DECADE = 240  # matched periods
 _SCALINGS = 10  # rounds in which Fourier amplitudes are scaled
 _RELAXED = 0.7  # exponent of such a scaling
 _MOST_PEAKS = 3  # of an oscillator that become bounds in a round
@@ -98,8 +97,7 @@ def matched(
     if high > given.acceleration.size * given.time_step / 2:
         raise InputError(f"a motion of {given.acceleration.size * given.time_step:.3g} s cannot be "
                          f"matched at periods of {high:g} s")  # fmt: skip
-    count = int(np.ceil(_PER_DECADE * np.log10(high / low))) + 1
-    grid = np.geomspace(low, high, 2 * count - 1)
+    grid = np.geomspace(low, high, int(np.ceil(_PER_DECADE * np.log10(high / low))) + 1)
     run = _Matching(given, grid, target, damping)
     best, least = run.rounds(tolerance, most_rounds)
     if least > tolerance:
@@ -199,12 +197,7 @@ class _Matching:
 
     def _violated(self, series, ratio, margin: float, bounds):
         """Add violated bounds; return all, and sampled over true responses of their oscillators."""
-        away = np.abs(ratio - 1)
-        wanted = away > margin
-        end, enough = self.regular, _CUSP * margin
-        beside = np.maximum(away[: end - 2 : 2], away[2:end:2])
-        wanted[1:end:2] &= (beside < enough) & (away[1:end:2] > enough)
-        numbers = np.flatnonzero(wanted)
+        numbers = np.flatnonzero(np.abs(ratio - 1) > margin)
         found, sampled = list(bounds), {}
         for i in sorted({*numbers, *(one.oscillator for one in bounds)}):
             response = self._response(i, series)
