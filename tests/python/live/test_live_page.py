@@ -419,7 +419,11 @@ def test_another_model_is_seen_whole_and_nothing_picked_is_removed(served, opene
     assert remove.input_value() == ""
     press(page, "remove the picked block")
     assert remove.input_value() == "low"
-    page.evaluate("page.view.zoom(4, 0, 0)")
+    zoomed = """(() => { const v = page.view, {scale} = v.camera; v.zoom(4, 0, 0);
+    for (const [width, height] of [["1px", "1px"], ["700px", "1px"], ["", ""]]) {
+        Object.assign(v.stage.style, {width, height}); v.resize(); }
+    return v.camera.scale / scale; })()"""
+    assert page.evaluate(zoomed) == pytest.approx(4.0)
     press(page, "Start page", "!document.getElementById('start').hidden")
     page.evaluate("page.view.forget(); page.view.draw()")
     press(page, "fails.nml", "page.model.file === 'fails.nml' && page.view.color === 'material'")

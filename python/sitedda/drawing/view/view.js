@@ -157,8 +157,9 @@ export class View {
     const width = Math.max(1, Math.round(this.stage.clientWidth * ratio));
     const height = Math.max(1, Math.round(this.stage.clientHeight * ratio));
     if (width === this.camera.width && height === this.camera.height) return;
-    const scale = Math.min(width / this.camera.width, height / this.camera.height);
-    Object.assign(this.camera, {width, height, scale: this.camera.scale * scale});
+    const before = this.fitting;
+    Object.assign(this.camera, {width, height});
+    this.camera.scale *= this.fitting / before;
     for (const canvas of [this.canvas, this.overlay]) {
       canvas.width = width;
       canvas.height = height;
@@ -166,11 +167,17 @@ export class View {
     if (this.painter) (this.moved ? this.refresh() : this.fit());
   }
 
+  /** Pixels of a metre with which the whole model is seen. */
+  get fitting() {
+    const [x0, y0, x1, y1] = this.meta?.box || [0, 0, 1, 1], {width, height} = this.camera;
+    return 0.9 * Math.min(width / Math.max(x1 - x0, 1e-9), height / Math.max(y1 - y0, 1e-9));
+  }
+
   fit() {
     const [x0, y0, x1, y1] = this.meta.box, c = this.camera;
     c.x = 0.5 * (x0 + x1);
     c.y = 0.5 * (y0 + y1);
-    c.scale = 0.9 * Math.min(c.width / Math.max(x1 - x0, 1e-9), c.height / Math.max(y1 - y0, 1e-9));
+    c.scale = this.fitting;
     this.moved = false;
     this.refresh();
   }
