@@ -24,6 +24,7 @@ _NUMBER = re.compile(
 # Modules of the view, in order of their dependencies.
 VIEW_MODULES = ("words", "streams", "model", "painters", "marks", "legend", "chart", "save",
                 "controls", "view", "page")  # fmt: skip
+_LONG = 40  # rows: only longer tables scroll, so that no result is hidden
 GOOD = ("ok", "reached")  # coloured words in a column of verdicts
 BAD = ("fail", "FAILS", "not reached")
 MIDDLE = ("warn",)
@@ -215,8 +216,9 @@ def _write_table(table: Table) -> str:
         for row in table.rows
     )
     stacked = " class='stacked'" if len(table.heads) > 2 else ""  # if the page is too narrow
+    scrolls = " long" if len(table.rows) > _LONG else ""
     return (
-        f"{_write_subtitle(table.title)}<div class='wide' tabindex='0'><table{stacked}>"
+        f"{_write_subtitle(table.title)}<div class='wide{scrolls}' tabindex='0'><table{stacked}>"
         f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>"
     )
 

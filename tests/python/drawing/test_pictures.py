@@ -509,6 +509,13 @@ def test_numbers_are_set_to_the_right_and_prose_is_not():
     assert "<td data-head='b'>28 crests of a wave</td>" in text
 
 
+def test_only_long_tables_scroll():
+    for rows, scrolls in ((30, False), (60, True)):
+        page = Page("t")
+        page.add("s", Table(["a"], [["x"]] * rows))
+        assert ("class='wide long'" in to_html(page)) is scrolls
+
+
 def test_commands_write_what_they_say(main, run, write_input, tmp_path):
     file = write_input(changed(tower(steps=40), "output", block_interval=5))
     main.ok("run", file, "-o", tmp_path / "t.nc", "-q", folder=tmp_path)
