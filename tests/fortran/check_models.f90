@@ -2,14 +2,13 @@
 !> Models that the suites of the pre-checks share, as input texts.
 module check_models
    use dda_kinds, only: wp
-   use dda_errors, only: error_type
    use dda_input, only: read_model
    use dda_linear_model, only: linear_model_type, linearise
    use dda_model, only: model_type
    use dda_simulation, only: simulation_type
    use dda_stages, only: begin_simulation
    use dda_text, only: to_text
-   use testing, only: check_no_error
+   use testing, only: check_no_error, error
    implicit none
    private
    public :: layered_site, layered_site_two, drum_column, brick_wall, plane_strain_heap
@@ -176,7 +175,6 @@ contains
    subroutine started(simulation, text)
       type(simulation_type), intent(out) :: simulation
       character(len=*), intent(in) :: text
-      type(error_type), allocatable :: error
       type(model_type) :: model
 
       call read_model(model, 'text.nml', text, error)
@@ -191,7 +189,6 @@ contains
       type(linear_model_type), intent(out) :: linear
       character(len=*), intent(in) :: text, which
       type(simulation_type) :: simulation
-      type(error_type), allocatable :: error
 
       call started(simulation, text)
       call linearise(linear, simulation, which, error)

@@ -4,19 +4,18 @@ module test_advice
    use dda_kinds, only: wp
    use dda_advice, only: penalty_type, first_frequency, stiff_limit, penalty_for_frequency, &
       penalty_for_shift
-   use dda_errors, only: error_type
    use dda_linear_model, only: linear_model_type
    use check_models, only: layered_site, drum_column, brick_wall, loose_blocks, linear_of
-   use testing, only: check, check_close, check_no_error, check_fails
+   use testing, only: check, check_close, check_fails, check_no_error, error
    implicit none
+
+   type(linear_model_type) :: linear
+   type(penalty_type) :: penalty
 
 contains
 
    !> The paper finds the penalty of its column by trial (§3.2).
    subroutine penalty_that_matches_a_frequency()
-      type(linear_model_type) :: linear
-      type(penalty_type) :: penalty
-      type(error_type), allocatable :: error
       real(wp), parameter :: targets(4) = [1.0_wp, 3.2_wp, 4.3_wp, 50.0_wp]
       real(wp) :: frequency
       integer :: i
@@ -42,9 +41,6 @@ contains
    end subroutine penalty_that_matches_a_frequency
 
    subroutine penalty_within_a_shift()
-      type(linear_model_type) :: linear
-      type(penalty_type) :: penalty
-      type(error_type), allocatable :: error
       real(wp) :: limit, frequency
 
       call linear_of(linear, layered_site(), 'closed')
@@ -68,10 +64,6 @@ contains
    end subroutine penalty_within_a_shift
 
    subroutine questions_without_an_answer()
-      type(linear_model_type) :: linear
-      type(penalty_type) :: penalty
-      type(error_type), allocatable :: error
-
       call linear_of(linear, layered_site(), 'closed')
       call penalty_for_frequency(linear, 0.0_wp, penalty, error)
       call check_fails(error, 'not positive')

@@ -4,10 +4,9 @@ module test_archive
    use dda_archive, only: archive_type, serialise, serialise_count, serialise_label, &
       serialise_list, serialise_number, read_archive, write_archive
    use dda_checked_file, only: begin_reading, begin_writing, end_reading, end_writing
-   use dda_errors, only: error_type
    use dda_kinds, only: wp, sp, long
    use record_files, only: remove_scratch, scratch_name
-   use testing, only: case, check
+   use testing, only: case, check, error
    implicit none
 
    !> One of each kind.
@@ -146,7 +145,6 @@ contains
    subroutine through_a_file()
       integer, parameter :: sizes(4) = [0, 131072 - 1, 131072, 400001]  ! 131072 reals are a buffer
       type(archive_type) :: archive
-      type(error_type), allocatable :: error
       type(state_type) :: state
       real(wp), allocatable :: long_list(:), found(:)
       integer :: i, j

@@ -3,25 +3,24 @@
 module test_baseline
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use dda_kinds, only: wp, pi
-   use dda_errors, only: error_type
    use dda_baseline, only: baseline_type, make_motion_curve, motion_curve_type, displacement_at, &
       velocity_at, acceleration_at
    use dda_record, only: record_type, read_record
    use dda_taper, only: cosine_taper
    use record_files, only: data_file
-   use testing, only: check, check_close, check_no_error, check_fails
+   use testing, only: check, check_close, check_fails, check_no_error, error
    implicit none
 
    integer, parameter :: samples = 201
    real(wp), parameter :: step = 0.01_wp, duration = 2.0_wp, omega = 2.0_wp*pi
    type(baseline_type), parameter :: as_is = baseline_type(order=0, at_rest=.false.)
    type(baseline_type), parameter :: free_end = baseline_type(order=2, at_rest=.false.)
+   type(motion_curve_type) :: curve
 
 contains
 
    !> Piecewise linear accelerations are integrated exactly, between the samples too.
    subroutine constant_and_ramp()
-      type(motion_curve_type) :: curve
       real(wp), parameter :: t = 1.2345_wp
 
       curve = made('acceleration', 3.0_wp + 0.0_wp*times(), as_is)
@@ -42,7 +41,6 @@ contains
 
    !> The interpolation error of a sine is (ωh)²/12 of it.
    subroutine sine_of_accelerations()
-      type(motion_curve_type) :: curve
       real(wp), parameter :: precision = (omega*step)**2/6.0_wp
 
       curve = made('acceleration', cos(omega*times()), as_is)
@@ -142,8 +140,6 @@ contains
    end subroutine check_derivatives
 
    subroutine before_the_start_and_after_the_end()
-      type(motion_curve_type) :: curve
-
       curve = made('acceleration', sin(5.0_wp*times()))
       call check_close(displacement_at(curve, -1.0_wp), 0.0_wp, 'nothing moves before')
       call check_close(velocity_at(curve, -1.0e-9_wp) + acceleration_at(curve, -1.0_wp), 0.0_wp, &
@@ -199,7 +195,6 @@ contains
    end subroutine after_the_end
 
    subroutine records_of_velocity()
-      type(motion_curve_type) :: curve
       real(wp), parameter :: t = 0.7777_wp
 
       curve = made('velocity', times()**2, as_is)
@@ -216,7 +211,6 @@ contains
    end subroutine records_of_velocity
 
    subroutine records_of_displacement()
-      type(motion_curve_type) :: curve
       real(wp), parameter :: t = 0.7777_wp
 
       curve = made('displacement', 2.0_wp + times()**2, as_is)
@@ -258,8 +252,6 @@ contains
    subroutine two_samples_and_a_few()
       character(len=12), parameter :: quantity(3) = [character(len=12) :: 'acceleration', &
          'velocity', 'displacement']
-      type(motion_curve_type) :: curve
-      type(error_type), allocatable :: error
       real(wp), parameter :: few(6) = [0.0_wp, 1.0_wp, -2.0_wp, 4.0_wp, 0.0_wp, 1.0_wp]
       integer :: i, n, order
 
@@ -279,8 +271,6 @@ contains
    !> The record of the project: what the correction does to it stays within what is known of it.
    subroutine a_real_record()
       type(record_type) :: record
-      type(motion_curve_type) :: curve
-      type(error_type), allocatable :: error
 
       call read_record(record, &
          data_file('../../../inputs/records/LomaPrieta1989_USGS1002_APEEL2_133.smc'), 'auto', &
@@ -316,8 +306,6 @@ contains
       character(len=*), intent(in) :: quantity, names
       real(wp), intent(in) :: values(:), time_step
       type(baseline_type), intent(in) :: baseline
-      type(motion_curve_type) :: curve
-      type(error_type), allocatable :: error
 
       call make_motion_curve(curve, quantity, values, time_step, error, baseline)
       call check_fails(error, names)
@@ -328,7 +316,6 @@ contains
       real(wp), intent(in) :: values(:)
       type(baseline_type), intent(in), optional :: baseline
       type(motion_curve_type) :: curve
-      type(error_type), allocatable :: error
 
       call make_motion_curve(curve, quantity, values, step, error, baseline)
       call check_no_error(error, 'motion of '//quantity)

@@ -4,7 +4,6 @@ module test_block_cholesky
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use, intrinsic :: ieee_exceptions, only: ieee_all, ieee_get_halting_mode, ieee_set_halting_mode
    use dda_kinds, only: wp
-   use dda_errors, only: error_type
    use dda_block_graph, only: block_graph_type, graph_of
    use dda_block_matrix, only: block_matrix_type, multiply, set_pattern
    use dda_cholesky_double, only: factor_type, analyse, factorise, solve
@@ -15,15 +14,16 @@ module test_block_cholesky
    use dda_packed_panels, only: packed_size
    use dda_text, only: to_text
    use models, only: random_pairs
-   use testing, only: case, check, check_close, check_fails, check_no_error
+   use testing, only: case, check, check_close, check_fails, check_no_error, error
    !$ use omp_lib, only: omp_get_max_threads, omp_set_num_threads
    implicit none
+
+   type(block_matrix_type) :: matrix
 
 contains
 
    !> Each order is a permutation; Cuthill–McKee narrows the band of a grid.
    subroutine orders_of_elimination()
-      type(block_matrix_type) :: matrix
       type(block_graph_type) :: graph
       integer, allocatable :: order(:)
       logical :: done
@@ -97,9 +97,7 @@ contains
 
    !> A factor serves again, with and without a new analysis.
    subroutine new_numbers_and_new_pattern()
-      type(block_matrix_type) :: matrix
       type(factor_type) :: factor
-      type(error_type), allocatable :: error
       integer :: i
 
       do i = 1, 2
@@ -118,9 +116,7 @@ contains
    !> Lower blocks that are zero fill nothing in, until they are not zero any more: then the factor
    !> is planned again.  It stays planned for what has become zero again.
    subroutine couplings_that_are_zero()
-      type(block_matrix_type) :: matrix
       type(factor_type) :: factor
-      type(error_type), allocatable :: error
       integer, parameter :: coupled(4) = [3, 1, 3, 5]
       integer :: i
 
@@ -145,9 +141,7 @@ contains
 
    !> b and x may hold the same values.
    subroutine solution_in_place()
-      type(block_matrix_type) :: matrix
       type(factor_type) :: factor
-      type(error_type), allocatable :: error
       real(wp) :: b(6, 30), x(6, 30)
 
       call set_pattern(matrix, 30, random_pairs(30, 60))
@@ -162,9 +156,7 @@ contains
 
    !> A coupling that is no number is not left out as if it were zero.
    subroutine no_number()
-      type(block_matrix_type) :: matrix
       type(factor_type) :: factor
-      type(error_type), allocatable :: error
       logical :: halting(size(ieee_all))
 
       call ieee_get_halting_mode(ieee_all, halting)
@@ -181,10 +173,8 @@ contains
 
    !> A pivot that is not positive is an error that names the row of blocks.
    subroutine not_positive_definite()
-      type(block_matrix_type) :: matrix
       type(factor_type) :: factor
       type(single_factor_type) :: single_factor
-      type(error_type), allocatable :: error
       integer :: bad
 
       do bad = 1, 400, 57
@@ -210,9 +200,7 @@ contains
    end subroutine not_positive_definite
 
    subroutine pattern_not_analysed()
-      type(block_matrix_type) :: matrix
       type(factor_type) :: factor
-      type(error_type), allocatable :: error
 
       call set_pattern(matrix, 3, reshape([1, 2], [2, 1]))
       call fill_definite(matrix)
@@ -228,7 +216,6 @@ contains
    !> Threads share the work but not the order of sums, whatever the widths of the fronts on top.
    subroutine the_same_bits_on_1_to_4_threads()
       integer, parameter :: width(6) = [2, 4, 6, 9, 14, 40]
-      type(block_matrix_type) :: matrix
       integer :: i
 
       do i = 1, size(width)
@@ -263,7 +250,6 @@ contains
       real(wp), intent(out) :: x(:,:)
       type(factor_type) :: factor
       type(single_factor_type) :: single_factor
-      type(error_type), allocatable :: error
       real(wp), allocatable :: y(:,:)
 
       allocate (y, mold=x)
@@ -282,10 +268,8 @@ contains
    !> Solve a random definite matrix of this pattern with both factors and with LAPACK.
    subroutine check_against_dense(n, pairs)
       integer, intent(in) :: n, pairs(:,:)
-      type(block_matrix_type) :: matrix
       type(factor_type) :: factor
       type(single_factor_type) :: single_factor
-      type(error_type), allocatable :: error
       real(wp) :: b(6, n), x(6, n), expected(6*n, 1)
       real(wp), allocatable :: dense(:,:)
       integer :: info
@@ -312,10 +296,8 @@ contains
    !> Residuals of both factors where the system is too large for LAPACK.
    subroutine check_residuals(n, pairs)
       integer, intent(in) :: n, pairs(:,:)
-      type(block_matrix_type) :: matrix
       type(factor_type) :: factor
       type(single_factor_type) :: single_factor
-      type(error_type), allocatable :: error
       real(wp) :: b(6, n), x(6, n), kx(6, n)
 
       call set_pattern(matrix, n, pairs)

@@ -10,6 +10,8 @@ module test_blocks
    use testing, only: check, check_close
    implicit none
 
+   type(blocks_type) :: blocks
+
 contains
 
    !> One star at a place.
@@ -24,7 +26,6 @@ contains
 
    !> M = ρ ∫ TᵀT by a rule that is exact for quadratics; turning the block changes nothing.
    subroutine masses()
-      type(blocks_type) :: blocks
       real(wp), allocatable :: vertices(:,:), points(:,:), weights(:)
       real(wp) :: m(6, 6), v(6), t(2, 6), centre(2)
       integer :: i, k, pass
@@ -52,7 +53,6 @@ contains
 
    !> T = ∂x/∂q at any rotation and strain.
    subroutine shape_matrices()
-      type(blocks_type) :: blocks
       real(wp), allocatable :: vertices(:,:)
       real(wp), parameter :: h = 1.0e-5_wp
       real(wp) :: t(2, 6), expected(2, 6), reference(2), q(6), ahead(2), behind(2)
@@ -82,7 +82,6 @@ contains
    end subroutine shape_matrices
 
    subroutine places_and_references()
-      type(blocks_type) :: blocks
       real(wp), allocatable :: vertices(:,:)
       real(wp) :: place(2)
       integer :: i, v
@@ -106,7 +105,6 @@ contains
 
    !> A thousand large increments of rotation: no growth of area or edges.
    subroutine a_thousand_large_rotations()
-      type(blocks_type) :: blocks
       real(wp), allocatable :: vertices(:,:)
       real(wp) :: worst
       integer :: i
@@ -125,7 +123,6 @@ contains
 
    !> Strain changes the area by det(I + ε).
    subroutine strained_area()
-      type(blocks_type) :: blocks
       real(wp), allocatable :: vertices(:,:)
       real(wp) :: e(3)
 
@@ -140,7 +137,6 @@ contains
 
    !> Stress turns with the block: by 90°, σx and σy change places; by any angle, Mohr's circle.
    subroutine stresses()
-      type(blocks_type) :: blocks
       real(wp), allocatable :: vertices(:,:)
       real(wp) :: own(3), angle, mean, half
       integer :: i
@@ -169,8 +165,6 @@ contains
    end subroutine stresses
 
    subroutine rings_of_vertices()
-      type(blocks_type) :: blocks
-
       call place_blocks(blocks, rectangle(0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp), &
          reshape([4, 0, 6, 0, 6, 2, 5, 2, 5, 1, 4, 1]*1.0_wp, [2, 6]))
       call check(blocks%next(4) == 1 .and. blocks%next(5) == 6 &

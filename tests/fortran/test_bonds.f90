@@ -13,6 +13,7 @@ module test_bonds
    character(len=*), parameter :: rigid = &
       " &material name = 'rigid' density = 2500.0 young_modulus = 1.0e13 poisson_ratio = 0.25 /"
    real(wp), parameter :: cohesion = 2.0e5_wp, tension = 1.0e5_wp, stiffness = 1.0e9_wp
+   type(simulation_type) :: simulation
 
 contains
 
@@ -45,7 +46,6 @@ contains
 
    !> Two bonds share the overlap, at any inclination.
    subroutine lengths()
-      type(simulation_type) :: simulation
       character(len=:), allocatable :: joint
       real(wp) :: angle
       integer :: i
@@ -71,7 +71,6 @@ contains
    !> Each bond has the joint of the edges it holds together, over their overlap: also where the
    !> floor goes straight on with another joint.
    subroutine joints_of_edges()
-      type(simulation_type) :: simulation
       character(len=:), allocatable :: joints, floor, upper
       integer :: order, c
 
@@ -99,8 +98,6 @@ contains
    end subroutine joints_of_edges
 
    subroutine no_bond()
-      type(simulation_type) :: simulation
-
       call two_blocks(simulation, rectangle(0.0_wp, 0.0_wp, 2.0_wp, 1.0_wp), &
          rectangle(0.0_wp, 1.001_wp, 2.0_wp, 2.0_wp), joint_text(30.0_wp, cohesion, tension))
       call check_bonds(simulation, 0, 'over a gap')
@@ -128,7 +125,6 @@ contains
    subroutine pull_until(strength, force)
       real(wp), intent(in) :: strength
       character(len=*), intent(in) :: force
-      type(simulation_type) :: simulation
       real(wp) :: x
       integer :: i
 

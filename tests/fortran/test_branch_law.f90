@@ -6,10 +6,9 @@ module test_branch_law
    use dda_branch_law, only: response_type, respond, respond_body, keep_branches, keep_body, &
       stored_by_branches, stored_by_body
    use dda_damping, only: damping_type
-   use dda_errors, only: error_type
    use dda_text, only: to_text
    use models, only: random_vector
-   use testing, only: case, check, check_close, check_no_error
+   use testing, only: case, check, check_close, check_no_error, error
    implicit none
 
    integer, parameter :: rows = 101
@@ -39,7 +38,6 @@ contains
       logical, intent(in) :: masing
       real(wp), intent(in) :: least
       type(branches_type), intent(out) :: branches
-      type(error_type), allocatable :: error
       type(curve_type) :: curve
       integer :: i
 

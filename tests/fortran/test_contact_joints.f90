@@ -20,6 +20,8 @@ module test_contact_joints
       'friction_angle = 10.0 /'
    integer, parameter :: weak = 1, base = 2, side = 3, floor = 4, next = 5
    integer, parameter :: contact_vertex = 6, lower_edge = 4  !< of `tilted` and `end_of_edge`
+   type(simulation_type) :: simulation
+   type(contacts_type) :: contacts
 
 contains
 
@@ -58,7 +60,6 @@ contains
    !> All contacts of two faces have the weaker joint of these faces, at any inclination, with
    !> either block first and with vertices of either.
    subroutine faces()
-      type(simulation_type) :: simulation
       character(len=:), allocatable :: lower, upper
       real(wp), parameter :: shift(5) = [0.0_wp, 0.3_wp, -0.4_wp, 0.001_wp, -0.001_wp]
       real(wp) :: left, angle
@@ -125,8 +126,6 @@ contains
 
    !> Without history the nearer parallel counts; both where neither is.
    subroutine a_corner_between_two_edges()
-      type(simulation_type) :: simulation
-      type(contacts_type) :: contacts
       integer :: i, k
 
       call tilted(simulation, contacts)
@@ -143,8 +142,6 @@ contains
    !> A block that rocks on its corner keeps its joint until sin(90° − α) < sin(α)/2, on the way
    !> back likewise; a bonded one keeps it.
    subroutine toppling()
-      type(simulation_type) :: simulation
-      type(contacts_type) :: contacts
       real(wp) :: limit
       integer :: i
 
@@ -167,8 +164,6 @@ contains
    !> joint where it is twice the penetration beyond the end if it slides, a corner's size if it
    !> sticks.
    subroutine the_end_of_an_edge()
-      type(simulation_type) :: simulation
-      type(contacts_type) :: contacts
       real(wp), parameter :: depth = 1.0e-4_wp
       real(wp) :: x, tolerance
       integer :: i, pass, way, expected

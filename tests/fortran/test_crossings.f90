@@ -9,6 +9,8 @@ module test_crossings
    use testing, only: check
    implicit none
 
+   type(simulation_type) :: simulation
+
 contains
 
    !> Four rectangles round a place, the second row shifted to the right, all turned.
@@ -48,7 +50,6 @@ contains
 
    !> Four corners, two pairs across, no contacts between them; at any inclination.
    subroutine four_blocks()
-      type(simulation_type) :: simulation
       integer :: i
 
       do i = 0, 7
@@ -63,8 +64,6 @@ contains
 
    !> Where the joint is offset, two of the four share a face.
    subroutine an_offset()
-      type(simulation_type) :: simulation
-
       call lattice(simulation, 0.3_wp, 0.0_wp, 0.0_wp)
       call run(simulation, 2)
       call check(across(simulation) == 0, 'nothing across')
@@ -73,7 +72,6 @@ contains
 
    !> Each corner has two neighbours and three across.
    subroutine six_triangles()
-      type(simulation_type) :: simulation
       character(len=:), allocatable :: text
       real(wp), parameter :: sixth = acos(0.5_wp)
       real(wp) :: from, to
@@ -94,16 +92,12 @@ contains
 
    !> Corners that do not touch are not joined, so that nothing lies across.
    subroutine an_open_joint()
-      type(simulation_type) :: simulation
-
       call lattice(simulation, 0.0_wp, 1.0e-4_wp, 0.0_wp)
       call check(across(simulation) == 0, 'nothing across')
    end subroutine an_open_joint
 
    !> Once block c is taken away, a and d can meet, and b has nothing across.
    subroutine a_block_is_removed()
-      type(simulation_type) :: simulation
-
       call lattice(simulation, 0.0_wp, 0.0_wp, 0.0_wp)
       associate (list => simulation%contacts(simulation%now))
          call part_corners(simulation%detection%across, list, [.false., .false., .true., .false.])
@@ -112,8 +106,6 @@ contains
    end subroutine a_block_is_removed
 
    subroutine corners_move_apart()
-      type(simulation_type) :: simulation
-
       call lattice(simulation, 0.0_wp, 0.0_wp, 0.0_wp)
       call forget_parted(simulation%detection%across, simulation%blocks, 0.01_wp)
       call check(across(simulation) == 4, 'still across')

@@ -6,14 +6,13 @@ module test_damping
       rayleigh_ratio, set_rayleigh
    use dda_energy, only: balance, total_energy, energy_algorithmic, energy_damping, &
       energy_material_damping
-   use dda_errors, only: error_type
    use dda_nonnegative, only: nonnegative_least_squares
    use dda_simulation, only: simulation_type
    use dda_start, only: set_rates
    use dda_text, only: to_text
    use models, only: begin, block_text, contact_text, control_text, joint_text, random_vector, &
       rectangle, run
-   use testing, only: case, check, check_close, check_fails, check_no_error
+   use testing, only: case, check, check_close, check_fails, check_no_error, error
    implicit none
 
    character(len=*), parameter :: members(4) = [character(len=40) :: "integration = 'dda'", &
@@ -56,7 +55,6 @@ contains
       !> largest errors over 0.1 … 50 Hz with 6, 8 and 10 mechanisms, published to two digits
       real(wp), parameter :: known(3) = [1.7e-2_wp, 3.2e-3_wp, 8.0e-4_wp]
       type(damping_type) :: damping
-      type(error_type), allocatable :: error
       complex(wp) :: factor
       integer :: i, k
 
@@ -93,7 +91,6 @@ contains
 
    subroutine bodies_that_cannot_be()
       type(damping_type) :: damping
-      type(error_type), allocatable :: error
 
       damping = damping_type(ratio=0.05_wp, reference=1.0_wp, n=3)
       call fit_body(damping, huge(1.0_wp), error)
@@ -121,7 +118,6 @@ contains
    subroutine losses(member, damping)
       character(len=*), intent(in) :: member, damping
       type(simulation_type) :: simulation
-      type(error_type), allocatable :: error
       real(wp) :: rates(6, 2), total, lost(2), first
       integer :: i
 

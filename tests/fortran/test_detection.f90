@@ -16,6 +16,8 @@ module test_detection
    implicit none
 
    real(wp), parameter :: distance = 0.02_wp
+   type(blocks_type) :: blocks
+   type(contacts_type) :: contacts
 
 contains
 
@@ -34,8 +36,6 @@ contains
 
    !> A strained, turned star with a triangle's corner at a random place of one of its edges.
    subroutine rows_of_vertex_on_edge()
-      type(blocks_type) :: blocks
-      type(contacts_type) :: contacts
       integer :: i, c, met
 
       met = 0
@@ -52,8 +52,6 @@ contains
 
    !> Corner near corner, at random: whatever is listed has exact rows.
    subroutine rows_corner_to_corner()
-      type(blocks_type) :: blocks
-      type(contacts_type) :: contacts
       integer :: i, c, met
 
       met = 0
@@ -191,8 +189,6 @@ contains
    !> Two contacts per joint, one at each end, at any inclination.
    subroutine a_stack_of_equal_width()
       type(outlines_type) :: outlines, tilted
-      type(blocks_type) :: blocks
-      type(contacts_type) :: contacts
       integer :: i, k
 
       call add_layers(outlines, 0.0_wp, 0.0_wp, 15.0_wp, 1.0_wp, 8, 1, 1, 1, '')
@@ -246,8 +242,6 @@ contains
    !> four.
    subroutine running_bond()
       type(outlines_type) :: outlines
-      type(blocks_type) :: blocks
-      type(contacts_type) :: contacts
       integer :: k
 
       call add_wall(outlines, 0.0_wp, 0.0_wp, [0.6_wp, 0.3_wp], 3, 3, 1, 1, 1, '', 0.0_wp)
@@ -270,8 +264,6 @@ contains
 
    !> A corner in a right-angled notch touches both of its faces.
    subroutine a_corner_in_a_notch()
-      type(blocks_type) :: blocks
-      type(contacts_type) :: contacts
       real(wp) :: shape(2, 7), tip(2, 3), facing
       integer :: k, c
 
@@ -296,8 +288,6 @@ contains
    !> A block slides over the end of an equal one: vertex on edge, corner to corner, vertex on edge.
    !> Two contacts push up all the way, and none has another gap than the penetration.
    subroutine over_the_end_of_a_block()
-      type(blocks_type) :: blocks
-      type(contacts_type) :: contacts
       real(wp), parameter :: depth = 1.0e-4_wp
       real(wp) :: x
       integer :: i, corners
@@ -324,7 +314,6 @@ contains
    !> Edges within 3° of each other are parallel: they share an overlap, and either may be the
    !> entrance.
    subroutine edges_that_are_almost_parallel()
-      type(blocks_type) :: blocks
       type(corners_type) :: corners
       real(wp), parameter :: angle(2) = [2.99_wp, 3.01_wp]*pi/180.0_wp
       integer :: i
@@ -346,8 +335,6 @@ contains
    !> The tip of a needle goes round a blunt corner a little off it: the gap follows the distance
    !> without jumps.
    subroutine round_a_corner()
-      type(blocks_type) :: blocks
-      type(contacts_type) :: contacts
       real(wp) :: corner(2), normal(2), tip(2), angle, gap, last, step, jump
       integer :: i
 
@@ -377,8 +364,6 @@ contains
 
    !> A slab thinner than the contact distance is entered from its near face only.
    subroutine a_thin_slab()
-      type(blocks_type) :: blocks
-      type(contacts_type) :: contacts
       real(wp) :: depth
       integer :: i, c
 
@@ -418,8 +403,6 @@ contains
    !> A needle's tip at a place has a contact in penetration, where contacts are listed far off.
    logical function is_pressed(shape_of, tip) result(pressed)
       real(wp), intent(in) :: shape_of(:,:), tip(2)
-      type(blocks_type) :: blocks
-      type(contacts_type) :: contacts
       type(neighbours_type) :: near
       type(detection_type) :: detection
 
@@ -435,7 +418,6 @@ contains
 
    !> Which of two blocks is first makes no difference to how many contacts there are, and how deep.
    subroutine either_block_first()
-      type(blocks_type) :: blocks
       type(contacts_type) :: one, other
       real(wp) :: first(2, 4), second(2, 5)
       integer :: i, met
@@ -478,8 +460,6 @@ contains
    subroutine pass_by(first, place, about, within)
       real(wp), intent(in) :: first(:,:), place(:,:), about, within
       real(wp), parameter :: tolerance = 4.0e-4_wp
-      type(blocks_type) :: blocks
-      type(contacts_type) :: contacts
       type(neighbours_type) :: near
       type(detection_type) :: detection
       real(wp) :: second(2, size(place, 2))
@@ -505,8 +485,6 @@ contains
    !> Two corners in vibrating contact keep the edge that they press on.
    subroutine corners_in_vibrating_contact()
       integer, parameter :: vertex(2) = [11, 4], edge(2) = [4, 10]
-      type(blocks_type) :: blocks
-      type(contacts_type) :: contacts
       type(neighbours_type) :: near
       type(detection_type) :: detection
       real(wp) :: first(2, 5), second(2, 6)

@@ -7,11 +7,10 @@ module test_eigen
    use dda_deflation, only: null_space_type
    use dda_dense_eigen, only: block_eigen, is_above
    use dda_eigen, only: eigenpairs_type, largest_eigenvalue, lowest_eigenvalues, all_eigenvalues
-   use dda_errors, only: error_type
    use dda_inertia, only: count_above
    use dda_mass_factor, only: mass_factor_type, factor_mass
    use models, only: random, sow
-   use testing, only: case, check, check_close, check_no_error, check_fails
+   use testing, only: case, check, check_close, check_fails, check_no_error, error
    implicit none
 
    !> A diagonal matrix whose largest values lie closer together than an iteration can tell.
@@ -31,6 +30,9 @@ module test_eigen
          integer, intent(out) :: info
       end subroutine dsygv
    end interface
+
+   type(block_matrix_type) :: matrix
+   type(eigenpairs_type) :: pairs
 
 contains
 
@@ -142,10 +144,7 @@ contains
    subroutine against_lapack(n, definite)
       integer, intent(in) :: n
       logical, intent(in) :: definite
-      type(block_matrix_type) :: matrix
-      type(eigenpairs_type) :: pairs
       type(mass_factor_type) :: factor
-      type(error_type), allocatable :: error
       real(wp), allocatable :: mass(:,:,:), values(:)
       integer :: wanted, above
       logical :: certain
@@ -191,7 +190,6 @@ contains
    !> The Cholesky test of a block against its eigenvalues.
    subroutine blocks_alone()
       real(wp) :: k(6, 6), m(6, 6), values(6), vectors(6, 6)
-      type(error_type), allocatable :: error
       integer :: i
 
       do i = 1, 20
@@ -209,9 +207,6 @@ contains
    !> Twelve equal blocks that do not touch: each eigenvalue twelve times.
    subroutine multiple_eigenvalues()
       integer, parameter :: n = 12
-      type(block_matrix_type) :: matrix
-      type(eigenpairs_type) :: pairs
-      type(error_type), allocatable :: error
       real(wp) :: mass(6, 6, n)
       real(wp), allocatable :: values(:)
       integer :: b
@@ -234,7 +229,6 @@ contains
    subroutine eigenvalues_that_an_iteration_cannot_tell_apart()
       integer, parameter :: n = 20000
       type(crowded_type) :: operator
-      type(error_type), allocatable :: error
       real(wp), allocatable :: values(:), vectors(:,:), residuals(:)
 
       call largest_pairs(operator, n, 1, 1.0e-10_wp, values, vectors, residuals, error)
@@ -255,10 +249,7 @@ contains
 
    !> A null space that is given is left out, dense or not.
    subroutine a_known_null_space()
-      type(block_matrix_type) :: matrix
       type(null_space_type) :: known
-      type(eigenpairs_type) :: pairs
-      type(error_type), allocatable :: error
       real(wp), allocatable :: mass(:,:,:)
       real(wp) :: k(6, 6)
       integer :: n, i, b
@@ -295,9 +286,7 @@ contains
    end subroutine a_known_null_space
 
    subroutine to_the_last_bit()
-      type(block_matrix_type) :: matrix
       type(eigenpairs_type) :: first, second
-      type(error_type), allocatable :: error
       real(wp), allocatable :: mass(:,:,:)
 
       call random_system(30, .true., matrix, mass)
@@ -309,9 +298,6 @@ contains
    end subroutine to_the_last_bit
 
    subroutine what_cannot_be_solved()
-      type(block_matrix_type) :: matrix
-      type(eigenpairs_type) :: pairs
-      type(error_type), allocatable :: error
       real(wp), allocatable :: mass(:,:,:)
 
       call random_system(12, .true., matrix, mass)

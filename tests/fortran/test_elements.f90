@@ -10,7 +10,6 @@ module test_elements
    use dda_energy, only: balance, energy_type, energy_damping, energy_input, &
       energy_kinetic, total_energy, turnover
    use dda_energy_budget, only: start_energy_budget
-   use dda_errors, only: error_type
    use dda_kinematics, only: kinetic_energy
    use dda_linear_model, only: linear_model_type, linearise
    use dda_linear_terms, only: add_term, at_end, at_theta, linear_term_type, mean_dashpot
@@ -26,7 +25,7 @@ module test_elements
    use eigenvalues, only: distance_of, roots_of
    use models, only: begin, block_text, contact_text, control_text, joint_text, number, random, &
       random_vector, rectangle, rock, run
-   use testing, only: case, check, check_close, check_no_error
+   use testing, only: case, check, check_close, check_no_error, error
    implicit none
 
    character(len=*), parameter :: members(5) = [character(len=40) :: "integration = 'dda'", &
@@ -35,6 +34,8 @@ module test_elements
    real(wp), parameter :: chi(5) = [0.5_wp, 0.5_wp, 0.75_wp, 0.55_wp, 1.0_wp]
    real(wp), parameter :: theta(5) = [1.0_wp, 0.5_wp, 0.75_wp, 0.55_wp, 1.0_wp]
    real(wp), parameter :: mass = 2500.0_wp
+   type(simulation_type) :: simulation
+   type(linear_model_type) :: linear
 
 contains
 
@@ -80,7 +81,6 @@ contains
    subroutine supports_at_rest(member)
       character(len=*), intent(in) :: member
       real(wp), parameter :: centroid(2, 1) = 0.0_wp
-      type(simulation_type) :: simulation
       type(energy_type) :: before
       real(wp) :: growth, worst, turn
       integer :: i, k
@@ -113,7 +113,6 @@ contains
    !> Input, stored energy and losses of supports that move close.
    subroutine moved_supports(member)
       character(len=*), intent(in) :: member
-      type(simulation_type) :: simulation
       character(len=:), allocatable :: motion
       real(wp) :: worst, u
       integer :: i, k
@@ -144,8 +143,6 @@ contains
       character(len=*), intent(in) :: member
       real(wp), intent(in) :: chi
       real(wp), parameter :: stiffness(4) = [1.0e-3_wp, 1.0e6_wp, 1.0e9_wp, 1.0e16_wp]
-      type(simulation_type) :: simulation
-      type(error_type), allocatable :: error
       type(energy_type) :: energy
       real(wp) :: rates(6, 1), after(6), weight, before
       integer :: i
@@ -193,7 +190,6 @@ contains
    !> A load on a bolt stretches it by F/k.
    subroutine static_stretch(member)
       character(len=*), intent(in) :: member
-      type(simulation_type) :: simulation
       type(bolt_type) :: bolt
       real(wp), parameter :: force = 1.0e4_wp
       real(wp) :: first
@@ -233,7 +229,6 @@ contains
       real(wp), intent(in) :: viscosity  !< N s/m
       real(wp), parameter :: turns(5) = [0.05_wp, 0.5_wp, 3.0_wp, 50.0_wp, 1.0e3_wp]
       real(wp), parameter :: dt = 1.0e-2_wp
-      type(simulation_type) :: simulation
       type(bolt_type) :: bolt
       real(wp) :: matrix(2, 2), expected(2, 2), x, v, d, drag, wanted
       integer :: i, column, entry
@@ -281,7 +276,6 @@ contains
    !> the line search works, and the budget closes.
    subroutine bolts_and_contacts(member)
       character(len=*), intent(in) :: member
-      type(simulation_type) :: simulation
       real(wp) :: worst
       integer :: i
 
@@ -302,7 +296,6 @@ contains
       type(simulation_type), intent(out) :: simulation
       character(len=*), intent(in) :: control
       type(bolt_type) :: bolt(5)
-      type(error_type), allocatable :: error
       character(len=:), allocatable :: text
       real(wp) :: rates(6, 7)
       real(wp) :: left
@@ -332,7 +325,6 @@ contains
    subroutine linear_solvers()
       character(len=*), parameter :: names(5) = [character(len=6) :: 'direct', 'lagged', 'jacobi', &
          'sor', 'auto']
-      type(simulation_type) :: simulation
       real(wp), allocatable :: first(:,:), moved(:,:)
       integer :: i
 
@@ -348,10 +340,7 @@ contains
 
    !> The lowest mode with stiffness of two free blocks on a bolt.
    subroutine modes_of_two_blocks_on_a_bolt()
-      type(simulation_type) :: simulation
-      type(linear_model_type) :: linear
       type(modes_type) :: modes
-      type(error_type), allocatable :: error
       type(bolt_type) :: bolt
 
       call begin_pair(simulation, '', 1.0e-3_wp, '')
@@ -374,10 +363,7 @@ contains
    subroutine bolted_transfer(member)
       integer, intent(in) :: member
       real(wp), parameter :: dt = 4.0e-3_wp
-      type(simulation_type) :: simulation
-      type(linear_model_type) :: linear
       type(transfer_type) :: transfer
-      type(error_type), allocatable :: error
       type(steady_type) :: weights
       type(bolt_type) :: bolt
       complex(wp) :: pull, expected
@@ -416,10 +402,7 @@ contains
    subroutine dashpot_to_ground(member)
       integer, intent(in) :: member
       real(wp), parameter :: dt = 4.0e-3_wp, viscosity = 5.0e4_wp
-      type(simulation_type) :: simulation
-      type(linear_model_type) :: linear
       type(transfer_type) :: transfer
-      type(error_type), allocatable :: error
       type(steady_type) :: weights
       type(linear_term_type) :: term
       integer :: i

@@ -7,12 +7,11 @@ module test_energy_budget
       energy_strain
    use dda_kinds, only: wp
    use dda_energy, only: energy_type, total_energy
-   use dda_errors, only: error_type
    use dda_simulation, only: simulation_type
    use dda_time_step, only: advance
    use models, only: begin, block_text, contact_text, control_text, joint_text, rectangle, &
       relative_balance, rock, turned
-   use testing, only: case, check, check_close, check_no_error
+   use testing, only: case, check, check_close, check_no_error, error
    implicit none
 
    character(len=*), parameter :: gravity = 'gravity = 0.0 -9.81 '
@@ -20,6 +19,7 @@ module test_energy_budget
       '1.9 y = -0.9 /'//' &fixed_point x = -1.9 y = -0.1 / &fixed_point x = 1.9 y = -0.1 /'
    !> Rounding, and the way times the force that the open–close iteration may be off by.
    real(wp), parameter :: rounding = 5.0e-8_wp
+   type(simulation_type) :: simulation
 
 contains
 
@@ -37,7 +37,6 @@ contains
       type(simulation_type), intent(inout) :: simulation
       integer, intent(in) :: steps
       logical, intent(in) :: alone   !< no input of energy
-      type(error_type), allocatable :: error
       type(energy_type) :: before
       real(wp) :: worst, growth, loss, scale
       integer :: i
@@ -69,8 +68,6 @@ contains
    end subroutine audit
 
    subroutine free_fall()
-      type(simulation_type) :: simulation
-
       call begin(simulation, control_text(1.0e-3_wp, 1000, gravity)//rock// &
          joint_text(0.0_wp, 0.0_wp, 0.0_wp)//block_text('b', rectangle(0.0_wp, 0.0_wp, 1.0_wp, &
          1.0_wp)))
@@ -84,7 +81,6 @@ contains
    end subroutine free_fall
 
    subroutine bounce()
-      type(simulation_type) :: simulation
       real(wp), parameter :: step(3) = [2.0e-5_wp, 1.0e-4_wp, 1.0e-3_wp]
       integer :: i
 
@@ -100,8 +96,6 @@ contains
 
    !> A block thrown along the floor: all its kinetic energy becomes friction.
    subroutine sliding()
-      type(simulation_type) :: simulation
-
       call begin(simulation, control_text(1.0e-3_wp, 600, gravity)//contact_text(1.0e9_wp, '')// &
          joint_text(20.0_wp, 0.0_wp, 0.0_wp)// &
          " &material name = 'still' density = 2500.0 young_modulus = 5.0e9 poisson_ratio = "// &
@@ -118,8 +112,6 @@ contains
 
    !> Falls on a corner and tumbles: large rotations under contact.
    subroutine tumbling()
-      type(simulation_type) :: simulation
-
       call begin(simulation, control_text(2.0e-4_wp, 5000, gravity)//contact_text(1.0e9_wp, '')// &
          rock//joint_text(35.0_wp, 0.0_wp, 0.0_wp)// &
          floor_and(turned(rectangle(0.9_wp, 0.9_wp, 1.6_wp, 1.4_wp), 0.9_wp)))
@@ -129,7 +121,6 @@ contains
    end subroutine tumbling
 
    subroutine settling_stack()
-      type(simulation_type) :: simulation
       real(wp), parameter :: step(4) = [1.0e-2_wp, 1.0e-3_wp, 1.0e-4_wp, 1.0e-5_wp]
       integer :: i
 
@@ -143,7 +134,6 @@ contains
    end subroutine settling_stack
 
    subroutine settling_wall()
-      type(simulation_type) :: simulation
       real(wp), parameter :: step(3) = [1.0e-2_wp, 1.0e-3_wp, 1.0e-4_wp]
       integer :: i
 
@@ -160,8 +150,6 @@ contains
 
    !> Fixed points that follow a sine: their work is the input.
    subroutine shaken_base()
-      type(simulation_type) :: simulation
-
       call begin(simulation, control_text(1.0e-3_wp, 500, gravity)//contact_text(1.0e9_wp, '')// &
          rock//joint_text(15.0_wp, 0.0_wp, 0.0_wp)//shake()// &
          block_text('floor', rectangle(-2.0_wp, -1.0_wp, 2.0_wp, 0.0_wp))// &
@@ -184,8 +172,6 @@ contains
 
    !> The same shaking as acceleration of the base, in its frame.
    subroutine base_acceleration()
-      type(simulation_type) :: simulation
-
       call begin(simulation, control_text(1.0e-3_wp, 500, gravity//"base_motion_x = 'shake'")// &
          contact_text(1.0e9_wp, '')//rock//joint_text(15.0_wp, 0.0_wp, 0.0_wp)//shake()// &
          floor_and(rectangle(-0.5_wp, 0.0_wp, 0.5_wp, 1.0_wp)))
@@ -195,8 +181,6 @@ contains
 
    !> Force times way of a free block.
    subroutine load()
-      type(simulation_type) :: simulation
-
       call begin(simulation, control_text(1.0e-3_wp, 1000, '')//rock//joint_text(0.0_wp, 0.0_wp, &
          0.0_wp)//block_text('b', rectangle(-0.5_wp, -0.5_wp, 0.5_wp, 0.5_wp))// &
          ' &load x = 0.0 y = 0.0 time = 0.0 2.0 force_x = 5000.0 5000.0 /')
@@ -208,8 +192,6 @@ contains
    end subroutine load
 
    subroutine breaking_bonds()
-      type(simulation_type) :: simulation
-
       call begin(simulation, control_text(1.0e-4_wp, 3000, gravity)//contact_text(1.0e9_wp, '')// &
          rock//joint_text(20.0_wp, 1.0e4_wp, 1.0e4_wp)// &
          floor_and(rectangle(-0.5_wp, 0.0_wp, 0.5_wp, 1.0_wp))// &
@@ -221,8 +203,6 @@ contains
    end subroutine breaking_bonds
 
    subroutine dynamic_factor()
-      type(simulation_type) :: simulation
-
       call begin(simulation, control_text(1.0e-3_wp, 500, gravity//'dynamic_factor = 0.97')// &
          contact_text(1.0e9_wp, '')//rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
          floor_and(rectangle(-0.5_wp, 0.001_wp, 0.5_wp, 1.0_wp)))

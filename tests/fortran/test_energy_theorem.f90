@@ -8,13 +8,12 @@ module test_energy_theorem
    use dda_abstract_solver, only: accuracy
    use dda_contact, only: contact_open
    use dda_energy, only: energy_algorithmic, energy_type, total_energy
-   use dda_errors, only: error_type
    use dda_simulation, only: simulation_type
    use dda_start, only: set_rates
    use dda_time_step, only: advance
    use models, only: begin, block_text, contact_text, control_text, joint_text, number, random, &
       rectangle
-   use testing, only: case, check, check_no_error
+   use testing, only: case, check, check_no_error, error
    implicit none
 
    character(len=*), parameter :: members(6) = [character(len=40) :: "integration = 'dda'", &
@@ -40,7 +39,6 @@ contains
       character(len=*), intent(in) :: member
       type(simulation_type) :: simulation
       type(energy_type) :: before
-      type(error_type), allocatable :: error
       real(wp) :: growth, gain, scale, loss
       integer :: chain, i, closings, was, now
 
@@ -80,7 +78,6 @@ contains
    subroutine begin_chain(simulation, member)
       type(simulation_type), intent(out) :: simulation
       character(len=*), intent(in) :: member
-      type(error_type), allocatable :: error
       character(len=:), allocatable :: text
       real(wp), allocatable :: rates(:,:)
       real(wp) :: top, height, penalty, turn, dt

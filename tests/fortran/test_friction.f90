@@ -12,6 +12,7 @@ module test_friction
    implicit none
 
    real(wp), parameter :: stiffness = 1.0e9_wp, length = 0.5_wp
+   type(laws_type) :: laws
 
 contains
 
@@ -23,7 +24,6 @@ contains
    end subroutine make_laws
 
    subroutine constants()
-      type(laws_type) :: laws
       type(coulomb_contact_type) :: law
 
       call make_laws(laws)
@@ -39,7 +39,6 @@ contains
    end subroutine constants
 
    subroutine states()
-      type(laws_type) :: laws
       type(coulomb_contact_type) :: law
       type(response_type) :: response
 
@@ -66,7 +65,6 @@ contains
 
    !> N = max(0, −k g) or, with a multiplier p, max(0, p − k g); |S| ≤ μN; S elastic inside.
    subroutine random_gaps_and_stretches()
-      type(laws_type) :: laws
       type(response_type) :: response
       real(wp) :: gap, stretch, pressure, normal, bound, worst(2), mu
       integer :: i, joint
@@ -91,7 +89,6 @@ contains
 
    !> No dead band, no jump: forces are Lipschitz in gap and stretch.
    subroutine continuity()
-      type(laws_type) :: laws
       type(coulomb_contact_type) :: law
       type(response_type) :: one, other
       real(wp) :: gap, stretch, worst
@@ -115,7 +112,6 @@ contains
 
    !> While it lasts, a bond holds whatever is asked; it says by how much it is over its strength.
    subroutine bonds()
-      type(laws_type) :: laws
       type(coulomb_contact_type) :: law
       type(response_type) :: response
 

@@ -4,16 +4,16 @@ module test_impact
    use dda_kinds, only: wp, pi
    use dda_blocks, only: update_geometry
    use dda_energy, only: energy_impact, total_energy
-   use dda_errors, only: error_type
    use dda_simulation, only: simulation_type
    use dda_start, only: set_rates
    use dda_time_step, only: advance
    use models, only: begin, begin_or_fail, block_text, contact_text, control_text, number, random, &
       rectangle, relative_balance, rock, run, sow
-   use testing, only: check, check_close, check_fails, check_no_error
+   use testing, only: check, check_close, check_fails, check_no_error, error
    implicit none
 
    real(wp), parameter :: mass = 2500.0_wp  !< of the block of 1 m, kg per metre
+   type(simulation_type) :: simulation
 
 contains
 
@@ -27,7 +27,6 @@ contains
 
    !> A block of 1 m falls flat on a supported one at 1 m/s, at any Ω and phase of the step.
    subroutine bounces_at_random_phases()
-      type(simulation_type) :: simulation
       real(wp), parameter :: e(4) = [0.0_wp, 0.2_wp, 0.5_wp, 0.8_wp]
       real(wp), parameter :: omega(4) = [0.05_wp, 0.7_wp, 5.0_wp, 300.0_wp]
       real(wp) :: worst, growth, unexplained
@@ -54,7 +53,6 @@ contains
 
    !> A contact that is pressed by up to a quarter of its way of a step is hit, a deeper one rests.
    subroutine contacts_that_have_just_touched()
-      type(simulation_type) :: simulation
       real(wp), parameter :: depth(2) = [0.24e-3_wp, 0.26e-3_wp]
       real(wp) :: growth
       integer :: i
@@ -77,7 +75,6 @@ contains
       character(len=*), intent(in) :: joint
       real(wp), parameter :: time_step = 1.0e-3_wp
       real(wp) :: rates(6, 2)
-      type(error_type), allocatable :: error
 
       call begin(simulation, control_text(time_step, 1000, 'max_displacement_ratio = 0.05')// &
          contact_text(0.5_wp*mass*(omega/time_step)**2, '')//rock//joint_of(joint)// &
@@ -97,7 +94,6 @@ contains
       type(simulation_type), intent(inout) :: simulation
       integer, intent(in) :: steps
       real(wp), intent(inout) :: growth
-      type(error_type), allocatable :: error
       real(wp) :: before, first
       integer :: i
 
@@ -113,8 +109,6 @@ contains
 
    !> Two free blocks: momentum stays, the relative velocity is e of what it was.
    subroutine free_blocks_of_two_masses()
-      type(simulation_type) :: simulation
-      type(error_type), allocatable :: error
       real(wp) :: rates(6, 2)
 
       call begin(simulation, control_text(1.0e-3_wp, 1000, 'max_displacement_ratio = 0.05')// &
@@ -135,7 +129,6 @@ contains
 
    !> Turned blocks that fall on each other with friction: no step gains energy, all is explained.
    subroutine random_piles()
-      type(simulation_type) :: simulation
       real(wp) :: growth, unexplained, lost, highest, first, before
       integer :: pile, i
 
@@ -166,7 +159,6 @@ contains
    !> Three squares above each other, each thrown down with a spin.
    subroutine begin_pile(simulation)
       type(simulation_type), intent(out) :: simulation
-      type(error_type), allocatable :: error
       real(wp) :: rates(6, 4), left, bottom
       character(len=:), allocatable :: text
       integer :: b
@@ -192,7 +184,6 @@ contains
 
    !> Stones fall on heavy ground that shakes: an iterative solution leaves no energy unexplained.
    subroutine ground_that_moves()
-      type(simulation_type) :: simulation
       character(len=:), allocatable :: text
       real(wp) :: left
       integer :: b
@@ -219,7 +210,6 @@ contains
 
    !> A dashpot alone: free bounce with the force clipped where it would be tensile, for Δt → 0.
    subroutine resolved_dashpot()
-      type(simulation_type) :: simulation
       real(wp), parameter :: omega = 0.01_wp
       real(wp) :: ratio, expected, growth
 
@@ -237,9 +227,6 @@ contains
    end subroutine resolved_dashpot
 
    subroutine what_is_refused()
-      type(simulation_type) :: simulation
-      type(error_type), allocatable :: error
-
       call begin_or_fail(simulation, model('restitution = 1.5', ''), error)
       call check_fails(error, 'restitution = 1.5')
       call begin_or_fail(simulation, model('restitution = -0.1', ''), error)

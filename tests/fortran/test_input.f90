@@ -4,7 +4,7 @@
 module test_input
    use, intrinsic :: ieee_exceptions, only: ieee_all, ieee_get_halting_mode, ieee_set_halting_mode
    use dda_kinds, only: wp
-   use dda_errors, only: error_file, error_input, error_type
+   use dda_errors, only: error_file, error_input
    use dda_input, only: read_model, read_model_file
    use dda_input_catalogue, only: find_variable
    use dda_input_boundaries, only: boundary_kinds
@@ -20,7 +20,7 @@ module test_input
    use dda_text, only: joined, to_text
    use models, only: rock
    use record_files, only: remove_scratch, scratch_name, write_scratch
-   use testing, only: check, check_close, check_fails, check_no_error
+   use testing, only: check, check_close, check_fails, check_no_error, error
    implicit none
 
    character, parameter :: newline = achar(10)
@@ -29,6 +29,7 @@ module test_input
    character(len=*), parameter :: square = '&block vertices = 0 0 1 0 1 1 0 1 /'//newline
    ! groups on lines 1 to 4
    character(len=*), parameter :: whole = control//rock//newline//joint//square
+   type(model_type) :: model
 
 contains
 
@@ -83,7 +84,6 @@ contains
    subroutine accept(model, text)
       type(model_type), intent(out) :: model
       character(len=*), intent(in) :: text
-      type(error_type), allocatable :: error
 
       call read_model(model, 'folder/in.nml', text, error)
       call check_no_error(error, 'is read')
@@ -94,7 +94,6 @@ contains
       character(len=*), intent(in) :: text, first
       character(len=*), intent(in), optional :: second, third, fourth
       type(model_type) :: model
-      type(error_type), allocatable :: error
 
       call read_model(model, 'folder/in.nml', text, error)
       call check_fails(error, 'folder/in.nml')
@@ -106,8 +105,6 @@ contains
    end subroutine refuse
 
    subroutine run_control_contact_output()
-      type(model_type) :: model
-
       call accept(model, '&run title = ''A title'' / &control time_step = 0.01 duration = 1.0 '// &
          'least_time_step = 1.0e-5'//' dynamic_factor = 0.9 max_displacement_ratio = 0.02 '// &
          'gravity = 1.0 -9.81 time_step_control = ''adaptive'''// &
@@ -133,8 +130,6 @@ contains
    end subroutine run_control_contact_output
 
    subroutine defaults()
-      type(model_type) :: model
-
       call accept(model, whole)
       call check(.not. model%control%adaptive .and. .not. model%control%plane_strain, &
          'fixed step, plane stress')
@@ -152,7 +147,6 @@ contains
 
    !> The defaults that the catalogue publishes are those of the reader.
    subroutine published_defaults()
-      type(model_type) :: model
       type(amplification_type) :: amplification
 
       call accept(model, whole)
@@ -183,8 +177,6 @@ contains
    end subroutine published
 
    subroutine materials_and_joints()
-      type(model_type) :: model
-
       call accept(model, control// &
          '&material name = ''a'' density = 1000.0 young_modulus = 1.0e9 poisson_ratio = 0.2'// &
          ' initial_stress = 1.0 2.0 3.0 initial_velocity = 4.0 5.0 6.0 /'//rock// &
@@ -211,7 +203,6 @@ contains
 
    !> One joint an edge; those left out, blank or missing take the block's.
    subroutine edge_joints()
-      type(model_type) :: model
       character(len=*), parameter :: three = control//rock// &
          '&joint name = ''a'' friction_angle '// &
          '= 10.0 / &joint name = ''b'' friction_angle = 20.0 / &joint name = ''c'' '// &
@@ -234,8 +225,6 @@ contains
    end subroutine edge_joints
 
    subroutine generators()
-      type(model_type) :: model
-
       call accept(model, control//rock//joint// &
          '&layers width = 4.0 thickness = 0.5 count = 3 left = 1.0 bottom = 2.0 /'// &
          '&drums centre = 20.0 width = 1.0 top_width = 0.8 height = 0.5 count = 4 /'// &
@@ -273,8 +262,6 @@ contains
    end subroutine points
 
    subroutine motions()
-      type(model_type) :: model
-
       call accept(model, '&control time_step = 1.0e-3 steps = 10 base_motion_y = ''q'' /'//rock// &
          joint//square//'&motion name = ''p'' quantity = ''displacement'' time_step = 0.5 '// &
          'values = 0.0 1.0 3.0 2.0 /'//'&motion name = ''q'' quantity = ''velocity'' time_step '// &
@@ -292,8 +279,6 @@ contains
 
    !> Map coordinates: the engine works round the middle, nothing is lost.
    subroutine origin()
-      type(model_type) :: model
-
       call accept(model, control//rock//joint// &
          '&block vertices = 500000 4000000 500002 4000000 500002 4000001'// &
          ' 500000 4000001 / &measured_point name = ''p'' x = 500000.5 y = 4000000.25 /')
@@ -304,9 +289,6 @@ contains
    end subroutine origin
 
    subroutine files()
-      type(model_type) :: model
-      type(error_type), allocatable :: error
-
       call write_scratch(whole)
       call read_model_file(model, scratch_name, error)
       call remove_scratch()
@@ -337,8 +319,6 @@ contains
    end subroutine bad_groups
 
    subroutine overlaps()
-      type(model_type) :: model
-
       call refuse(whole//'&block name = ''b'' vertices = 0.9 0 2 0 2 1 0.9 1 /', '&block', &
          'line 5', 'overlaps', '0.1 m')
       call refuse(whole//'&block vertices = 0 0 1 0 1 1 0 1 /', 'line 5', 'overlaps')
@@ -355,7 +335,6 @@ contains
    !> Sizes and places at which rounding would eat the shape, in generated blocks too.
    subroutine bad_sizes_and_places()
       character(len=*), parameter :: before = control//rock//newline//joint//newline
-      type(model_type) :: model
 
       call refuse(before//'&layers bottom = 1e16 width = 10.0 thickness = 1.0 count = 3 /', &
          '&layers', 'line 5', 'block 1 layer_1 reaches farther')
@@ -390,8 +369,6 @@ contains
          '&motion name = ''m'' quantity = ''velocity'' time_step = 0.1 values ='// &
          ' 0.0 1.0 0.0 / &fixed_point x = 0.5 y = 0.5 motion_x = ''m'' / &load x = 0.5 y = 1.0 '// &
          'time = 0.0 1.0'//' force_x = 3.0 4.0 /'
-      type(model_type) :: model
-      type(error_type), allocatable :: error
       integer :: i, empty
 
       empty = 0

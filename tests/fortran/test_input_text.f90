@@ -6,7 +6,7 @@ module test_input_text
    use dda_input_groups, only: control_values, run_values, traction_values, read_values
    use dda_input_text, only: group_type, parse_group, split_groups
    use dda_kinds, only: wp
-   use testing, only: check, check_fails, check_no_error
+   use testing, only: check, check_fails, check_no_error, error
    implicit none
 
    character, parameter :: newline = achar(10), carriage_return = achar(13), tab = achar(9)
@@ -17,7 +17,6 @@ contains
       character(len=*), intent(in) :: text, names(:)
       integer, intent(in) :: lines(:)
       type(group_type), allocatable :: groups(:)
-      type(error_type), allocatable :: error
       integer :: i
 
       call split_groups('f.nml', text, groups, error)
@@ -50,7 +49,6 @@ contains
       character(len=*), intent(in) :: values   !< of the text, with the name
       real(wp), intent(in) :: times(:)
       type(group_type) :: group
-      type(error_type), allocatable :: error
       type(traction_values) :: found
 
       call parse('&traction normal = 1 '//values//' /', group, error)
@@ -66,7 +64,6 @@ contains
    subroutine expect_title(value, title)
       character(len=*), intent(in) :: value, title
       type(group_type) :: group
-      type(error_type), allocatable :: error
       type(run_values) :: found
 
       call parse('&run title = '//value//' /', group, error)
@@ -81,7 +78,6 @@ contains
       character(len=*), intent(in) :: value
       logical, intent(in) :: settles
       type(group_type) :: group
-      type(error_type), allocatable :: error
       type(control_values) :: found
 
       found%settle = .not. settles
@@ -94,7 +90,6 @@ contains
    subroutine wrong(text, words)
       character(len=*), intent(in) :: text, words
       type(group_type) :: group
-      type(error_type), allocatable :: error
 
       call parse(text, group, error)
       call check_fails(error, words)
@@ -103,7 +98,6 @@ contains
    subroutine refused(text, names)
       character(len=*), intent(in) :: text, names
       type(group_type), allocatable :: groups(:)
-      type(error_type), allocatable :: error
 
       call split_groups('f.nml', text, groups, error)
       call check_fails(error, names)
@@ -211,7 +205,6 @@ contains
          '&a x = ''it''''s/'' ! d / '// &
          carriage_return//newline//tab//'/ &b y(2) = 1, "&" /'//newline
       type(group_type), allocatable :: groups(:)
-      type(error_type), allocatable :: error
       integer :: i, read
 
       read = 0

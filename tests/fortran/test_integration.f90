@@ -16,11 +16,10 @@ module test_integration
    use dda_scheme_response, only: amplification_roots, free_damping, oscillates, period_elongation
    use dda_simulation, only: simulation_type
    use dda_start, only: set_rates
-   use dda_errors, only: error_type
    use eigenvalues, only: roots_of, distance_of
    use models, only: begin, block_text, contact_text, control_text, joint_text, number, rectangle, &
       relative_balance, run
-   use testing, only: case, check, check_close, check_no_error
+   use testing, only: case, check, check_close, check_no_error, error
    implicit none
 
    integer, parameter :: on_bond = 1, on_contact = 2, on_support = 3
@@ -32,6 +31,7 @@ module test_integration
    real(wp), parameter :: mass = 2500.0_wp, penalty = 1.0e6_wp, depth = 1.0e-3_wp, &
       size_of_x = 0.3_wp*depth
    real(wp), parameter :: allowed = 1.0e-6_wp
+   type(simulation_type) :: simulation
 
 contains
 
@@ -88,7 +88,6 @@ contains
    !> Sum of the springs that act on the coordinate, N/m.
    real(wp) function spring_of(what) result(stiffness)
       integer, intent(in) :: what
-      type(simulation_type) :: simulation
 
       stiffness = penalty
       if (what == on_support) return
@@ -138,7 +137,6 @@ contains
       integer, intent(in) :: what, member
       real(wp), intent(in) :: dt, push, x, v
       real(wp) :: state(2)
-      type(simulation_type) :: simulation
 
       call begin_from(what, member, dt, push, x, v, simulation)
       call run(simulation, 1)
@@ -204,7 +202,6 @@ contains
       real(wp), intent(in) :: dt, push, speed
       complex(wp), intent(in) :: roots(2)
       integer, parameter :: steps = 8
-      type(simulation_type) :: simulation
       real(wp) :: x(0:steps), moved(steps), state(2)
       real(wp), allocatable :: rest(:)
       integer :: i, last
@@ -231,8 +228,6 @@ contains
    !> is open and exerts nothing; pressed ones continue with the force of the end of the step.
    subroutine breaking_bond(member)
       integer, intent(in) :: member
-      type(simulation_type) :: simulation
-      type(error_type), allocatable :: error
       real(wp) :: rates(6, 2)
       integer :: i
 

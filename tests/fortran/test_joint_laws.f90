@@ -16,6 +16,7 @@ module test_joint_laws
 
    real(wp), parameter :: length = 0.7_wp  !< m
    integer, parameter :: lifted = 4        !< column of 'plesha'
+   type(law_slot_type) :: slot
 
 contains
 
@@ -46,7 +47,6 @@ contains
    end subroutine index_values
 
    subroutine hyperbolic_closure()
-      type(law_slot_type) :: slot
       type(joint_state_type) :: state
       real(wp), parameter :: stress(3) = [1.0e6_wp, 5.0e6_wp, 1.0e7_wp]
       real(wp), parameter :: closure(3) = [3.6158e-5_wp, 8.7903e-5_wp, 1.07053e-4_wp]
@@ -94,7 +94,6 @@ contains
    end subroutine hyperbolic_closure
 
    subroutine strength_of_rough_walls()
-      type(law_slot_type) :: slot
       type(joint_state_type) :: state
       real(wp), parameter :: stress(3) = [1.0e6_wp, 5.0e6_wp, 1.0e7_wp]
       real(wp), parameter :: strength(3) = [1.19175e6_wp, 4.66426e6_wp, 8.39100e6_wp]
@@ -125,7 +124,6 @@ contains
    end function weakening
 
    subroutine peak_and_residual_strength()
-      type(law_slot_type) :: slot
       type(joint_state_type) :: state
       real(wp), parameter :: force = 1.0e6_wp
       real(wp) :: w, friction
@@ -148,7 +146,6 @@ contains
 
    !> N = k_n [x + tan ψ Δs], Δs = t − τ(N)/k_s, up to the limiting slip.
    subroutine dilation()
-      type(law_slot_type) :: slot
       type(joint_state_type) :: state
       real(wp) :: force, slip, t, path
       integer :: i, k
@@ -182,7 +179,6 @@ contains
 
    !> tan(φ ± α), ± tan α, α₀ exp(−cW); the normal force is that of the lift of the same slip.
    subroutine asperities()
-      type(law_slot_type) :: slot
       type(joint_state_type) :: state, after
       real(wp) :: force, slip, angle
       integer :: way
@@ -318,7 +314,6 @@ contains
    !> min(k x, σ_c L), its potential and slope; closure beyond it is plastic, the unloading elastic;
    !> small steps to the plastic closure 2 G_c/σ_c lose G_c per area.
    subroutine crushing()
-      type(law_slot_type) :: slot
       type(joint_state_type) :: state
       real(wp), parameter :: k_n = 1.0e10_wp*length, most = 2.0e6_wp*length, h = 1.0e-9_wp
       real(wp) :: x, lost, before
@@ -380,7 +375,6 @@ contains
 
    !> Slip in two parts is slip in one; it is elastic at first, and again as it turns; slopes agree.
    subroutine continuous_yield()
-      type(law_slot_type) :: slot
       type(joint_state_type) :: state, turned
       real(wp), parameter :: slip = 5.0e-5_wp, force = 1.0e6_wp*length
       real(wp) :: whole, part, slope, above
@@ -405,7 +399,6 @@ contains
 
    !> k_s (t − vΔt) = N μ(v) beyond the threshold, elastic below; θ = L/v + (θ₀ − L/v) exp(−vt/L).
    subroutine friction_of_velocity()
-      type(law_slot_type) :: slot
       type(joint_type) :: joint
       type(joint_state_type) :: state, after
       real(wp), parameter :: force = 1.0e6_wp, step = 1.0e-3_wp
@@ -445,7 +438,6 @@ contains
    end subroutine friction_of_velocity
 
    subroutine stiffness()
-      type(law_slot_type) :: slot
       type(joint_type) :: joint
       type(joint_state_type) :: state
 

@@ -15,6 +15,8 @@ module test_kinematics
 
    real(wp), parameter :: mass = 1000.0_wp, stiffness = 4.0e5_wp   !< ω = 20 /s
    real(wp), parameter :: omega = 20.0_wp
+   type(simulation_type) :: simulation
+   type(blocks_type) :: blocks
 
 contains
 
@@ -53,7 +55,6 @@ contains
    !> and damping.
    subroutine free_vibration(resolution)
       real(wp), intent(in) :: resolution   !< Ω = ωΔt
-      type(simulation_type) :: simulation
       real(wp) :: x(0:3), det, trace, determinant, radius, phase, damping
       integer :: i
 
@@ -84,7 +85,6 @@ contains
    !> differentiates its samples, u̇ = i (8 sin ωΔt − sin 2ωΔt)/(6Δt) u.
    subroutine harmonic(step, frequency)
       real(wp), intent(in) :: step, frequency   !< s, /s
-      type(simulation_type) :: simulation
       complex(wp) :: response, expected, inertia, rate, target_rate
       real(wp) :: drive, way, dashpot, time, period
       character(len=:), allocatable :: values
@@ -127,8 +127,6 @@ contains
 
    !> Without force, velocity is f times that of the step before.
    subroutine dynamic_factor()
-      type(simulation_type) :: simulation
-
       call begin(simulation, control_text(1.0e-2_wp, 100, 'dynamic_factor = 0.99')// &
          joint_text(0.0_wp, 0.0_wp, 0.0_wp)// &
          ' &material density = 1000.0 young_modulus = 1.0e9 poisson_ratio = 0.2 '// &
@@ -161,7 +159,6 @@ contains
    !> d = Δt [(1 − χ) v₀ + χ v₁], a = (v₁ − v₀)/Δt, and the loss of a dynamic factor.
    subroutine accepted_step(chi)
       real(wp), intent(in) :: chi
-      type(blocks_type) :: blocks
       real(wp) :: d(6, 3), v(6, 3), q(6, 3), loss, before
       real(wp), parameter :: step = 0.03_wp
 
@@ -189,7 +186,6 @@ contains
 
    !> The bound holds for every vertex, and is met by a translation.
    subroutine moves()
-      type(blocks_type) :: blocks
       real(wp) :: d(6, 4), before(2, 28), bound
       integer :: i, wrong
 
@@ -216,7 +212,6 @@ contains
 
    !> ½ ρ ∫ |ẋ|² by quadrature.
    subroutine kinetic()
-      type(blocks_type) :: blocks
       real(wp), allocatable :: points(:,:), weights(:)
       real(wp) :: vertices(2, 7), sum, velocity(2), v(6)
       integer :: i, k

@@ -13,8 +13,11 @@ module test_linear_solver
       solver_type
    use systems, only: diagonal_of
    use models, only: random_vector, sow
-   use testing, only: case, check, check_fails, check_no_error
+   use testing, only: case, check, check_fails, check_no_error, error
    implicit none
+
+   type(block_matrix_type) :: matrix
+   type(solver_type) :: solver
 
 contains
 
@@ -36,9 +39,6 @@ contains
    end subroutine every_solver
 
    subroutine an_unknown_solver()
-      type(solver_type) :: solver
-      type(error_type), allocatable :: error
-
       call choose_solver(solver, 'magic', error)
       call check_fails(error, "'magic'")
    end subroutine an_unknown_solver
@@ -98,9 +98,6 @@ contains
       character(len=*), intent(in) :: name
       integer, intent(in) :: n
       real(wp), intent(in) :: least
-      type(block_matrix_type) :: matrix
-      type(solver_type) :: solver
-      type(error_type), allocatable :: error
       real(wp) :: x(6, n), b(6, n), image(6, n)
 
       call chain(n, least, matrix)
@@ -120,9 +117,6 @@ contains
       character(len=*), intent(in) :: name
       integer, parameter :: n = 80
       real(wp), parameter :: loose = 1.0e-2_wp
-      type(block_matrix_type) :: matrix
-      type(solver_type) :: solver
-      type(error_type), allocatable :: error
       real(wp) :: x(6, n), b(6, n), image(6, n), change(6, n)
       integer :: pass
 
@@ -151,9 +145,6 @@ contains
    !> Numbers that single precision cannot hold: the lagged factor hands over to the direct solver.
    subroutine beyond_single_precision()
       integer, parameter :: n = 70
-      type(block_matrix_type) :: matrix
-      type(solver_type) :: solver
-      type(error_type), allocatable :: error
       real(wp) :: x(6, n), b(6, n), image(6, n)
       logical :: halting(size(ieee_all))
 
@@ -179,9 +170,6 @@ contains
    !> double precision has few digits left, too.
    subroutine a_pivot_lost_to_single_precision()
       integer, parameter :: n = 70
-      type(block_matrix_type) :: matrix
-      type(solver_type) :: solver
-      type(error_type), allocatable :: error
       real(wp) :: x(6, n), b(6, n), image(6, n), alone(compact_size, n)
       integer :: i
 
@@ -243,9 +231,6 @@ contains
    !> A factor so old that the iterations with it fail is made again.
    subroutine a_factor_that_is_too_old()
       integer, parameter :: n = 70
-      type(block_matrix_type) :: matrix
-      type(solver_type) :: solver
-      type(error_type), allocatable :: error
       real(wp) :: x(6, n), b(6, n)
 
       call chain(n, 1.0_wp, matrix)
@@ -262,9 +247,6 @@ contains
    !> Where the diagonal blocks come to need many iterations, `auto` takes a factor instead.
    subroutine slow_iterations_with_the_diagonal_blocks()
       integer, parameter :: n = 80
-      type(block_matrix_type) :: matrix
-      type(solver_type) :: solver
-      type(error_type), allocatable :: error
       real(wp) :: x(6, n), b(6, n), image(6, n)
 
       call chain(n, 1.0e4_wp, matrix)
@@ -290,9 +272,6 @@ contains
    subroutine no_numbers(name)
       character(len=*), intent(in) :: name
       integer, parameter :: n = 70
-      type(block_matrix_type) :: matrix
-      type(solver_type) :: solver
-      type(error_type), allocatable :: error
       real(wp) :: x(6, n), b(6, n)
       logical :: halting(size(ieee_all))
 
@@ -315,9 +294,6 @@ contains
    subroutine no_pivot(name)
       character(len=*), intent(in) :: name
       integer, parameter :: n = 70
-      type(block_matrix_type) :: matrix
-      type(solver_type) :: solver
-      type(error_type), allocatable :: error
       real(wp) :: x(6, n), b(6, n), image(6, n)
       logical :: halting(size(ieee_all))
 

@@ -3,18 +3,18 @@
 module test_low_rank
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, entry_of, multiply, set_pattern
-   use dda_errors, only: error_type
    use dda_low_rank, only: rebuild_low_rank, update_low_rank
    use dda_rank_one, only: add_change, forget_changes, most_changes, rank_one_type
    use dda_linear_solver, only: analyse, choose_solver, renew, solve, solver_type
    use dda_lagged_factor, only: analyse_lagged, refactorise, lagged_factor_type
    use systems, only: diagonal_of
    use models, only: random, random_vector
-   use testing, only: case, check, check_no_error
+   use testing, only: case, check, check_no_error, error
    !$ use omp_lib, only: omp_get_max_threads, omp_set_num_threads
    implicit none
 
    real(wp), parameter :: stiff = 1.0e4_wp   !< of a spring, where each block is held by 1 to 2
+   type(block_matrix_type) :: matrix
 
 contains
 
@@ -122,10 +122,8 @@ contains
    subroutine follows(across, up, count, parts)
       integer, intent(in) :: across, up, count
       integer, intent(in) :: parts  !< in which the changes come
-      type(block_matrix_type) :: matrix
       type(lagged_factor_type) :: lagged
       type(rank_one_type) :: changes
-      type(error_type), allocatable :: error
       logical :: done
       integer :: part
 
@@ -161,10 +159,8 @@ contains
    !> Springs between blocks that nothing coupled are followed as well; the next factor is planned
    !> with them, and so are updates of that one.
    subroutine springs_where_none_were()
-      type(block_matrix_type) :: matrix
       type(lagged_factor_type) :: lagged
       type(rank_one_type) :: changes
-      type(error_type), allocatable :: error
       logical :: done
       integer :: round
 
@@ -190,7 +186,6 @@ contains
       type(block_matrix_type) :: matrix, first
       type(lagged_factor_type) :: lagged
       type(rank_one_type) :: changes, back
-      type(error_type), allocatable :: error
       logical :: done
 
       call wall(20, 15, matrix)
@@ -212,10 +207,8 @@ contains
 
    !> What is too much to follow is refused.
    subroutine more_changes_than_can_be_followed()
-      type(block_matrix_type) :: matrix
       type(lagged_factor_type) :: lagged
       type(rank_one_type) :: changes
-      type(error_type), allocatable :: error
       logical :: done
 
       call wall(12, 9, matrix)
@@ -237,10 +230,8 @@ contains
 
    !> A spring that was never there cannot be taken out.
    subroutine a_spring_that_was_never_there()
-      type(block_matrix_type) :: matrix
       type(lagged_factor_type) :: lagged
       type(rank_one_type) :: changes
-      type(error_type), allocatable :: error
       logical :: done
 
       call wall(12, 9, matrix)
@@ -253,10 +244,8 @@ contains
 
    !> Neither threads nor the parts in which the changes came alter a bit.
    subroutine the_same_bits_on_1_to_4_threads_in_one_or_three_parts()
-      type(block_matrix_type) :: matrix
       type(lagged_factor_type) :: lagged
       type(rank_one_type) :: changes
-      type(error_type), allocatable :: error
       real(wp), allocatable :: b(:,:), one(:,:), more(:,:)
       logical :: done
       integer :: before, threads, part
@@ -287,10 +276,8 @@ contains
 
    !> The solver follows changes without a new factor, and needs no more iterations than with one.
    subroutine the_lagged_solver_updates_its_factor()
-      type(block_matrix_type) :: matrix
       type(solver_type) :: solver
       type(rank_one_type) :: changes
-      type(error_type), allocatable :: error
       real(wp), allocatable :: b(:,:), x(:,:), image(:,:)
       integer :: round
 

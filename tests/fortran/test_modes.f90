@@ -2,7 +2,6 @@
 !> Lowest modes: the paper's models, free vibration in time stepping, models that are not held.
 module test_modes
    use dda_kinds, only: wp
-   use dda_errors, only: error_type
    use dda_linear_model, only: linear_model_type, energy_share_type, energy_of, linearise, &
       set_penalty
    use dda_linear_terms, only: term_shear, term_support
@@ -13,8 +12,11 @@ module test_modes
    use dda_text, only: to_text
    use check_models, only: layered_site, layered_site_two, drum_column, brick_wall, loose_blocks, &
       hinged_bar, free_stack, started, linear_of
-   use testing, only: case, check, check_close, check_no_error
+   use testing, only: case, check, check_close, check_no_error, error
    implicit none
+
+   type(linear_model_type) :: linear
+   type(modes_type) :: modes
 
 contains
 
@@ -32,9 +34,6 @@ contains
    subroutine check_first(text, frequency, within)
       character(len=*), intent(in) :: text
       real(wp), intent(in) :: frequency, within  !< Hz
-      type(linear_model_type) :: linear
-      type(modes_type) :: modes
-      type(error_type), allocatable :: error
 
       call linear_of(linear, text, 'closed')
       call find_modes(linear, 1, modes, error)
@@ -56,9 +55,6 @@ contains
 
    !> Over all modes the effective masses are the whole mass.
    subroutine all_masses()
-      type(linear_model_type) :: linear
-      type(modes_type) :: modes
-      type(error_type), allocatable :: error
       integer :: b
       real(wp) :: product
 
@@ -86,9 +82,6 @@ contains
    subroutine free_vibration(text, count)
       character(len=*), intent(in) :: text
       integer, intent(in) :: count
-      type(linear_model_type) :: linear
-      type(modes_type) :: modes
-      type(error_type), allocatable :: error
       type(energy_share_type) :: energy
       real(wp) :: omega, damping
       integer :: i
@@ -124,7 +117,6 @@ contains
       integer, parameter :: steps = 60
       real(wp), parameter :: speed = 1.0e-6_wp
       type(simulation_type) :: simulation
-      type(error_type), allocatable :: error
       real(wp) :: q(0:steps), first(6, linear%n), a(2, 2), b(2), solution(2), size_of_log
       integer :: k, block
 
@@ -156,9 +148,6 @@ contains
    !> Without bonds contacts are open until gravity closes them.
    subroutine contacts_that_gravity_closes()
       type(simulation_type) :: simulation
-      type(linear_model_type) :: linear
-      type(modes_type) :: modes
-      type(error_type), allocatable :: error
       real(wp) :: closed
 
       call linear_of(linear, drum_column('1.0e8', ', gravity=0.0, -9.81', bonded=.false.), 'closed')
@@ -182,10 +171,6 @@ contains
 
    !> Models without enough support are answered in words.
    subroutine not_held()
-      type(linear_model_type) :: linear
-      type(modes_type) :: modes
-      type(error_type), allocatable :: error
-
       call case('blocks that do not touch')
       call linear_of(linear, loose_blocks(), 'closed')
       call find_modes(linear, 4, modes, error)

@@ -9,6 +9,8 @@ module test_neighbours
    use testing, only: check
    implicit none
 
+   type(blocks_type) :: blocks
+
 contains
 
    subroutine random_blocks_of_very_different_size()
@@ -23,7 +25,6 @@ contains
    subroutine try_random(n)
       integer, intent(in) :: n
       type(outlines_type) :: outlines
-      type(blocks_type) :: blocks
       type(neighbours_type) :: near
       real(wp) :: scale
       integer :: i
@@ -149,7 +150,6 @@ contains
 
    !> n × n squares side by side: 2n(n−1) joints and 2(n−1)² diagonals.
    subroutine a_lattice()
-      type(blocks_type) :: blocks
       type(neighbours_type) :: near
       integer :: n
 
@@ -169,7 +169,6 @@ contains
    end subroutine forget
 
    subroutine one_block()
-      type(blocks_type) :: blocks
       type(neighbours_type) :: near
 
       call place_blocks(blocks, rectangle(0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp))
@@ -180,7 +179,6 @@ contains
    !> One distant block a million sizes away costs neither memory nor pairs.
    subroutine a_distant_block()
       type(outlines_type) :: outlines
-      type(blocks_type) :: blocks
       type(neighbours_type) :: near
       integer :: i
 
@@ -212,7 +210,6 @@ contains
    function measure(n) result(cost)
       integer, intent(in) :: n
       real(wp) :: cost(2)
-      type(blocks_type) :: blocks
       type(neighbours_type) :: near
       real(wp) :: from, to
       integer :: i, k

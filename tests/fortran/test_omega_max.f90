@@ -4,7 +4,6 @@
 module test_omega_max
    use dda_kinds, only: wp
    use dda_eigen, only: eigenpairs_type, all_eigenvalues
-   use dda_errors, only: error_type
    use dda_linear_model, only: linear_model_type, energy_share_type, energy_of, set_penalty, &
       strain_energy
    use dda_linear_terms, only: term_normal, term_support
@@ -12,8 +11,11 @@ module test_omega_max
    use dda_unresolved, only: unresolved_type, count_unresolved
    use check_models, only: layered_site, layered_site_two, drum_column, brick_wall, &
       plane_strain_heap, loose_blocks, linear_of
-   use testing, only: case, check, check_close, check_no_error
+   use testing, only: case, check, check_close, check_no_error, error
    implicit none
+
+   type(linear_model_type) :: linear
+   type(omega_max_type) :: result
 
 contains
 
@@ -38,10 +40,7 @@ contains
    subroutine bracketed(text, kind)
       character(len=*), intent(in) :: text
       integer, intent(in) :: kind  !< what governs; 0: not checked
-      type(linear_model_type) :: linear
-      type(omega_max_type) :: result
       type(energy_share_type) :: energy
-      type(error_type), allocatable :: error
 
       call linear_of(linear, text, 'closed')
       call find_omega_max(linear, result, error, tolerance=1.0e-10_wp)
@@ -61,7 +60,6 @@ contains
    real(wp) function dense_omega(linear) result(omega)
       type(linear_model_type), intent(in) :: linear
       type(eigenpairs_type) :: pairs
-      type(error_type), allocatable :: error
 
       call all_eigenvalues(linear%stiffness, linear%mass, pairs, error)
       call check_no_error(error, 'LAPACK')
@@ -70,9 +68,6 @@ contains
 
    !> From strains to springs.
    subroutine many_penalties()
-      type(linear_model_type) :: linear
-      type(omega_max_type) :: result
-      type(error_type), allocatable :: error
       integer :: i
 
       call linear_of(linear, brick_wall(5, 5, '1.0e10', ''), 'closed')
@@ -90,9 +85,7 @@ contains
 
    !> A loose tolerance states the residual that it reached.
    subroutine a_loose_tolerance()
-      type(linear_model_type) :: linear
       type(omega_max_type) :: loose, tight
-      type(error_type), allocatable :: error
 
       call linear_of(linear, brick_wall(30, 20, '1.0e12', ''), 'closed')
       call find_omega_max(linear, loose, error, tolerance=1.0e-3_wp)
@@ -107,10 +100,8 @@ contains
 
    !> Bounds, inertia and LAPACK agree on how many modes lie beyond 4/Δt.
    subroutine modes_beyond_4_time_step()
-      type(linear_model_type) :: linear
       type(unresolved_type) :: unresolved
       type(eigenpairs_type) :: pairs
-      type(error_type), allocatable :: error
       real(wp), parameter :: steps(4) = [1.0e-3_wp, 2.0e-4_wp, 1.0e-4_wp, 1.0e-5_wp]
       integer :: i
 

@@ -18,8 +18,12 @@ module test_open_close
    use systems, only: energy, flat, gap_row, gradient, linear_matrix, pattern_of, random_system, &
       slip_row, stiffness, unknowns
    use dda_text, only: to_text
-   use testing, only: case, check, check_close, check_fails, check_no_error
+   use testing, only: case, check, check_close, check_fails, check_no_error, error
    implicit none
+
+   type(system_type) :: system
+   type(contacts_type) :: contacts
+   type(laws_type) :: laws
 
 contains
 
@@ -45,11 +49,7 @@ contains
 
    !> Up to eight contacts, 2⁸ combinations.
    subroutine against_all_combinations()
-      type(system_type) :: system
-      type(contacts_type) :: contacts
-      type(laws_type) :: laws
       type(open_close_type) :: iteration
-      type(error_type), allocatable :: error
       real(wp) :: expected(unknowns)
       integer :: i, solutions, most
 
@@ -102,9 +102,7 @@ contains
    subroutine from_any_first_states()
       type(system_type) :: system, again
       type(contacts_type) :: contacts, others
-      type(laws_type) :: laws
       type(open_close_type) :: iteration
-      type(error_type), allocatable :: error
       integer :: i, c
 
       do i = 1, 60
@@ -138,10 +136,8 @@ contains
       integer, intent(in) :: count   !< contacts
       type(system_type) :: start, system
       type(contacts_type) :: first, contacts
-      type(laws_type) :: laws
       type(open_close_type) :: iteration
       type(solver_type) :: solver
-      type(error_type), allocatable :: error
       real(wp) :: before, after
       logical :: converged
       integer :: c, most
@@ -174,11 +170,7 @@ contains
    !> A difference of 1e-14 of a force is tolerated if the force was there at the start of the step,
    !> and not if an iterate far off exerts it.
    subroutine tolerance_of_the_step()
-      type(system_type) :: system
-      type(contacts_type) :: contacts
-      type(laws_type) :: laws
       type(open_close_type) :: iteration
-      type(error_type), allocatable :: error
       integer :: i, given
 
       do i = 1, 20
@@ -219,9 +211,7 @@ contains
       integer, intent(out) :: opened   !< contacts
       type(system_type) :: whole, system
       type(contacts_type) :: all, contacts
-      type(laws_type) :: laws
       type(open_close_type) :: iteration
-      type(error_type), allocatable :: error
       real(wp) :: k(unknowns, unknowns), x(unknowns, 2), row(unknowns)
       integer :: i, info
 
@@ -285,9 +275,7 @@ contains
       integer, parameter :: systems = 60, idle = 200, each = 40
       type(system_type) :: whole, system
       type(contacts_type) :: all, contacts
-      type(laws_type) :: laws
       type(open_close_type) :: iteration
-      type(error_type), allocatable :: error
       real(wp) :: expected(6, 2*systems + idle)
       integer :: i, most
 
@@ -346,11 +334,7 @@ contains
    subroutine with_friction(angle, most_allowed)
       real(wp), intent(in) :: angle
       integer, intent(in) :: most_allowed
-      type(system_type) :: system
-      type(contacts_type) :: contacts
-      type(laws_type) :: laws
       type(open_close_type) :: iteration
-      type(error_type), allocatable :: error
       integer :: i, c, failed, most, states(0:2)
 
       call case('with friction')
@@ -380,9 +364,7 @@ contains
    subroutine where_friction_locks()
       type(system_type) :: system, again
       type(contacts_type) :: contacts, contacts_again
-      type(laws_type) :: laws
       type(open_close_type) :: iteration
-      type(error_type), allocatable :: error
       real(wp), parameter :: angle = 81.0_wp
       integer :: i, locked, closed
 
@@ -474,11 +456,7 @@ contains
    end subroutine check_balance
 
    subroutine no_contacts()
-      type(system_type) :: system
-      type(contacts_type) :: contacts
-      type(laws_type) :: laws
       type(open_close_type) :: iteration
-      type(error_type), allocatable :: error
 
       call random_system(system, contacts, laws, 1, 0.0_wp)
       contacts%n = 0
@@ -490,11 +468,7 @@ contains
    end subroutine no_contacts
 
    subroutine too_few_iterations()
-      type(system_type) :: system
-      type(contacts_type) :: contacts
-      type(laws_type) :: laws
       type(open_close_type) :: iteration
-      type(error_type), allocatable :: error
 
       call random_system(system, contacts, laws, 20, 20.0_wp)
       contacts%gap(:20) = -abs(contacts%gap(:20))

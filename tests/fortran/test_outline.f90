@@ -10,6 +10,8 @@ module test_outline
    use testing, only: check, check_close
    implicit none
 
+   type(blocks_type) :: blocks
+
 contains
 
    !> Blocks from their polygons.
@@ -36,7 +38,6 @@ contains
 
    !> Three by two blocks of 2 m × 1 m.
    subroutine grid()
-      type(blocks_type) :: blocks
       type(edge_piece_type), allocatable :: all(:), found(:)
       real(wp) :: vertices(2, 24)
       integer :: i, j
@@ -74,7 +75,6 @@ contains
 
    !> A narrow block on the middle of a wide one leaves two parts of its top.
    subroutine steps()
-      type(blocks_type) :: blocks
       type(edge_piece_type), allocatable :: found(:)
 
       call make(blocks, [1, 5, 9, 13], reshape([rectangle(0.0_wp, 0.0_wp, 10.0_wp, 1.0_wp), &
@@ -92,7 +92,6 @@ contains
 
    !> A face that is no side of the box.
    subroutine slope()
-      type(blocks_type) :: blocks
       type(edge_piece_type), allocatable :: found(:)
 
       call make(blocks, [1, 4], reshape([0.0_wp, 0.0_wp, 4.0_wp, 0.0_wp, 0.0_wp, 3.0_wp], &
@@ -106,7 +105,6 @@ contains
 
    !> The two points integrate squares of linear functions along a piece.
    subroutine points_of_gauss()
-      type(blocks_type) :: blocks
       type(edge_piece_type) :: piece
       real(wp) :: reference(2, 2), ends(2, 2), centre(2)
 

@@ -12,7 +12,7 @@ module test_plane_law
    use dda_scheme, only: scheme_type, step_type
    use dda_soil_curves, only: soil_type, curve_of
    use models, only: random, random_vector
-   use testing, only: check
+   use testing, only: check, error
    implicit none
 
 contains
@@ -50,7 +50,6 @@ contains
       real(wp), parameter :: thetas(3) = [0.5_wp, 0.75_wp, 1.0_wp]
       type(hysteretic_law_type) :: law
       type(strain_point_type) :: point
-      type(error_type), allocatable :: error
       real(wp) :: worst(2)
       integer :: i, kind
 

@@ -2,16 +2,16 @@
 !> Every format gives the same motion back: 100 sin(2πt) cm/s², 50 samples every 0.02 s.
 module test_record
    use dda_kinds, only: wp, pi
-   use dda_errors, only: error_type
    use dda_record, only: record_type, read_record
    use record_files, only: contents, data_file, remove_scratch, scratch_name, write_scratch
-   use testing, only: check, check_close, check_no_error, check_fails
+   use testing, only: check, check_close, check_fails, check_no_error, error
    implicit none
 
    integer, parameter :: samples = 50
    real(wp), parameter :: step = 0.02_wp, omega = 2.0_wp*pi
    !> half a unit of the last digit, in parts of the peak
    real(wp), parameter :: printed = 1.0e-6_wp
+   type(record_type) :: record
 
 contains
 
@@ -30,8 +30,6 @@ contains
    subroutine expect_sine(name, format, precision)
       character(len=*), intent(in) :: name, format
       real(wp), intent(in) :: precision
-      type(record_type) :: record
-      type(error_type), allocatable :: error
 
       call read_record(record, data_file(name), 'auto', '', '', error)
       call check_no_error(error, name//' by content')
@@ -62,8 +60,6 @@ contains
       character(len=*), intent(in) :: name, quantity
       integer, intent(in) :: channel
       real(wp), intent(in) :: expected(:)
-      type(record_type) :: record
-      type(error_type), allocatable :: error
 
       call read_record(record, data_file(name), 'auto', quantity, '', error, channel=channel)
       call check_no_error(error, name//' '//quantity)
@@ -75,17 +71,12 @@ contains
       character(len=*), intent(in) :: name
       integer, intent(in) :: channel
       character(len=*), intent(in) :: names
-      type(record_type) :: record
-      type(error_type), allocatable :: error
 
       call read_record(record, data_file(name), 'auto', 'acceleration', '', error, channel=channel)
       call check_fails(error, names)
    end subroutine expect_no_section
 
    subroutine columns_of_text()
-      type(record_type) :: record
-      type(error_type), allocatable :: error
-
       call read_record(record, data_file('sine one column.txt'), 'auto', 'acceleration', 'gal', &
          error, time_step=step)
       call check_no_error(error, 'one column')
@@ -106,9 +97,6 @@ contains
    end subroutine columns_of_text
 
    subroutine words_of_the_header()
-      type(record_type) :: record
-      type(error_type), allocatable :: error
-
       call read_record(record, data_file('sine.esm'), 'auto', '', '', error)
       call check_no_error(error, 'esm')
       if (.not. allocated(error)) call check(index(record%station, 'Plätze') > 0, &
@@ -146,8 +134,6 @@ contains
    subroutine expect_changed(bytes, old, new, quantity, amplitude, time_step)
       character(len=*), intent(in) :: bytes, old, new, quantity
       real(wp), intent(in) :: amplitude, time_step
-      type(record_type) :: record
-      type(error_type), allocatable :: error
       character(len=:), allocatable :: unit
       real(wp) :: wave(samples)
       integer :: at
@@ -187,8 +173,6 @@ contains
    subroutine expect_unit(name, quantity, unit, names)
       character(len=*), intent(in) :: name, quantity, unit
       character(len=*), intent(in) :: names       !< in the error; blank: none expected
-      type(record_type) :: record
-      type(error_type), allocatable :: error
 
       call read_record(record, data_file(name), 'auto', quantity, unit, error, time_step=step)
       if (names == '') then
@@ -199,9 +183,6 @@ contains
    end subroutine expect_unit
 
    subroutine time_steps_must_agree()
-      type(record_type) :: record
-      type(error_type), allocatable :: error
-
       call read_record(record, data_file('sine.at2'), 'at2', '', '', error, time_step=0.01_wp)
       call check_fails(error, '0.01')
       call read_record(record, data_file('sine_time.csv'), 'text', '', 'gal', error, &
@@ -216,9 +197,6 @@ contains
    !> The record of the Loma Prieta earthquake that the project carries; numbers from its own
    !> header.
    subroutine a_real_smc_record()
-      type(record_type) :: record
-      type(error_type), allocatable :: error
-
       call read_record(record, &
          data_file('../../../inputs/records/LomaPrieta1989_USGS1002_APEEL2_133.smc'), 'auto', &
          'acceleration', '', error)

@@ -3,20 +3,18 @@
 module test_record_damage
    use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
    use dda_kinds, only: wp
-   use dda_errors, only: error_type, error_file, error_input
+   use dda_errors, only: error_file, error_input
    use dda_record, only: record_type, read_record
    use record_files, only: data_file, write_scratch, contents, scratch_name
-   use testing, only: check, check_no_error, check_fails
+   use testing, only: check, check_fails, check_no_error, error
    implicit none
 
    character(len=*), parameter :: nl = new_line('a')
+   type(record_type) :: record
 
 contains
 
    subroutine what_is_not_a_file()
-      type(record_type) :: record
-      type(error_type), allocatable :: error
-
       call read_record(record, data_file(''), 'auto', '', '', error)
       call check_fails(error, 'records')
       if (allocated(error)) call check(error%kind == error_file, 'a folder is an error of the file')
@@ -32,9 +30,6 @@ contains
 
    !> A time step that is none, a path without end.
    subroutine odd_requests()
-      type(record_type) :: record
-      type(error_type), allocatable :: error
-
       call read_record(record, scratch_name, 'text', '', 'm', error, time_step=ieee_value(1.0_wp, &
          ieee_positive_inf))
       call check_fails(error, 'not a finite number')
@@ -149,8 +144,6 @@ contains
       character(len=8), parameter :: names(7) = [character(len=8) :: '.smc', '.at2', '.knet', &
          '.esm', '.v2c', '.v2', '_old.at2']
       character(len=:), allocatable :: bytes
-      type(record_type) :: record
-      type(error_type), allocatable :: error
       integer :: i, length, kept
 
       do i = 1, size(names)
@@ -169,8 +162,6 @@ contains
 
    !> LF, CR LF, CR, none at the end, and Ctrl-Z at the end are all the same.
    subroutine line_ends()
-      type(record_type) :: record
-      type(error_type), allocatable :: error
       character(len=2), parameter :: ends(3) = [achar(10)//' ', achar(13)//achar(10), achar(13)// &
          ' ']
       integer :: i
@@ -208,7 +199,6 @@ contains
    subroutine expect_error(format, names)
       character(len=*), intent(in) :: format, names
       type(record_type) :: record
-      type(error_type), allocatable :: error
       character(len=:), allocatable :: unit
 
       unit = ''

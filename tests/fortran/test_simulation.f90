@@ -5,17 +5,18 @@ module test_simulation
    use dda_blocks, only: momentum_of, update_geometry
    use dda_equilibrium, only: equilibrate, equilibrium_type
    use dda_kinds, only: wp, pi
-   use dda_errors, only: error_convergence, error_type
+   use dda_errors, only: error_convergence
    use dda_polygon, only: area_of
    use dda_simulation, only: finished, simulation_type, summary
    use dda_time_step, only: advance
    use models, only: begin, begin_or_fail, block_text, contact_text, control_text, joint_text, &
       number, rectangle, rock, run, turned
-   use testing, only: case, check, check_close, check_fails, check_no_error
+   use testing, only: case, check, check_close, check_fails, check_no_error, error
    implicit none
 
    real(wp), parameter :: g = 9.81_wp
    character(len=*), parameter :: gravity = 'gravity = 0.0 -9.81 '
+   type(simulation_type) :: simulation
 
 contains
 
@@ -30,7 +31,6 @@ contains
 
    !> ½ g t² is exact for the scheme, whatever the step.
    subroutine free_fall()
-      type(simulation_type) :: simulation
       real(wp) :: from(2)
       real(wp), parameter :: step(3) = [1.0e-4_wp, 1.0e-3_wp, 1.0e-2_wp]
       integer :: i
@@ -49,7 +49,6 @@ contains
    end subroutine free_fall
 
    subroutine flight_without_force()
-      type(simulation_type) :: simulation
       real(wp) :: from(2)
 
       call begin(simulation, control_text(1.0e-3_wp, 5000, '')//joint_text(0.0_wp, 0.0_wp, &
@@ -66,7 +65,6 @@ contains
 
    !> A hundred turns of a block without symmetry, in a hundred steps each.
    subroutine a_hundred_turns()
-      type(simulation_type) :: simulation
       real(wp) :: shape(2, 5), edges(5), momentum
       integer :: i
 
@@ -130,7 +128,6 @@ contains
    !> s = ½ g (sin α − cos α tan φ) t², at a penalty of `factor` × E.
    subroutine incline(friction_angle, factor)
       real(wp), intent(in) :: friction_angle, factor
-      type(simulation_type) :: simulation
       real(wp) :: expected
       integer, parameter :: steps = 2000
 
@@ -144,7 +141,6 @@ contains
 
    !> φ above α: it settles, then nothing moves any more.
    subroutine sticking_at_35_degrees_on_30_degrees()
-      type(simulation_type) :: simulation
       real(wp) :: settled
 
       call begin_incline(simulation, 35.0_wp, 1.0e10_wp, 1.0e-3_wp, 3000)
@@ -157,7 +153,6 @@ contains
 
    !> A needle on its tip in a notch stays there while it is in balance.
    subroutine rest_in_a_notch()
-      type(simulation_type) :: simulation
       real(wp) :: from
 
       call begin(simulation, control_text(1.0e-3_wp, 300, gravity)//contact_text(1.0e9_wp, '')// &
@@ -174,9 +169,7 @@ contains
    !> A contact soft enough to give 1.6 cm, more than the contact distance, still throws the block
    !> back.
    subroutine penetration_beyond_the_contact_distance()
-      type(simulation_type) :: simulation
       real(wp) :: lowest
-      type(error_type), allocatable :: error
       integer :: i
 
       call begin(simulation, control_text(1.0e-4_wp, 6000, gravity// &
@@ -205,9 +198,7 @@ contains
    !> A block at rest as deep as forces explain, then pushed 30 cm into the floor by contacts
    !> that bear nothing there: they balance, but rest is where it was.
    subroutine contacts_that_are_deeper_than_their_force_explains()
-      type(simulation_type) :: simulation
       type(equilibrium_type) :: equilibrium
-      type(error_type), allocatable :: error
       real(wp) :: height
 
       call begin(simulation, control_text(1.0e-3_wp, 10, gravity//'settle = .true.')// &
@@ -232,8 +223,6 @@ contains
    !> Δt shrinks while a block falls fast, recovers when it lies, is told of, and the end is met
    !> exactly.
    subroutine adaptive_time_step()
-      type(simulation_type) :: simulation
-      type(error_type), allocatable :: error
       real(wp) :: least, largest_at_rest
       integer :: i
 
@@ -267,8 +256,6 @@ contains
 
    !> A corner hits a stack: more than two iterations; the error names step, time and blocks.
    subroutine a_step_that_cannot_close()
-      type(simulation_type) :: simulation
-      type(error_type), allocatable :: error
       integer :: i
 
       call begin_or_fail(simulation, control_text(1.0e-3_wp, 1000, gravity)// &
@@ -303,7 +290,6 @@ contains
 
    !> With a fixed step, time is its exact multiple and the run ends after its number of steps.
    subroutine fixed_clock()
-      type(simulation_type) :: simulation
       integer :: i
 
       call begin(simulation, control_text(0.1_wp, 37, '')//rock//joint_text(0.0_wp, 0.0_wp, &

@@ -4,12 +4,12 @@ module test_solver_interface
    use dda_kinds, only: wp
    use dda_band_matrix, only: band_type, order_band
    use dda_block_matrix, only: block_matrix_type, set_pattern
-   use dda_errors, only: error_type, error_input
+   use dda_errors, only: error_input
    use dda_rank_one, only: rank_one_type
    use dda_linear_solver, only: analyse, choose_solver, renew, solve, solver_names, solver_type
    use systems, only: diagonal_of
    use models, only: random_vector
-   use testing, only: case, check, check_close, check_no_error, check_fails
+   use testing, only: case, check, check_close, check_fails, check_no_error, error
    implicit none
 
 contains
@@ -61,7 +61,6 @@ contains
    !> Every solver gives the same solution, with new values too.
    subroutine solver_interface()
       type(solver_type) :: solver
-      type(error_type), allocatable :: error
       integer :: k
 
       call case('the solver interface')
@@ -79,7 +78,6 @@ contains
    subroutine try_solver(solver)
       type(solver_type), intent(inout) :: solver
       type(block_matrix_type) :: matrix
-      type(error_type), allocatable :: error
       real(wp) :: dense(24, 24), b(6, 4), x(6, 4)
       integer :: pass
 

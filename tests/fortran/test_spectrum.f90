@@ -4,23 +4,22 @@
 module test_spectrum
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use dda_kinds, only: wp, pi
-   use dda_errors, only: error_type
    use dda_spectrum, only: spectral_peak_type, fourier_spectrum, amplification, &
       find_peak
-   use testing, only: check, check_close, check_no_error, check_fails
+   use testing, only: check, check_close, check_fails, check_no_error, error
    implicit none
 
    real(wp), parameter :: step = 0.01_wp
+   real(wp), allocatable :: frequency(:)
+   complex(wp), allocatable :: spectrum(:)
+   type(spectral_peak_type) :: peak
 
 contains
 
    !> Whole cycles fall into one bin: |S| = A T/2.
    subroutine sine_and_constant()
       integer, parameter :: n = 200
-      real(wp), allocatable :: frequency(:)
-      complex(wp), allocatable :: spectrum(:)
       real(wp) :: expected(n/2 + 1)
-      type(error_type), allocatable :: error
       integer :: i
 
       call fourier_spectrum([(5.0_wp + 3.0_wp*sin(2.0_wp*pi*8.0_wp*real(i, wp)/real(n, wp)), i=0, &
@@ -37,11 +36,8 @@ contains
    !> With padding, against the sum that defines it; odd and prime lengths, with a taper.
    subroutine the_sum_that_defines_it()
       integer, parameter :: n = 31, padding = 3
-      real(wp), allocatable :: frequency(:)
-      complex(wp), allocatable :: spectrum(:)
       complex(wp) :: direct
       real(wp) :: x(n), weight
-      type(error_type), allocatable :: error
       integer :: i, k
 
       x = [(cos(0.37_wp*real(i, wp)**1.5_wp), i=1, n)]
@@ -62,10 +58,7 @@ contains
    !> Parseval: Σ x² Δt = Δf Σ |S|² over both sides.
    subroutine energy()
       integer, parameter :: n = 256
-      real(wp), allocatable :: frequency(:)
-      complex(wp), allocatable :: spectrum(:)
       real(wp) :: x(n), both
-      type(error_type), allocatable :: error
       integer :: i
 
       x = [(sin(0.01_wp*real(i, wp)**2), i=1, n)]
@@ -79,11 +72,8 @@ contains
    subroutine a_filter_that_is_known()
       integer, parameter :: n = 4096
       real(wp), parameter :: r = 0.98_wp, theta = 0.3_wp
-      real(wp), allocatable :: frequency(:)
       complex(wp), allocatable :: ratio(:), back(:)
       real(wp) :: x(n), y(n), summit
-      type(error_type), allocatable :: error
-      type(spectral_peak_type) :: peak
       integer :: i
 
       x = 0.0_wp
@@ -113,10 +103,8 @@ contains
    !> Where the base is silent there is no ratio, and nothing is divided by zero.
    subroutine silent_bins()
       integer, parameter :: n = 64
-      real(wp), allocatable :: frequency(:)
       complex(wp), allocatable :: ratio(:)
       real(wp) :: x(n)
-      type(error_type), allocatable :: error
       integer :: i
 
       x = [(cos(2.0_wp*pi*4.0_wp*real(i, wp)/real(n, wp)), i=0, n - 1)]
@@ -133,8 +121,6 @@ contains
    subroutine parabola()
       integer, parameter :: n = 11
       real(wp) :: frequency(n), amplitude(n)
-      type(spectral_peak_type) :: peak
-      type(error_type), allocatable :: error
       integer :: i
 
       frequency = [(0.5_wp*real(i - 1, wp), i=1, n)]
@@ -159,9 +145,7 @@ contains
    subroutine same_bits()
       integer, parameter :: n = 1000
       real(wp) :: x(n + 1)
-      real(wp), allocatable :: frequency(:)
       complex(wp), allocatable :: first(:), second(:)
-      type(error_type), allocatable :: error
       integer :: i
 
       x = [(sin(real(i, wp)**1.3_wp), i=1, n + 1)]
@@ -187,9 +171,6 @@ contains
       real(wp), intent(in) :: series(:), time_step, taper
       integer, intent(in) :: padding
       character(len=*), intent(in) :: names
-      real(wp), allocatable :: frequency(:)
-      complex(wp), allocatable :: spectrum(:)
-      type(error_type), allocatable :: error
 
       call fourier_spectrum(series, time_step, frequency, spectrum, error, padding, taper)
       call check_fails(error, names)

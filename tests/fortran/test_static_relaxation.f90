@@ -3,7 +3,6 @@
 module test_static_relaxation
    use dda_kinds, only: wp, pi
    use dda_contact, only: contact_stick, contacts_type
-   use dda_errors, only: error_type
    use dda_friction, only: laws_type
    use dda_linear_solver, only: analyse, choose_solver, solver_type
    use dda_open_close, only: add_counts, begin_iteration, solve_contacts, counts_of, &
@@ -11,12 +10,17 @@ module test_static_relaxation
    use dda_static_relaxation, only: solve_statics, relax
    use dda_system, only: system_type
    use systems, only: flat, gap_row, linear_matrix, random_system, slip_row, stiffness, unknowns
-   use testing, only: case, check, check_close, check_no_error
+   use testing, only: case, check, check_close, check_no_error, error
    implicit none
 
    integer, parameter :: n_contacts = 20                    !< contacts
    integer, parameter :: most_steps = 40
    real(wp), parameter :: shear_stiffness = stiffness/2.5_wp !< as in `random_system`
+   type(system_type) :: system
+   type(contacts_type) :: contacts
+   type(laws_type) :: laws
+   type(solver_type) :: solver
+   type(open_close_type) :: iteration
 
 contains
 
@@ -30,7 +34,6 @@ contains
       type(open_close_type), intent(out) :: iteration
       type(solver_type), intent(out) :: solver
       type(system_type), intent(in) :: system
-      type(error_type), allocatable :: error
 
       iteration%weight = 10.0_wp
       iteration%relative_tolerance = 1.0e-12_wp
@@ -74,10 +77,6 @@ contains
    subroutine without_friction()
       type(system_type) :: system, again
       type(contacts_type) :: contacts, others
-      type(laws_type) :: laws
-      type(open_close_type) :: iteration
-      type(solver_type) :: solver
-      type(error_type), allocatable :: error
       real(wp) :: way(unknowns)
       integer :: i, step, most
 
@@ -110,12 +109,6 @@ contains
    !> told of it.
    subroutine with_friction(angle)
       real(wp), intent(in) :: angle  !< degrees
-      type(system_type) :: system
-      type(contacts_type) :: contacts
-      type(laws_type) :: laws
-      type(open_close_type) :: iteration
-      type(solver_type) :: solver
-      type(error_type), allocatable :: error
       real(wp) :: rest(unknowns), mu
       integer :: i, step, open_steps, failed
 
@@ -148,12 +141,6 @@ contains
 
    !> Bonds are checked when the contacts are closed, and those that break hold nothing any more.
    subroutine overloaded_bonds()
-      type(system_type) :: system
-      type(contacts_type) :: contacts
-      type(laws_type) :: laws
-      type(open_close_type) :: iteration
-      type(solver_type) :: solver
-      type(error_type), allocatable :: error
       integer :: i, step, broken, kept
 
       broken = 0
@@ -187,10 +174,7 @@ contains
    subroutine all_iterations_of_a_static_step_count()
       type(system_type) :: system, again
       type(contacts_type) :: contacts, others
-      type(laws_type) :: laws
       type(open_close_type) :: iteration, relaxed
-      type(solver_type) :: solver
-      type(error_type), allocatable :: error
       integer :: before(3)
       integer, parameter :: many = 10000, few = 2
 

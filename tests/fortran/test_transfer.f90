@@ -3,7 +3,6 @@
 module test_transfer
    use dda_kinds, only: wp, pi
    use dda_baseline, only: baseline_type, make_motion_curve, acceleration_at
-   use dda_errors, only: error_type
    use dda_input, only: read_model
    use dda_linear_model, only: linear_model_type, linearise
    use dda_linear_terms, only: at_end, end_dashpot, instants, term_support
@@ -17,10 +16,13 @@ module test_transfer
    use dda_transfer, only: transfer_type, transfer_peak_type, prepare_transfer, transfer_at, &
       undamped_transfer_at, transfer_peak
    use check_models, only: layered_site, layered_site_two, brick_wall, linear_of
-   use testing, only: case, check, check_close, check_no_error, check_fails
+   use testing, only: case, check, check_close, check_fails, check_no_error, error
    implicit none
 
    real(wp), parameter :: probed(5) = [1.0_wp, 8.0_wp, 13.9_wp, 23.0_wp, 42.0_wp]  !< Hz
+   type(linear_model_type) :: linear
+   type(transfer_type) :: transfer
+   type(transfer_peak_type) :: peak
 
 contains
 
@@ -41,10 +43,6 @@ contains
    subroutine check_site(text, amplitude, frequency)
       character(len=*), intent(in) :: text
       real(wp), intent(in) :: amplitude, frequency
-      type(linear_model_type) :: linear
-      type(transfer_type) :: transfer
-      type(transfer_peak_type) :: peak
-      type(error_type), allocatable :: error
 
       call linear_of(linear, text, 'closed')
       call prepare_transfer(transfer, linear, [2, 1], [1, 1], 1, 50.0_wp, error)
@@ -65,10 +63,6 @@ contains
       real(wp), parameter :: amplitude(4) = [66.073_wp, 13.2507_wp, 6.6820_wp, 3.4539_wp]
       real(wp), parameter :: frequency(4) = [13.950_wp, 13.964_wp, 14.014_wp, 14.220_wp]
       character(len=:), allocatable :: text
-      type(linear_model_type) :: linear
-      type(transfer_type) :: transfer
-      type(transfer_peak_type) :: peak
-      type(error_type), allocatable :: error
       integer :: i
 
       do i = 1, size(ratio)
@@ -91,9 +85,6 @@ contains
       real(wp), intent(in) :: dynamic_factor
       character(len=*), intent(in), optional :: damping  !< in &material
       type(simulation_type) :: simulation
-      type(linear_model_type) :: linear
-      type(transfer_type) :: transfer
-      type(error_type), allocatable :: error
       complex(wp) :: measured(size(probed)), expected(size(probed))
       integer :: i
 
@@ -121,7 +112,6 @@ contains
       integer, parameter :: samples = 41
       real(wp), parameter :: height = 1.0e-6_wp
       type(model_type) :: model
-      type(error_type), allocatable :: error
       real(wp) :: pulse(samples)
       integer :: i
 
@@ -151,7 +141,6 @@ contains
       logical, intent(in) :: body_force
       complex(wp), intent(out) :: ratio(:)
       integer, parameter :: steps = 8000
-      type(error_type), allocatable :: error
       complex(wp) :: sums(size(ratio), 3), turn(size(ratio))
       real(wp) :: out(2), in(2), rate(2), bend(2), base
       integer :: i
@@ -176,10 +165,6 @@ contains
    end subroutine measure_ratio
 
    subroutine peak_against_a_fine_grid()
-      type(linear_model_type) :: linear
-      type(transfer_type) :: transfer
-      type(transfer_peak_type) :: peak
-      type(error_type), allocatable :: error
       real(wp) :: largest
       integer :: i
 
@@ -197,9 +182,6 @@ contains
 
    !> A wall answers as a direct solution of all its equations does.
    subroutine ritz_vectors()
-      type(linear_model_type) :: linear
-      type(transfer_type) :: transfer
-      type(error_type), allocatable :: error
       complex(wp) :: x(6), expected
       integer :: i
 
@@ -218,9 +200,6 @@ contains
 
    !> Whatever the end of the band is: what rounding leaves of the residual requires no vectors.
    subroutine rounding_adds_no_vectors()
-      type(linear_model_type) :: linear
-      type(transfer_type) :: transfer
-      type(error_type), allocatable :: error
       integer, parameter :: ends = 200
       integer :: i, most
 
@@ -286,9 +265,6 @@ contains
 
    !> Only some of the fixed points move: the static answer is solved for.
    subroutine supports_that_move_apart()
-      type(linear_model_type) :: linear
-      type(transfer_type) :: transfer
-      type(error_type), allocatable :: error
       complex(wp), allocatable :: y(:)
       integer :: i
 
@@ -309,10 +285,6 @@ contains
    end subroutine supports_that_move_apart
 
    subroutine no_transfer_function()
-      type(linear_model_type) :: linear
-      type(transfer_type) :: transfer
-      type(error_type), allocatable :: error
-
       call linear_of(linear, layered_site(), 'closed')
       call prepare_transfer(transfer, linear, [3, 1], [1, 1], 1, 50.0_wp, error)
       call check_fails(error, 'measured points')

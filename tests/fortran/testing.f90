@@ -9,11 +9,12 @@ module testing
    use dda_errors, only: error_type
    implicit none
    private
-   public :: case, check, check_close, check_no_error, check_fails, failures, checks
+   public :: case, check, check_close, check_no_error, check_fails, failures, checks, error
 
    integer, protected :: failures = 0   !< checks that failed
    integer, protected :: checks = 0     !< checks made
    character(len=:), allocatable :: current
+   type(error_type), allocatable :: error  !< of the last call under test; none when a case begins
 
    !> |a − b| ≤ relative·max|b| + absolute, element by element against the largest.
    interface check_close
@@ -29,6 +30,7 @@ contains
       character(len=*), intent(in) :: name
 
       current = name
+      if (allocated(error)) deallocate (error)
    end subroutine case
 
    subroutine check(holds, what)
