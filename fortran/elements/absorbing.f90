@@ -54,13 +54,15 @@ module dda_absorbing
 contains
 
    !> Create the Gauss points of boundaries, without reactions.
-   pure function new_absorbing_boundaries(boundaries, stiffness) result(self)
+   pure function new_absorbing_boundaries(boundaries, motions, stiffness) result(self)
       type(boundary_type), intent(in) :: boundaries(:)  !< of the model
+      type(motion_type), intent(in) :: motions(:)       !< of the model
       real(wp), intent(in) :: stiffness  !< stiffness of a support in static stages, N/m per m
       type(absorbing_type) :: self
       integer :: n, i, g, at
 
       n = sum([(size(boundaries(i)%point), i=1, size(boundaries))])
+      self%motions = motions
       self%stiffness = stiffness
       allocate (self%point(n), self%axes(2, 2, n), self%dashpot(2, n), self%motion(2, n), &
          self%factor(n))
@@ -97,15 +99,14 @@ contains
    end function rows_of
 
    !> Displacement Δu of the outcrop over a step along the normal and along the edge, m.
-   pure function increment_of(self, i, motions, step) result(increment)
+   pure function increment_of(self, i, step) result(increment)
       class(absorbing_type), intent(in) :: self    !< elements of this kind
       integer, intent(in) :: i                     !< point
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step          !< the present one
       real(wp) :: increment(2)
 
-      increment = self%factor(i)*(displacement_of(motions, self%motion(:, i), end_time(step)) &
-         - displacement_of(motions, self%motion(:, i), step%time))
+      increment = self%factor(i)*(displacement_of(self%motions, self%motion(:, i), end_time(step)) &
+         - displacement_of(self%motions, self%motion(:, i), step%time))
       increment = matmul(increment, self%axes(:, :, i))
    end function increment_of
 
@@ -140,10 +141,9 @@ contains
    end subroutine add_linear
 
    !> Add the constant reactions of statics and the dashpot forces c Δu/Δt.
-   subroutine add_force(self, blocks, motions, step, load)
+   subroutine add_force(self, blocks, step, load)
       class(absorbing_type), intent(in) :: self    !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step          !< the present one
       real(wp), intent(inout) :: load(:,:)         !< [6,blocks] N/m …
       real(wp) :: force(2)
@@ -155,11 +155,11 @@ contains
          end associate
       end do
       if (allocated(self%support)) then
-         call self%support%add_force(blocks, motions, step, load)
+         call self%support%add_force(blocks, step, load)
          return
       end if
       do i = 1, size(self%point)
-         force = self%dashpot(:, i)*self%increment_of(i, motions, step)/step%time_step
+         force = self%dashpot(:, i)*self%increment_of(i, step)/step%time_step
          if (.not. any(abs(force) > 0.0_wp)) cycle
          associate (b => self%point(i)%block)
             load(:, b) = load(:, b) + matmul(force, rows_of(self, i, blocks))
@@ -168,21 +168,19 @@ contains
    end subroutine add_force
 
    !> Add the energy of the springs of static stages.
-   subroutine add_stored(self, blocks, motions, step, energy)
+   subroutine add_stored(self, blocks, step, energy)
       class(absorbing_type), intent(in) :: self    !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step          !< the next one
       type(energy_type), intent(inout) :: energy   !< J per metre of thickness
 
-      if (allocated(self%support)) call self%support%add_stored(blocks, motions, step, energy)
+      if (allocated(self%support)) call self%support%add_stored(blocks, step, energy)
    end subroutine add_stored
 
    !> Account for the work of the reactions and of the half-space, and for the loss of the dashpots.
-   subroutine account(self, blocks, motions, step, d, energy)
+   subroutine account(self, blocks, step, d, energy)
       class(absorbing_type), intent(in) :: self    !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step          !< the present one
       real(wp), intent(in) :: d(:,:)               !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy   !< J per metre of thickness
@@ -196,13 +194,13 @@ contains
          end associate
       end do
       if (allocated(self%support)) then
-         call self%support%account(blocks, motions, step, d, energy)
+         call self%support%account(blocks, step, d, energy)
          return
       end if
       do i = 1, size(self%point)
          if (blocks%removed(self%point(i)%block)) cycle
          moved = matmul(rows_of(self, i, blocks), d(:, self%point(i)%block))
-         increment = self%increment_of(i, motions, step)
+         increment = self%increment_of(i, step)
          force = self%dashpot(:, i)*(increment - moved)/step%time_step
          call add_energy(energy, energy_input, dot_product(force, increment))
          call add_energy(energy, energy_damping, dot_product(force, increment - moved))
@@ -210,10 +208,9 @@ contains
    end subroutine account
 
    !> Freeze the boundary for statics: springs fix the points at their present positions.
-   subroutine freeze(self, blocks, motions, time)
+   subroutine freeze(self, blocks, time)
       class(absorbing_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks       !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)   !< prescribed ones
       real(wp), intent(in) :: time                  !< s
       type(fixed_point_type) :: held(size(self%point))
       integer :: i
@@ -223,7 +220,7 @@ contains
          held(i)%place = place_of(blocks, held(i)%block, held(i)%reference)
          held(i)%held = held(i)%held .and. .not. blocks%removed(held(i)%block)
       end do
-      self%support = new_fixed_points(held, motions, self%stiffness, time)
+      self%support = new_fixed_points(held, self%motions, self%stiffness, time)
    end subroutine freeze
 
    !> Inherit the reactions of the former element, and add those of its static springs.

@@ -51,13 +51,16 @@ module dda_added_mass
 contains
 
    !> Create the masses of the reservoirs of a model.
-   pure type(added_mass_type) function new_added_mass(loads, base_motion, blocks) result(self)
+   pure type(added_mass_type) function new_added_mass(loads, base_motion, motions, blocks) &
+      result(self)
       type(edge_load_type), intent(in) :: loads(:)  !< of the model
       integer, intent(in) :: base_motion(2)         !< of the model
+      type(motion_type), intent(in) :: motions(:)   !< of the model
       type(blocks_type), intent(in) :: blocks       !< blocks in their present state
       integer :: i, k
 
       self%base_motion = base_motion
+      self%motions = motions
       allocate (self%point(0))
       do i = 1, size(loads)
          if (.not. (loads(i)%present .and. loads(i)%reservoir > 0.0_wp)) cycle
@@ -122,16 +125,15 @@ contains
    end subroutine add_linear
 
    !> Add the momentum at the start of the step, and the inertia in the frame of the base.
-   subroutine add_force(self, blocks, motions, step, load)
+   subroutine add_force(self, blocks, step, load)
       class(added_mass_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
       real(wp) :: row(6), force(2)
       integer :: i
 
-      force = base_force(self%base_motion, motions, step)
+      force = base_force(self%base_motion, self%motions, step)
       do i = 1, size(self%point)
          associate (point => self%point(i), b => self%point(i)%piece%block)
             row = row_of(point, blocks)
@@ -142,10 +144,9 @@ contains
    end subroutine add_force
 
    !> Add the kinetic energy of the water.
-   subroutine add_stored(self, blocks, motions, step, energy)
+   subroutine add_stored(self, blocks, step, energy)
       class(added_mass_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the next one
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       integer :: i
@@ -160,17 +161,16 @@ contains
 
    !> Account for kinetic energy at the end of the step, loss by the scheme and work of the base.
    !> The loss is (χ − ½) m Δv²; the work is that of the inertia in the frame of the base.
-   subroutine account(self, blocks, motions, step, d, energy)
+   subroutine account(self, blocks, step, d, energy)
       class(added_mass_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       real(wp) :: row(6), force(2), moved, before, after
       integer :: i
 
-      force = base_force(self%base_motion, motions, step)
+      force = base_force(self%base_motion, self%motions, step)
       do i = 1, size(self%point)
          associate (point => self%point(i), b => self%point(i)%piece%block)
             row = row_of(point, blocks)
@@ -186,10 +186,9 @@ contains
    end subroutine account
 
    !> Freeze the base motion: the base does not move in statics.
-   subroutine freeze(self, blocks, motions, time)
+   subroutine freeze(self, blocks, time)
       class(added_mass_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       real(wp), intent(in) :: time  !< s
 
       self%base_motion = 0

@@ -43,26 +43,24 @@ contains
    end function base_force
 
    !> Add the forces m (g − a) of all blocks.
-   subroutine add_force(self, blocks, motions, step, load)
+   subroutine add_force(self, blocks, step, load)
       class(body_force_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
       real(wp) :: force(2)
       integer :: b
 
-      force = self%gravity + base_force(self%base_motion, motions, step)
+      force = self%gravity + base_force(self%base_motion, self%motions, step)
       do b = 1, blocks%n
          load(1:2, b) = load(1:2, b) + blocks%mass(b)*force
       end do
    end subroutine add_force
 
    !> Account for the potential of gravity and the work of the base acceleration.
-   subroutine account(self, blocks, motions, step, d, energy)
+   subroutine account(self, blocks, step, d, energy)
       class(body_force_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
@@ -80,14 +78,13 @@ contains
       end if
       call add_energy(energy, energy_gravity, -dot_product(self%gravity, moved))
       call add_energy(energy, energy_input, dot_product( &
-         base_force(self%base_motion, motions, step), moved))
+         base_force(self%base_motion, self%motions, step), moved))
    end subroutine account
 
    !> Freeze base motions: only gravity acts.
-   subroutine freeze(self, blocks, motions, time)
+   subroutine freeze(self, blocks, time)
       class(body_force_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       real(wp), intent(in) :: time  !< s
 
       self%base_motion = 0

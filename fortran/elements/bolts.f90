@@ -20,7 +20,6 @@ module dda_bolts
    use dda_energy, only: energy_type, add_energy, energy_support, energy_algorithmic, energy_yield
    use dda_linear_terms, only: linear_terms_type, linear_term_type, add_term, set_rows, &
       stretch_of, term_bolt, at_end
-   use dda_motion, only: motion_type
    use dda_output_schema, only: columns_of, in_bolts
    use dda_scheme, only: step_type
    implicit none
@@ -308,10 +307,9 @@ contains
    end function empty_term
 
    !> Add the forces −F ∂s/∂q at the stretch at the start of the step.
-   subroutine add_force(self, blocks, motions, step, load)
+   subroutine add_force(self, blocks, step, load)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
       real(wp) :: row(6, most_points), force
@@ -332,10 +330,9 @@ contains
    end subroutine add_force
 
    !> Add the energy ½ F²/k in the present state, J per metre of thickness.
-   subroutine add_stored(self, blocks, motions, step, energy)
+   subroutine add_stored(self, blocks, step, energy)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       integer :: i, c
@@ -362,10 +359,9 @@ contains
    end function stored_at
 
    !> Account for the stored energy at the end of the step and losses by yield, rupture and scheme.
-   subroutine account(self, blocks, motions, step, d, energy)
+   subroutine account(self, blocks, step, d, energy)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
@@ -438,10 +434,9 @@ contains
    end subroutine revise
 
    !> Accept the step: update the plastic stretch after yielding; broken bolts no longer act.
-   subroutine accept(self, blocks, motions, step, d)
+   subroutine accept(self, blocks, step, d)
       class(bolts_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer :: i, c

@@ -13,7 +13,6 @@ module dda_edge_loads
    use dda_edge_piece, only: edge_piece_type, reference_at
    use dda_element, only: element_type
    use dda_energy, only: energy_type, add_energy, energy_input
-   use dda_motion, only: motion_type
    use dda_scheme, only: step_type, load_time
    implicit none
    private
@@ -43,10 +42,9 @@ contains
    end function new_edge_loads
 
    !> Add the forces ∫ Tᵀ f ds.
-   subroutine add_force(self, blocks, motions, step, load)
+   subroutine add_force(self, blocks, step, load)
       class(edge_loads_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
       integer :: i, k
@@ -63,10 +61,9 @@ contains
    end subroutine add_force
 
    !> Account for the work f·d.
-   subroutine account(self, blocks, motions, step, d, energy)
+   subroutine account(self, blocks, step, d, energy)
       class(edge_loads_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
@@ -211,10 +208,9 @@ contains
    end subroutine add_stretch
 
    !> Freeze the loads at their values at a time.
-   subroutine freeze(self, blocks, motions, time)
+   subroutine freeze(self, blocks, time)
       class(edge_loads_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       real(wp), intent(in) :: time  !< s
 
       self%frozen = .true.

@@ -19,6 +19,8 @@ module dda_element
 
    !> All elements of a kind.
    type, abstract :: element_type
+      !> motions of the model, if the elements follow any
+      type(motion_type), allocatable :: motions(:)
    contains
       procedure :: add_linear => add_no_linear
       procedure(force_interface), deferred :: add_force
@@ -37,21 +39,19 @@ module dda_element
 
    abstract interface
       !> Add the forces of a step at d = 0 to f̂.
-      subroutine force_interface(self, blocks, motions, step, load)
-         import :: element_type, blocks_type, motion_type, step_type, wp
+      subroutine force_interface(self, blocks, step, load)
+         import :: element_type, blocks_type, step_type, wp
          class(element_type), intent(in) :: self  !< elements of this kind
          type(blocks_type), intent(in) :: blocks       !< blocks at the start of the step
-         type(motion_type), intent(in) :: motions(:)   !< prescribed ones
          type(step_type), intent(in) :: step  !< the present one
          real(wp), intent(inout) :: load(:,:)          !< [6,blocks] N/m …
       end subroutine force_interface
 
       !> Add work, losses and stored energy of the converged increment d, before the update.
-      subroutine budget_interface(self, blocks, motions, step, d, energy)
-         import :: element_type, blocks_type, motion_type, step_type, energy_type, wp
+      subroutine budget_interface(self, blocks, step, d, energy)
+         import :: element_type, blocks_type, step_type, energy_type, wp
          class(element_type), intent(in) :: self  !< elements of this kind
          type(blocks_type), intent(in) :: blocks       !< blocks at the start of the step
-         type(motion_type), intent(in) :: motions(:)   !< prescribed ones
          type(step_type), intent(in) :: step  !< the present one
          real(wp), intent(in) :: d(:,:)                !< [6,blocks] increments of the coordinates
          type(energy_type), intent(inout) :: energy    !< J per metre of thickness
@@ -69,19 +69,17 @@ contains
    end subroutine add_no_linear
 
    !> Add the energy stored in the present state; default: none.
-   subroutine add_no_stored(self, blocks, motions, step, energy)
+   subroutine add_no_stored(self, blocks, step, energy)
       class(element_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)   !< prescribed ones
       type(step_type), intent(in) :: step           !< the next one
       type(energy_type), intent(inout) :: energy    !< J per metre of thickness
    end subroutine add_no_stored
 
    !> Accept the step: update the state of the element; default: none.
-   subroutine accept_nothing(self, blocks, motions, step, d)
+   subroutine accept_nothing(self, blocks, step, d)
       class(element_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks       !< blocks at the start of the step
-      type(motion_type), intent(in) :: motions(:)   !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(in) :: d(:,:)                !< [6,blocks] increments of the coordinates
    end subroutine accept_nothing
@@ -116,19 +114,17 @@ contains
    end function no_slope
 
    !> Match initial velocities to those that a stiff element admits; default: all are admitted.
-   subroutine match_nothing(self, blocks, motions, step, velocity)
+   subroutine match_nothing(self, blocks, step, velocity)
       class(element_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)   !< prescribed ones
       type(step_type), intent(in) :: step           !< the next one
       real(wp), intent(inout) :: velocity(:,:)      !< [6,blocks] per s
    end subroutine match_nothing
 
    !> Freeze loads and prescribed positions from a time on; default: none depends on time.
-   subroutine freeze_nothing(self, blocks, motions, time)
+   subroutine freeze_nothing(self, blocks, time)
       class(element_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks       !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)   !< prescribed ones
       real(wp), intent(in) :: time  !< time at which loads and prescribed positions are frozen, s
    end subroutine freeze_nothing
 

@@ -20,7 +20,6 @@ module dda_elements
    use dda_joint_laws, only: law_slot_type, new_joint_law
    use dda_linear_terms, only: linear_terms_type, clear_terms
    use dda_model, only: model_type
-   use dda_motion, only: motion_type
    use dda_point_loads, only: point_loads_type
    use dda_scheme, only: step_type
    use dda_spring_beds, only: new_spring_beds
@@ -42,10 +41,9 @@ module dda_elements
       class(element_type), allocatable :: element
    end type kind_type
 
-   !> All kinds of elements of a model, and the motions that drive them.
+   !> All kinds of elements of a model.
    type :: elements_type
       type(kind_type), allocatable :: kind(:)
-      type(motion_type), allocatable :: motions(:)
       logical :: nonlinear = .false.  !< some materials have their own laws
    end type elements_type
 
@@ -60,12 +58,12 @@ contains
       type(kind_type), allocatable :: before(:)
 
       call move_alloc(elements%kind, before)
-      elements%motions = model%motions
       allocate (elements%kind(0))
       associate (control => model%control, contact => model%contact)
          if (any(abs(control%gravity) > 0.0_wp) .or. any(control%base_motion > 0)) &
-            call register(elements, body_force_type(control%gravity, control%base_motion))
-         if (size(model%loads) > 0) call register(elements, point_loads_type(model%loads))
+            call register(elements, body_force_type(model%motions, control%gravity, &
+            control%base_motion))
+         if (size(model%loads) > 0) call register(elements, point_loads_type(load=model%loads))
          associate (points => model%fixed_points, soft => model%fixed_points%stiffness > 0.0_wp)
             if (.not. all(soft)) call register(elements, new_fixed_points( &
                pack(points, .not. soft), model%motions, &
@@ -74,7 +72,7 @@ contains
                new_spring_beds(pack(points, soft), model%motions, time))
          end associate
          if (size(model%boundaries) > 0) call register(elements, &
-            new_absorbing_boundaries(model%boundaries, &
+            new_absorbing_boundaries(model%boundaries, model%motions, &
             contact%fixed_point_ratio*contact%normal_stiffness))
       end associate
       if (size(model%ties) > 0) call register(elements, new_ties(model%ties, &
@@ -82,7 +80,7 @@ contains
       if (size(model%free_fields) > 0) call register(elements, new_free_sides(model%free_fields))
       if (size(model%edge_loads) > 0) call register(elements, new_edge_loads(model%edge_loads))
       if (any(model%edge_loads%reservoir > 0.0_wp)) call register(elements, &
-         new_added_mass(model%edge_loads, model%control%base_motion, blocks))
+         new_added_mass(model%edge_loads, model%control%base_motion, model%motions, blocks))
       if (size(model%bolts) > 0) call register(elements, new_bolts(model%bolts, blocks))
       if (allocated(model%flow)) call register(elements, new_joint_flow(model%flow, &
          model%edge_loads, blocks))
@@ -164,7 +162,7 @@ contains
       integer :: i
 
       do i = 1, size(elements%kind)
-         call elements%kind(i)%element%add_force(blocks, elements%motions, step, load)
+         call elements%kind(i)%element%add_force(blocks, step, load)
       end do
    end subroutine add_forces
 
@@ -178,7 +176,7 @@ contains
 
       energy%value([energy_support, energy_welded, energy_law, energy_water]) = 0.0_wp
       do i = 1, size(elements%kind)
-         call elements%kind(i)%element%add_stored(blocks, elements%motions, step, energy)
+         call elements%kind(i)%element%add_stored(blocks, step, energy)
       end do
    end subroutine update_stored
 
@@ -193,7 +191,7 @@ contains
 
       energy%value([energy_support, energy_welded, energy_law, energy_water]) = 0.0_wp
       do i = 1, size(elements%kind)
-         call elements%kind(i)%element%account(blocks, elements%motions, step, d, energy)
+         call elements%kind(i)%element%account(blocks, step, d, energy)
       end do
    end subroutine account_elements
 
@@ -447,7 +445,7 @@ contains
       integer :: i
 
       do i = 1, size(elements%kind)
-         call elements%kind(i)%element%accept(blocks, elements%motions, step, d)
+         call elements%kind(i)%element%accept(blocks, step, d)
       end do
    end subroutine accept_elements
 
@@ -461,7 +459,7 @@ contains
 
       velocity = blocks%velocity
       do i = 1, size(elements%kind)
-         call elements%kind(i)%element%match_velocity(blocks, elements%motions, step, velocity)
+         call elements%kind(i)%element%match_velocity(blocks, step, velocity)
       end do
       blocks%velocity = velocity
    end subroutine match_velocities
@@ -474,7 +472,7 @@ contains
       integer :: i
 
       do i = 1, size(elements%kind)
-         call elements%kind(i)%element%freeze(blocks, elements%motions, time)
+         call elements%kind(i)%element%freeze(blocks, time)
       end do
    end subroutine freeze_elements
 

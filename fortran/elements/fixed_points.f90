@@ -43,6 +43,7 @@ contains
       allocate (self%point, source=points)
       self%n = size(points)
       self%instant = at_end
+      self%motions = motions
       where (self%point%stiffness <= 0.0_wp) self%point%stiffness = stiffness
       allocate (self%rate(2, size(points)))
       do i = 1, size(points)
@@ -85,25 +86,23 @@ contains
    end function reaction_of
 
    !> Accept the step: end velocities of motions become start velocities of the next step.
-   subroutine accept(self, blocks, motions, step, d)
+   subroutine accept(self, blocks, step, d)
       class(fixed_points_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer :: i
 
       do i = 1, size(self%point)
-         self%rate(:, i) = target_rate(self%point(i)%motion, self%rate(:, i), motions, step)
+         self%rate(:, i) = target_rate(self%point(i)%motion, self%rate(:, i), self%motions, step)
       end do
    end subroutine accept
 
    !> Match velocities to stiff supports, which follow a jump of velocity without storing energy.
    !> Minimum of ½ |v − v₀|² in M plus ½ (1 − χ) c Δt Σ [w + y/((1 − χ)Δt)]².
-   subroutine match_velocity(self, blocks, motions, step, velocity)
+   subroutine match_velocity(self, blocks, step, velocity)
       class(fixed_points_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(inout) :: velocity(:,:)  !< [6,blocks] per s
       type(spring_type) :: spring
@@ -114,7 +113,7 @@ contains
       if (step%scheme%chi >= 1.0_wp .or. self%instant /= at_end) return
       do i = 1, size(self%point)
          call self%get_spring(i, blocks, spring)
-         wanted(:, i) = self%rate(:, i) - (spring%stretch - displacement_of(motions, &
+         wanted(:, i) = self%rate(:, i) - (spring%stretch - displacement_of(self%motions, &
             spring%motion, step%time))/((1.0_wp - step%scheme%chi)*step%time_step)
       end do
       done = .false.
@@ -157,16 +156,15 @@ contains
    end subroutine match_block
 
    !> Freeze the prescribed positions at their values at a time.
-   subroutine freeze(self, blocks, motions, time)
+   subroutine freeze(self, blocks, time)
       class(fixed_points_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       real(wp), intent(in) :: time  !< s
       integer :: i
 
       do i = 1, size(self%point)
          self%point(i)%place = self%point(i)%place &
-            + displacement_of(motions, self%point(i)%motion, time)
+            + displacement_of(self%motions, self%point(i)%motion, time)
          self%point(i)%motion = 0
       end do
       self%rate = 0.0_wp

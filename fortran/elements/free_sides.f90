@@ -36,7 +36,7 @@ contains
       integer :: i, k
 
       self%absorbing_type = new_absorbing_boundaries([(fields(i)%boundary, i=1, size(fields))], &
-         0.0_wp)
+         [motion_type ::], 0.0_wp)
       self%kind = term_free_side
       self%field = [((i, k=1, size(fields(i)%boundary%point)), i=1, size(fields))]
       allocate (self%carried(2, size(self%point)), source=0.0_wp)
@@ -65,10 +65,9 @@ contains
    end subroutine follow_column
 
    !> Displacement of the free field over a step along the normal and along the edge, m.
-   pure function increment_of(self, i, motions, step) result(increment)
+   pure function increment_of(self, i, step) result(increment)
       class(free_sides_type), intent(in) :: self   !< elements of this kind
       integer, intent(in) :: i                     !< point
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step          !< the present one
       real(wp) :: increment(2)
 
@@ -76,10 +75,9 @@ contains
    end function increment_of
 
    !> Freeze the sides for statics: deactivate their dashpots.
-   subroutine freeze(self, blocks, motions, time)
+   subroutine freeze(self, blocks, time)
       class(free_sides_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks        !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)    !< prescribed ones
       real(wp), intent(in) :: time                   !< s
 
       self%dashpot = 0.0_wp

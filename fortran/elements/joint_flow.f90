@@ -31,7 +31,6 @@ module dda_joint_flow
    use dda_flow_network, only: network_type, new_network, update_network, stored_energy, &
       growth_of, add_pressures, outflow_of
    use dda_linear_terms, only: linear_terms_type
-   use dda_motion, only: motion_type
    use dda_output_schema, only: columns_of, in_flow_nodes, in_flow_channels
    use dda_scheme, only: step_type, end_time
    implicit none
@@ -266,10 +265,9 @@ contains
    end subroutine add_linear
 
    !> Add the forces B p₁ at d = 0.
-   subroutine add_force(self, blocks, motions, step, load)
+   subroutine add_force(self, blocks, step, load)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
 
@@ -277,10 +275,9 @@ contains
    end subroutine add_force
 
    !> Add the energy ½ pᵀSp.
-   subroutine add_stored(self, blocks, motions, step, energy)
+   subroutine add_stored(self, blocks, step, energy)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the next one
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
 
@@ -288,10 +285,9 @@ contains
    end subroutine add_stored
 
    !> Account for the terms of the identity in the header of this module.
-   subroutine account(self, blocks, motions, step, d, energy)
+   subroutine account(self, blocks, step, d, energy)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
@@ -353,10 +349,9 @@ contains
    end subroutine revise
 
    !> Accept the step: pressures, volumes without water and flow at its end.
-   subroutine accept(self, blocks, motions, step, d)
+   subroutine accept(self, blocks, step, d)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       real(wp) :: surplus(size(self%first))
@@ -380,10 +375,9 @@ contains
    end subroutine accept
 
    !> Freeze the water: a static stage begins.
-   subroutine freeze(self, blocks, motions, time)
+   subroutine freeze(self, blocks, time)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       real(wp), intent(in) :: time  !< s
 
       self%frozen = .true.

@@ -5,7 +5,6 @@ module dda_point_loads
    use dda_blocks, only: blocks_type, motion_of, shape_matrix
    use dda_element, only: element_type
    use dda_energy, only: energy_type, add_energy, energy_input
-   use dda_motion, only: motion_type
    use dda_scheme, only: step_type, load_time
    use dda_support, only: load_type, load_at
    implicit none
@@ -24,10 +23,9 @@ module dda_point_loads
 contains
 
    !> Add the forces Tᵀ f.
-   subroutine add_force(self, blocks, motions, step, load)
+   subroutine add_force(self, blocks, step, load)
       class(point_loads_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
       integer :: i
@@ -41,10 +39,9 @@ contains
    end subroutine add_force
 
    !> Account for the work f·Td.
-   subroutine account(self, blocks, motions, step, d, energy)
+   subroutine account(self, blocks, step, d, energy)
       class(point_loads_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step  !< the present one
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
@@ -59,10 +56,9 @@ contains
    end subroutine account
 
    !> Freeze the forces at their values at a time.
-   subroutine freeze(self, blocks, motions, time)
+   subroutine freeze(self, blocks, time)
       class(point_loads_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       real(wp), intent(in) :: time  !< s
       real(wp), parameter :: ever = 0.5_wp*huge(1.0_wp)
       integer :: i

@@ -150,10 +150,9 @@ contains
    end subroutine add_linear
 
    !> Add the forces −k (s₀ − u) + c [(1/χ − 1) v₀ + u̇₁], with u at the instant of the spring.
-   subroutine add_force(self, blocks, motions, step, load)
+   subroutine add_force(self, blocks, step, load)
       class(spring_element_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks         !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)     !< prescribed ones
       type(step_type), intent(in) :: step             !< the present one
       real(wp), intent(inout) :: load(:,:)            !< [6,blocks] N/m …
       type(spring_type) :: spring
@@ -163,13 +162,13 @@ contains
       do i = 1, self%n
          call self%get_spring(i, blocks, spring)
          if (spring%block(1) == 0) cycle
-         wanted = displacement_of(motions, spring%motion, end_time(step))
+         wanted = displacement_of(self%motions, spring%motion, end_time(step))
          if (share_of(self, step) < 1.0_wp) wanted = wanted + (1.0_wp - share_of(self, step)) &
-            *(displacement_of(motions, spring%motion, step%time) - wanted)
+            *(displacement_of(self%motions, spring%motion, step%time) - wanted)
          force = -spring%stiffness*(spring%stretch - wanted)
          c = dashpots_of(self, spring, step)
          if (any(c > 0.0_wp)) force = force + c*(velocity_weight(step)*change_of(spring, &
-            blocks%velocity) + target_rate(spring%motion, spring%rate, motions, step))
+            blocks%velocity) + target_rate(spring%motion, spring%rate, self%motions, step))
          associate (row => spring%row, a => spring%block(1), b => spring%block(2))
             load(:, a) = load(:, a) + (force(1)*row(:, 1, 1) + force(2)*row(:, 2, 1))
             if (b > 0) load(:, b) = load(:, b) - (force(1)*row(:, 1, 2) + force(2)*row(:, 2, 2))
@@ -178,10 +177,9 @@ contains
    end subroutine add_force
 
    !> Add the energy of springs and dashpots in the present state.
-   subroutine add_stored(self, blocks, motions, step, energy)
+   subroutine add_stored(self, blocks, step, energy)
       class(spring_element_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks         !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)     !< prescribed ones
       type(step_type), intent(in) :: step             !< the next one
       type(energy_type), intent(inout) :: energy      !< J per metre of thickness
       type(spring_type) :: spring
@@ -191,7 +189,7 @@ contains
          call self%get_spring(i, blocks, spring)
          if (spring%block(1) == 0) cycle
          call add_energy(energy, energy_support, stored(self, spring, step, &
-            spring%stretch - displacement_of(motions, spring%motion, step%time), &
+            spring%stretch - displacement_of(self%motions, spring%motion, step%time), &
             change_of(spring, blocks%velocity) - spring%rate))
       end do
    end subroutine add_stored
@@ -208,10 +206,9 @@ contains
    end function stored
 
    !> Account for work −k y·Δu − c w₁·Δt [(1 − χ) u̇₀ + χ u̇₁] of the motions, and for losses.
-   subroutine account(self, blocks, motions, step, d, energy)
+   subroutine account(self, blocks, step, d, energy)
       class(spring_element_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks         !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)     !< prescribed ones
       type(step_type), intent(in) :: step             !< the present one
       real(wp), intent(in) :: d(:,:)                  !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy      !< J per metre of thickness
@@ -225,12 +222,12 @@ contains
             call self%get_spring(i, blocks, spring)
             if (spring%block(1) == 0) cycle
             c = dashpots_of(self, spring, step)
-            y = displacement_of(motions, spring%motion, step%time)
-            moved = displacement_of(motions, spring%motion, end_time(step)) - y
+            y = displacement_of(self%motions, spring%motion, step%time)
+            moved = displacement_of(self%motions, spring%motion, end_time(step)) - y
             change = change_of(spring, d)
             w = 0.0_wp
             if (any(c > 0.0_wp)) then
-               rate = target_rate(spring%motion, spring%rate, motions, step)
+               rate = target_rate(spring%motion, spring%rate, self%motions, step)
                w0 = change_of(spring, blocks%velocity)
                w = end_rate(step, change, w0) - rate
                call add_energy(energy, energy_damping, dt*sum(c*((2.0_wp*chi - 1.0_wp)*w**2 &

@@ -24,7 +24,6 @@ module dda_strain_points
    use dda_material_points, only: material_points_type, set_points, has_law, acts, resting, &
       respond, cap_of, total_strain, present_stress, shape_stress, beyond_elastic, take_step, &
       take_over
-   use dda_motion, only: motion_type
    use dda_ordered_sums, only: parallel_from
    use dda_scheme, only: step_type
    use dda_weld, only: weld_type, is_shifted
@@ -231,10 +230,9 @@ contains
    end subroutine split
 
    !> Add the forces −A Bᵀ(c − T Δε) of each point.
-   subroutine add_force(self, blocks, motions, step, load)
+   subroutine add_force(self, blocks, step, load)
       class(strain_points_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks        !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)    !< prescribed ones
       type(step_type), intent(in) :: step            !< the present one
       real(wp), intent(inout) :: load(:,:)           !< [6,blocks] N/m …
       real(wp) :: force(3)
@@ -370,10 +368,9 @@ contains
    end function worst_point
 
    !> Add the energy of all points minus that of elastic points.
-   subroutine add_stored(self, blocks, motions, step, energy)
+   subroutine add_stored(self, blocks, step, energy)
       class(strain_points_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks        !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)    !< prescribed ones
       type(step_type), intent(in) :: step            !< the next one
       type(energy_type), intent(inout) :: energy     !< J per metre of thickness
       real(wp) :: part(self%n)
@@ -388,10 +385,9 @@ contains
    end subroutine add_stored
 
    !> Account for the energy at the end of the step, and for losses.
-   subroutine account(self, blocks, motions, step, d, energy)
+   subroutine account(self, blocks, step, d, energy)
       class(strain_points_type), intent(in) :: self  !< prepared for the step
       type(blocks_type), intent(in) :: blocks        !< blocks at the start of the step
-      type(motion_type), intent(in) :: motions(:)    !< prescribed ones
       type(step_type), intent(in) :: step            !< the present one
       real(wp), intent(in) :: d(:,:)                 !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy     !< J per metre of thickness
@@ -420,10 +416,9 @@ contains
    end subroutine account
 
    !> Accept the step: set the states at its end.
-   subroutine accept(self, blocks, motions, step, d)
+   subroutine accept(self, blocks, step, d)
       class(strain_points_type), intent(inout) :: self  !< prepared for the step
       type(blocks_type), intent(in) :: blocks           !< blocks at the start of the step
-      type(motion_type), intent(in) :: motions(:)       !< prescribed ones
       type(step_type), intent(in) :: step               !< the present one
       real(wp), intent(in) :: d(:,:)                    !< [6,blocks] increments of the coordinates
       real(wp) :: loss(losses)
@@ -452,10 +447,9 @@ contains
    end function bounds_are_off
 
    !> Freeze laws in static stages: inactive laws retain their inelastic part.
-   subroutine freeze(self, blocks, motions, time)
+   subroutine freeze(self, blocks, time)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks           !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)       !< prescribed ones
       real(wp), intent(in) :: time  !< time at which loads and prescribed positions are frozen, s
       integer :: p
 

@@ -11,7 +11,6 @@ module dda_ties
    use dda_contact_gradients, only: normal_row, set_gradient, shear_row
    use dda_element, only: element_type
    use dda_linear_terms, only: term_tie
-   use dda_motion, only: motion_type
    use dda_scheme, only: step_type
    use dda_spring_element, only: spring_element_type, spring_type, change_of
    use dda_tie, only: tie_type
@@ -47,6 +46,7 @@ contains
       self%tie = ties
       self%stiffness = stiffness
       allocate (self%slip(size(ties)), source=0.0_wp)
+      allocate (self%motions(0))
    end function new_ties
 
    !> Set the springs of tie i, with the stretch of the shear spring; none at a removed block.
@@ -160,10 +160,9 @@ contains
    end subroutine add_face_force
 
    !> Accept the step: update the slips.
-   subroutine accept(self, blocks, motions, step, d)
+   subroutine accept(self, blocks, step, d)
       class(ties_type), intent(inout) :: self      !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< blocks at the start of the step
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step          !< the present one
       real(wp), intent(in) :: d(:,:)               !< [6,blocks] increments of the coordinates
       type(spring_type) :: spring

@@ -16,7 +16,6 @@ module dda_welds
    use dda_linear_terms, only: linear_term_type, linear_terms_type, add_term, at_damping, &
       at_theta, term_weld
    use dda_material, only: material_type, elasticity
-   use dda_motion, only: motion_type
    use dda_scheme, only: step_type
    use dda_weld, only: weld_type, is_shifted, is_whole
    use dda_weld_damping, only: shares_of, damping_factor, memory_stretch, relaxing_stretch, &
@@ -366,10 +365,9 @@ contains
    end subroutine add_linear
 
    !> Add the forces −Gᵀf of each face.
-   subroutine add_force(self, blocks, motions, step, load)
+   subroutine add_force(self, blocks, step, load)
       class(welds_type), intent(in) :: self        !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step          !< the present one
       real(wp), intent(inout) :: load(:,:)         !< [6,blocks] N/m …
       real(wp) :: g(n_deformations, 6, 2), q(n_deformations), force(n_deformations)
@@ -429,10 +427,9 @@ contains
    end function energy_of
 
    !> Add the energy of all faces.
-   subroutine add_stored(self, blocks, motions, step, energy)
+   subroutine add_stored(self, blocks, step, energy)
       class(welds_type), intent(in) :: self        !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step          !< the next one
       type(energy_type), intent(inout) :: energy   !< J per metre of thickness
       real(wp) :: q(n_deformations), total, damped(3)
@@ -449,10 +446,9 @@ contains
    end subroutine add_stored
 
    !> Account for the energy at the end of the step, and for the loss (θ − ½) Σ c Δs² of the scheme.
-   subroutine account(self, blocks, motions, step, d, energy)
+   subroutine account(self, blocks, step, d, energy)
       class(welds_type), intent(in) :: self        !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step          !< the present one
       real(wp), intent(in) :: d(:,:)               !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy   !< J per metre of thickness
@@ -481,10 +477,9 @@ contains
    end subroutine account
 
    !> Accept the step: update the memories of the springs.
-   subroutine accept(self, blocks, motions, step, d)
+   subroutine accept(self, blocks, step, d)
       class(welds_type), intent(inout) :: self     !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< blocks at the start of the step
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step          !< the present one
       real(wp), intent(in) :: d(:,:)               !< [6,blocks] increments of the coordinates
       real(wp) :: g(n_deformations, 6, 2), q(n_deformations), change(n_deformations)

@@ -13,7 +13,6 @@ module bolts
    use dda_energy_budget, only: start_energy_budget
    use dda_linear_terms, only: add_term, at_theta, at_end, linear_term_type, linear_terms_type, &
       mean_dashpot
-   use dda_motion, only: motion_type
    use dda_scheme, only: step_type
    use dda_simulation, only: next_step, simulation_type
    implicit none
@@ -105,10 +104,9 @@ contains
    end subroutine add_linear
 
    !> −k s at the start of the step.
-   subroutine add_force(self, blocks, motions, step, load)
+   subroutine add_force(self, blocks, step, load)
       class(bolts_type), intent(in) :: self
       type(blocks_type), intent(in) :: blocks
-      type(motion_type), intent(in) :: motions(:)
       type(step_type), intent(in) :: step
       real(wp), intent(inout) :: load(:,:)
       real(wp) :: force
@@ -123,10 +121,9 @@ contains
       end do
    end subroutine add_force
 
-   subroutine add_stored(self, blocks, motions, step, energy)
+   subroutine add_stored(self, blocks, step, energy)
       class(bolts_type), intent(in) :: self
       type(blocks_type), intent(in) :: blocks
-      type(motion_type), intent(in) :: motions(:)
       type(step_type), intent(in) :: step
       type(energy_type), intent(inout) :: energy
       integer :: i
@@ -138,10 +135,9 @@ contains
    end subroutine add_stored
 
    !> ½ k s₁², (θ − ½) k Δs² (½ k Δs² at the end of the step) and c Δs²/Δt.
-   subroutine account(self, blocks, motions, step, d, energy)
+   subroutine account(self, blocks, step, d, energy)
       class(bolts_type), intent(in) :: self
       type(blocks_type), intent(in) :: blocks
-      type(motion_type), intent(in) :: motions(:)
       type(step_type), intent(in) :: step
       real(wp), intent(in) :: d(:,:)
       type(energy_type), intent(inout) :: energy

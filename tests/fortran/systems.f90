@@ -15,7 +15,6 @@ module systems
    use dda_energy, only: energy_type
    use dda_linear_terms, only: add_term, add_to_matrix, linear_term_type, linear_terms_type, &
       step_weights
-   use dda_motion, only: motion_type
    use dda_friction, only: laws_type, set_laws
    use dda_material, only: joint_type
    use dda_neighbours, only: neighbours_type
@@ -65,7 +64,7 @@ contains
       call prepare_system(system, n)
       blocks%n = n
       allocate (elements%kind(0))
-      if (present(couplings)) call register(elements, couplings_type(couplings))
+      if (present(couplings)) call register(elements, couplings_type(terms=couplings))
       call set_matrix_pattern(system, blocks, near, elements, step_type(time_step=1.0_wp))
    end subroutine pattern_of
 
@@ -82,18 +81,16 @@ contains
    end subroutine add_linear
 
    !> Couplings are free of force at d = 0.
-   subroutine add_force(self, blocks, motions, step, load)
+   subroutine add_force(self, blocks, step, load)
       class(couplings_type), intent(in) :: self
       type(blocks_type), intent(in) :: blocks
-      type(motion_type), intent(in) :: motions(:)
       type(step_type), intent(in) :: step
       real(wp), intent(inout) :: load(:,:)
    end subroutine add_force
 
-   subroutine account(self, blocks, motions, step, d, energy)
+   subroutine account(self, blocks, step, d, energy)
       class(couplings_type), intent(in) :: self
       type(blocks_type), intent(in) :: blocks
-      type(motion_type), intent(in) :: motions(:)
       type(step_type), intent(in) :: step
       real(wp), intent(in) :: d(:,:)
       type(energy_type), intent(inout) :: energy

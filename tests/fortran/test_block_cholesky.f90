@@ -109,7 +109,7 @@ contains
          call fill_definite(matrix)
          call factorise(factor, matrix, error)
          call check_no_error(error, 'new numbers')
-         call check(residual(matrix, factor) < 1.0e-12_wp, 'residual after new numbers')
+         call check(residual(factor) < 1.0e-12_wp, 'residual after new numbers')
       end do
    end subroutine new_numbers_and_new_pattern
 
@@ -127,7 +127,7 @@ contains
       call factorise(factor, matrix, error)
       call check_no_error(error, 'diagonal blocks alone')
       call check(size(factor%packed) == packed_size*matrix%n, 'one packed panel for each block')
-      call check(residual(matrix, factor) < 1.0e-12_wp, 'residual of diagonal blocks alone')
+      call check(residual(factor) < 1.0e-12_wp, 'residual of diagonal blocks alone')
       do i = 1, size(coupled)
          call fill_definite(matrix)
          matrix%lower(:, :, coupled(i) + 1:) = 0.0_wp
@@ -135,7 +135,7 @@ contains
          call check_no_error(error, 'with couplings')
          call check(factor%replanned .eqv. coupled(i) > maxval([0, coupled(:i - 1)]), &
             'planned anew where a coupling has come')
-         call check(residual(matrix, factor) < 1.0e-12_wp, 'residual with couplings')
+         call check(residual(factor) < 1.0e-12_wp, 'residual with couplings')
       end do
    end subroutine couplings_that_are_zero
 
@@ -276,7 +276,7 @@ contains
 
       call set_pattern(matrix, n, pairs)
       call fill_definite(matrix)
-      dense = dense_of(matrix)
+      dense = dense_of()
       call random_number(b)
       expected(:, 1) = reshape(b, [6*n])
       call dposv('L', 6*n, 1, dense, max(1, 6*n), expected, max(1, 6*n), info)
@@ -306,7 +306,7 @@ contains
       call factorise(factor, matrix, error)
       call check_no_error(error, 'factor')
       call check(factor%plan%sharing%is_shared, 'large enough for threads')
-      call check(residual(matrix, factor) < 1.0e-13_wp, 'residual')
+      call check(residual(factor) < 1.0e-13_wp, 'residual')
       call analyse_single(single_factor, matrix)
       call factorise_single(single_factor, matrix, error)
       call check_no_error(error, 'single factor')
@@ -317,8 +317,7 @@ contains
    end subroutine check_residuals
 
    !> |K x − b|/|b| of a solution with the factor.
-   real(wp) function residual(matrix, factor)
-      type(block_matrix_type), intent(in) :: matrix
+   real(wp) function residual(factor)
       type(factor_type), intent(inout) :: factor
       real(wp) :: b(6, matrix%n), x(6, matrix%n), kx(6, matrix%n)
 
@@ -355,8 +354,7 @@ contains
    end subroutine fill_definite
 
    !> The lower triangle as a dense matrix.
-   function dense_of(matrix) result(dense)
-      type(block_matrix_type), intent(in) :: matrix
+   function dense_of() result(dense)
       real(wp) :: dense(6*matrix%n, 6*matrix%n)
       integer :: i, j, e
 

@@ -15,8 +15,7 @@ module test_blocks
 contains
 
    !> One star at a place.
-   subroutine make_star(blocks, vertices, m)
-      type(blocks_type), intent(out) :: blocks
+   subroutine make_star(vertices, m)
       real(wp), allocatable, intent(out) :: vertices(:,:)
       integer, intent(in) :: m
 
@@ -31,7 +30,7 @@ contains
       integer :: i, k, pass
 
       do i = 1, 50
-         call make_star(blocks, vertices, 3 + modulo(i, 10))
+         call make_star(vertices, 3 + modulo(i, 10))
          centre = blocks%position(1:2, 1)
          call fan(vertices, centre, points, weights)
          do pass = 1, 2
@@ -59,7 +58,7 @@ contains
       integer :: i, k
 
       do i = 1, 50
-         call make_star(blocks, vertices, 5)
+         call make_star(vertices, 5)
          q = random_vector(6)*[3.0_wp, 3.0_wp, 9.0_wp, 0.1_wp, 0.1_wp, 0.2_wp]
          reference = random_vector(2)
          do k = 1, 6
@@ -87,7 +86,7 @@ contains
       integer :: i, v
 
       do i = 1, 50
-         call make_star(blocks, vertices, 6)
+         call make_star(vertices, 6)
          call check_close(blocks%vertex, vertices, 'vertices at the start')
          blocks%position(:, 1) = random_vector(6)*[3.0_wp, 3.0_wp, 9.0_wp, 0.1_wp, 0.1_wp, 0.2_wp]
          call update_geometry(blocks)
@@ -109,7 +108,7 @@ contains
       real(wp) :: worst
       integer :: i
 
-      call make_star(blocks, vertices, 8)
+      call make_star(vertices, 8)
       worst = 0.0_wp
       do i = 1, 1000
          blocks%position(3, 1) = blocks%position(3, 1) + random(-3.0_wp, 3.0_wp)
@@ -126,7 +125,7 @@ contains
       real(wp), allocatable :: vertices(:,:)
       real(wp) :: e(3)
 
-      call make_star(blocks, vertices, 7)
+      call make_star(vertices, 7)
       e = [0.1_wp, -0.05_wp, 0.08_wp]
       blocks%position(3, 1) = 2.0_wp
       blocks%position(4:6, 1) = e
@@ -141,7 +140,7 @@ contains
       real(wp) :: own(3), angle, mean, half
       integer :: i
 
-      call make_star(blocks, vertices, 5)
+      call make_star(vertices, 5)
       blocks%initial_stress(:, 1) = [-1.0e6_wp, 2.0e6_wp, 3.0e5_wp]
       blocks%position(4:6, 1) = [1.0e-4_wp, -3.0e-4_wp, 2.0e-4_wp]
       own = blocks%initial_stress(:, 1) + matmul(elasticity(material_type('', 2500.0_wp, 5.0e9_wp, &

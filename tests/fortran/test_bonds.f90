@@ -18,8 +18,7 @@ module test_bonds
 contains
 
    !> So many bonds stick, over so long a joint.
-   subroutine check_bonds(simulation, number, what, length)
-      type(simulation_type), intent(in) :: simulation
+   subroutine check_bonds(number, what, length)
       integer, intent(in) :: number
       character(len=*), intent(in) :: what
       real(wp), intent(in), optional :: length
@@ -35,8 +34,7 @@ contains
       end associate
    end subroutine check_bonds
 
-   subroutine two_blocks(simulation, lower, upper, joint)
-      type(simulation_type), intent(out) :: simulation
+   subroutine two_blocks(lower, upper, joint)
       real(wp), intent(in) :: lower(:,:), upper(:,:)
       character(len=*), intent(in) :: joint
 
@@ -54,17 +52,17 @@ contains
       do i = 0, 6
          angle = 0.45_wp*i
          call case('equal width')
-         call two_blocks(simulation, turned(rectangle(0.0_wp, 0.0_wp, 2.0_wp, 1.0_wp), angle), &
+         call two_blocks(turned(rectangle(0.0_wp, 0.0_wp, 2.0_wp, 1.0_wp), angle), &
             turned(rectangle(0.0_wp, 1.0_wp, 2.0_wp, 2.0_wp), angle), joint)
-         call check_bonds(simulation, 2, 'over the whole joint', 2.0_wp)
+         call check_bonds(2, 'over the whole joint', 2.0_wp)
          call case('half over half')
-         call two_blocks(simulation, turned(rectangle(0.0_wp, 0.0_wp, 2.0_wp, 1.0_wp), angle), &
+         call two_blocks(turned(rectangle(0.0_wp, 0.0_wp, 2.0_wp, 1.0_wp), angle), &
             turned(rectangle(1.2_wp, 1.0_wp, 3.2_wp, 2.0_wp), angle), joint)
-         call check_bonds(simulation, 2, 'over the overlap', 0.8_wp)
+         call check_bonds(2, 'over the overlap', 0.8_wp)
          call case('narrow on wide')
-         call two_blocks(simulation, turned(rectangle(0.0_wp, 0.0_wp, 3.0_wp, 1.0_wp), angle), &
+         call two_blocks(turned(rectangle(0.0_wp, 0.0_wp, 3.0_wp, 1.0_wp), angle), &
             turned(rectangle(1.0_wp, 1.0_wp, 1.7_wp, 2.0_wp), angle), joint)
-         call check_bonds(simulation, 2, 'over the narrow one', 0.7_wp)
+         call check_bonds(2, 'over the narrow one', 0.7_wp)
       end do
    end subroutine lengths
 
@@ -84,7 +82,7 @@ contains
       do order = 1, 2
          call begin(simulation, control_text(1.0e-3_wp, 10, '')//contact_text(stiffness, '')// &
             rock//joints//merge(floor//upper, upper//floor, order == 1))
-         call check_bonds(simulation, 2, 'over the whole joint', 2.5_wp)
+         call check_bonds(2, 'over the whole joint', 2.5_wp)
          associate (contacts => simulation%contacts(simulation%now))
             do c = 1, contacts%n
                call check_close(contacts%bond_length(c), merge(0.6_wp, 1.9_wp, &
@@ -93,21 +91,20 @@ contains
             end do
          end associate
          call run(simulation, 5)
-         call check_bonds(simulation, 2, 'and they hold')
+         call check_bonds(2, 'and they hold')
       end do
    end subroutine joints_of_edges
 
    subroutine no_bond()
-      call two_blocks(simulation, rectangle(0.0_wp, 0.0_wp, 2.0_wp, 1.0_wp), &
-         rectangle(0.0_wp, 1.001_wp, 2.0_wp, 2.0_wp), joint_text(30.0_wp, cohesion, tension))
-      call check_bonds(simulation, 0, 'over a gap')
-      call two_blocks(simulation, rectangle(0.0_wp, 0.0_wp, 2.0_wp, 1.0_wp), &
-         rectangle(0.0_wp, 1.0_wp, 2.0_wp, 2.0_wp), joint_text(30.0_wp, 0.0_wp, 0.0_wp))
-      call check_bonds(simulation, 0, 'without strength')
-      call two_blocks(simulation, rectangle(0.0_wp, 0.0_wp, 2.0_wp, 1.0_wp), &
-         reshape([1.0_wp, 1.0_wp, 2.0_wp, 1.2_wp, 1.0_wp, 2.0_wp], [2, 3]), &
-         joint_text(30.0_wp, cohesion, tension))
-      call check_bonds(simulation, 0, 'of edges that are not parallel')
+      call two_blocks(rectangle(0.0_wp, 0.0_wp, 2.0_wp, 1.0_wp), rectangle(0.0_wp, 1.001_wp, &
+         2.0_wp, 2.0_wp), joint_text(30.0_wp, cohesion, tension))
+      call check_bonds(0, 'over a gap')
+      call two_blocks(rectangle(0.0_wp, 0.0_wp, 2.0_wp, 1.0_wp), rectangle(0.0_wp, 1.0_wp, &
+         2.0_wp, 2.0_wp), joint_text(30.0_wp, 0.0_wp, 0.0_wp))
+      call check_bonds(0, 'without strength')
+      call two_blocks(rectangle(0.0_wp, 0.0_wp, 2.0_wp, 1.0_wp), reshape([1.0_wp, 1.0_wp, 2.0_wp, &
+         1.2_wp, 1.0_wp, 2.0_wp], [2, 3]), joint_text(30.0_wp, cohesion, tension))
+      call check_bonds(0, 'of edges that are not parallel')
    end subroutine no_bond
 
    !> A slow ramp pulls the upper block off: the bond holds tensile strength × length, no more.
@@ -143,7 +140,7 @@ contains
          if (simulation%counters%broken > 0) exit
       end do
       call check_close(simulation%time, 0.5_wp, 'breaks at its strength', absolute=0.01_wp)
-      call check_bonds(simulation, 0, 'both bonds at once')
+      call check_bonds(0, 'both bonds at once')
       call check(simulation%counters%broken == 2, 'two are counted')
    end subroutine pull_until
 

@@ -113,9 +113,7 @@ contains
    end subroutine tilted
 
    !> Joint of the contact with the block turned by an angle.
-   integer function joint_at(simulation, contacts, degrees) result(joint)
-      type(simulation_type), intent(inout) :: simulation
-      type(contacts_type), intent(inout) :: contacts
+   integer function joint_at(degrees) result(joint)
       real(wp), intent(in) :: degrees
 
       simulation%blocks%position(3, 2) = degrees*pi/180.0_wp
@@ -133,7 +131,7 @@ contains
          do i = -80, -10, 5
             contacts%joint(1) = merge(0, merge(base, side, i < -45), k == 1)
             contacts%state(1) = merge(contact_stick, contact_open, k == 1)
-            call check(joint_at(simulation, contacts, real(i, wp)) == merge(side, base, i < -45), &
+            call check(joint_at(real(i, wp)) == merge(side, base, i < -45), &
                'the edge more nearly parallel')
          end do
       end do
@@ -149,15 +147,15 @@ contains
       call tilted(simulation, contacts)
       contacts%joint(1) = base
       do i = 1, 89
-         call check(joint_at(simulation, contacts, -real(i, wp)) == merge(base, side, i < limit), &
+         call check(joint_at(-real(i, wp)) == merge(base, side, i < limit), &
             'falls on its side')
       end do
       do i = 89, 1, -1
-         call check(joint_at(simulation, contacts, -real(i, wp)) == merge(side, base, &
+         call check(joint_at(-real(i, wp)) == merge(side, base, &
             i > 90 - limit), 'stands up again')
       end do
       contacts%bonded(1) = .true.
-      call check(joint_at(simulation, contacts, -85.0_wp) == base, 'a bond keeps its joint')
+      call check(joint_at(-85.0_wp) == base, 'a bond keeps its joint')
    end subroutine toppling
 
    !> The vertex passes from the edge `floor` to the next one, `next`, and back: it changes its
@@ -183,7 +181,7 @@ contains
                ! Where the edge that it has left is still listed, it counts like the other one.
                if (modulo(i, 4) == 1 .and. abs(x) < 0.5_wp) contacts%edge(1) = lower_edge
                expected = merge(base, next, way*x <= tolerance .eqv. way == 1)
-               call check(joint_at(simulation, contacts, 0.0_wp) == expected, &
+               call check(joint_at(0.0_wp) == expected, &
                   'one change on the way')
             end do
          end do

@@ -14,8 +14,7 @@ module test_crossings
 contains
 
    !> Four rectangles round a place, the second row shifted to the right, all turned.
-   subroutine lattice(simulation, shift, gap, angle)
-      type(simulation_type), intent(out) :: simulation
+   subroutine lattice(shift, gap, angle)
       real(wp), intent(in) :: shift, gap, angle
 
       call begin(simulation, control_text(1.0e-3_wp, 10, '')//contact_text(1.0e9_wp, '')//rock// &
@@ -27,15 +26,12 @@ contains
    end subroutine lattice
 
    !> Corners that have others across.
-   pure integer function across(simulation)
-      type(simulation_type), intent(in) :: simulation
-
+   pure integer function across()
       across = count(simulation%detection%across > 0)
    end function across
 
    !> Contacts between two blocks.
-   pure integer function between(simulation, b1, b2)
-      type(simulation_type), intent(in) :: simulation
+   pure integer function between(b1, b2)
       integer, intent(in) :: b1, b2
       integer :: c
 
@@ -53,21 +49,21 @@ contains
       integer :: i
 
       do i = 0, 7
-         call lattice(simulation, 0.0_wp, 0.0_wp, 0.4_wp*i)
+         call lattice(0.0_wp, 0.0_wp, 0.4_wp*i)
          call run(simulation, 2)
-         call check(across(simulation) == 4, 'two pairs across')
-         call check(between(simulation, 1, 4) == 0, 'no contact across')
-         call check(between(simulation, 2, 3) == 0, 'nor of the other two')
-         call check(between(simulation, 1, 3) == 2, 'faces have theirs')
+         call check(across() == 4, 'two pairs across')
+         call check(between(1, 4) == 0, 'no contact across')
+         call check(between(2, 3) == 0, 'nor of the other two')
+         call check(between(1, 3) == 2, 'faces have theirs')
       end do
    end subroutine four_blocks
 
    !> Where the joint is offset, two of the four share a face.
    subroutine an_offset()
-      call lattice(simulation, 0.3_wp, 0.0_wp, 0.0_wp)
+      call lattice(0.3_wp, 0.0_wp, 0.0_wp)
       call run(simulation, 2)
-      call check(across(simulation) == 0, 'nothing across')
-      call check(between(simulation, 2, 3) == 2, 'the face has contacts')
+      call check(across() == 0, 'nothing across')
+      call check(between(2, 3) == 2, 'the face has contacts')
    end subroutine an_offset
 
    !> Each corner has two neighbours and three across.
@@ -86,35 +82,35 @@ contains
             sin(from), cos(to), sin(to)], [2, 3]))
       end do
       call begin(simulation, text)
-      call check(across(simulation) == 18, 'nine pairs')
-      call check(between(simulation, 1, 4) == 0, 'without contacts')
+      call check(across() == 18, 'nine pairs')
+      call check(between(1, 4) == 0, 'without contacts')
    end subroutine six_triangles
 
    !> Corners that do not touch are not joined, so that nothing lies across.
    subroutine an_open_joint()
-      call lattice(simulation, 0.0_wp, 1.0e-4_wp, 0.0_wp)
-      call check(across(simulation) == 0, 'nothing across')
+      call lattice(0.0_wp, 1.0e-4_wp, 0.0_wp)
+      call check(across() == 0, 'nothing across')
    end subroutine an_open_joint
 
    !> Once block c is taken away, a and d can meet, and b has nothing across.
    subroutine a_block_is_removed()
-      call lattice(simulation, 0.0_wp, 0.0_wp, 0.0_wp)
+      call lattice(0.0_wp, 0.0_wp, 0.0_wp)
       associate (list => simulation%contacts(simulation%now))
          call part_corners(simulation%detection%across, list, [.false., .false., .true., .false.])
       end associate
-      call check(across(simulation) == 0, 'nothing across')
+      call check(across() == 0, 'nothing across')
    end subroutine a_block_is_removed
 
    subroutine corners_move_apart()
-      call lattice(simulation, 0.0_wp, 0.0_wp, 0.0_wp)
+      call lattice(0.0_wp, 0.0_wp, 0.0_wp)
       call forget_parted(simulation%detection%across, simulation%blocks, 0.01_wp)
-      call check(across(simulation) == 4, 'still across')
+      call check(across() == 4, 'still across')
       associate (blocks => simulation%blocks)
          blocks%vertex(1, blocks%first(4):blocks%first(5) - 1) = 0.02_wp &
             + blocks%vertex(1, blocks%first(4):blocks%first(5) - 1)
       end associate
       call forget_parted(simulation%detection%across, simulation%blocks, 0.01_wp)
-      call check(across(simulation) == 2, 'one pair is left')
+      call check(across() == 2, 'one pair is left')
    end subroutine corners_move_apart
 
 end module test_crossings

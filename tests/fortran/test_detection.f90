@@ -40,11 +40,11 @@ contains
 
       met = 0
       do i = 1, 60
-         call vertex_near_edge(blocks, random(-0.01_wp, 0.015_wp), random(0.2_wp, 0.8_wp))
+         call vertex_near_edge(random(-0.01_wp, 0.015_wp), random(0.2_wp, 0.8_wp))
          call list(blocks, contacts, distance)
          do c = 1, contacts%n
             met = met + 1
-            call check_rows(blocks, contacts, c)
+            call check_rows(c)
          end do
       end do
       call check(met >= 60, 'a contact each time')
@@ -56,11 +56,11 @@ contains
 
       met = 0
       do i = 1, 60
-         call vertex_near_edge(blocks, random(-0.004_wp, 0.004_wp), random(-0.003_wp, 0.003_wp))
+         call vertex_near_edge(random(-0.004_wp, 0.004_wp), random(-0.003_wp, 0.003_wp))
          call list(blocks, contacts, distance)
          do c = 1, contacts%n
             if (contacts%corner(c) > 0) met = met + 1
-            call check_rows(blocks, contacts, c)
+            call check_rows(c)
          end do
       end do
       call check(met >= 30, 'corners met')
@@ -68,8 +68,7 @@ contains
 
    !> Block 1 a strained star; block 2 a strained needle with its tip at `part` of an edge and `gap`
    !> off it.
-   subroutine vertex_near_edge(blocks, gap, part)
-      type(blocks_type), intent(out) :: blocks
+   subroutine vertex_near_edge(gap, part)
       real(wp), intent(in) :: gap, part
       real(wp) :: a(2), b(2), normal(2), place(2), along
       integer :: e
@@ -93,8 +92,7 @@ contains
 
    !> Gap and slip of a vertex along an edge, from places alone; slip counts from the material point
    !> that stood at `share` of the edge.
-   function gap_and_slip(blocks, v, e, share) result(values)
-      type(blocks_type), intent(in) :: blocks
+   function gap_and_slip(v, e, share) result(values)
       integer, intent(in) :: v, e
       real(wp), intent(in) :: share
       real(wp) :: values(2)
@@ -111,9 +109,7 @@ contains
    end function gap_and_slip
 
    !> Finite differences over all twelve coordinates.
-   subroutine check_rows(blocks, contacts, c)
-      type(blocks_type), intent(inout) :: blocks
-      type(contacts_type), intent(in) :: contacts
+   subroutine check_rows(c)
       integer, intent(in) :: c
       real(wp), parameter :: h = 1.0e-6_wp
       type(rows_type) :: got
@@ -122,7 +118,7 @@ contains
 
       v = contacts%vertex(c)
       e = contacts%edge(c)
-      here = gap_and_slip(blocks, v, e, 0.0_wp)
+      here = gap_and_slip(v, e, 0.0_wp)
       call check_close(contacts%gap(c), here(1), 'gap', absolute=1.0e-14_wp)
       edge_length = norm2(blocks%vertex(:, blocks%next(e)) - blocks%vertex(:, e))
       share = here(2)/edge_length
@@ -132,10 +128,10 @@ contains
             q = blocks%position(k, b)
             blocks%position(k, b) = q + h
             call update_geometry(blocks)
-            ahead = gap_and_slip(blocks, v, e, share)
+            ahead = gap_and_slip(v, e, share)
             blocks%position(k, b) = q - h
             call update_geometry(blocks)
-            behind = gap_and_slip(blocks, v, e, share)
+            behind = gap_and_slip(v, e, share)
             blocks%position(k, b) = q
             call update_geometry(blocks)
             rows(k, :, side) = (ahead - behind)/(2.0_wp*h)
@@ -153,13 +149,11 @@ contains
       ! A strain of the edge's block also turns the edge: a fraction of the gap, left out.
       call check_close(-got%shear_e(4:6), rows(4:6, 2, 2), &
          '∂slip/∂ε of the edge''s block', absolute=1.0e-8_wp + 1.2_wp*abs(here(1)))
-      call compare_with_shapes(blocks, contacts, c, share)
+      call compare_with_shapes(c, share)
    end subroutine check_rows
 
    !> All digits of the rows nᵀT and tᵀT, and what they make of a motion.
-   subroutine compare_with_shapes(blocks, contacts, c, share)
-      type(blocks_type), intent(in) :: blocks
-      type(contacts_type), intent(in) :: contacts
+   subroutine compare_with_shapes(c, share)
       integer, intent(in) :: c
       real(wp), intent(in) :: share  !< of the edge before the foot
       type(rows_type) :: rows
@@ -199,16 +193,15 @@ contains
          call list(blocks, contacts, distance)
          call check(contacts%n == 14, 'fourteen contacts for seven joints')
          do i = 1, 7
-            call check(count_pair(contacts, i, i + 1) == 2, 'two in joint '//to_text(i))
+            call check(count_pair(i, i + 1) == 2, 'two in joint '//to_text(i))
          end do
          call check_close(contacts%gap(:contacts%n), 0.0_wp*contacts%gap(:contacts%n), &
             'all touch', absolute=1.0e-13_wp)
-         call check(spread_along(blocks, contacts, 1) > 14.9_wp, 'one at each end')
+         call check(spread_along(1) > 14.9_wp, 'one at each end')
       end do
    end subroutine a_stack_of_equal_width
 
-   integer function count_pair(contacts, a, b) result(found)
-      type(contacts_type), intent(in) :: contacts
+   integer function count_pair(a, b) result(found)
       integer, intent(in) :: a, b
       integer :: c
 
@@ -221,9 +214,7 @@ contains
    end function count_pair
 
    !> Distance between the touching vertices of blocks a and a + 1.
-   real(wp) function spread_along(blocks, contacts, a) result(apart)
-      type(blocks_type), intent(in) :: blocks
-      type(contacts_type), intent(in) :: contacts
+   real(wp) function spread_along(a) result(apart)
       integer, intent(in) :: a
       integer :: c, k
 
@@ -250,13 +241,13 @@ contains
          call blocks_of(outlines, blocks)
          call list(blocks, contacts, distance)
          ! Bricks 1–3 below, 4–7 above them (4 and 7 are halves), 8–10 on top.
-         call check(count_pair(contacts, 1, 5) == 2 .and. count_pair(contacts, 2, 5) == 2, &
+         call check(count_pair(1, 5) == 2 .and. count_pair(2, 5) == 2, &
             'four below a brick')
-         call check(count_pair(contacts, 5, 8) == 2 .and. count_pair(contacts, 5, 9) == 2, &
+         call check(count_pair(5, 8) == 2 .and. count_pair(5, 9) == 2, &
             'four above it')
-         call check(count_pair(contacts, 4, 5) == 2 .and. count_pair(contacts, 5, 6) == 2, &
+         call check(count_pair(4, 5) == 2 .and. count_pair(5, 6) == 2, &
             'two in each head joint')
-         call check(count_pair(contacts, 1, 4) == 2, 'two below the half brick')
+         call check(count_pair(1, 4) == 2, 'two below the half brick')
          ! Bed joints: 6 between courses 1 and 2, 6 above; head joints: 2, 3 and 2.
          call check(contacts%n == 2*(6 + 6 + 2 + 3 + 2), 'two per joint in all')
       end do

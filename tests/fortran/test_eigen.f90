@@ -52,10 +52,9 @@ contains
 
    !> A chain of springs with random rows, and some more between any two; mass and strains of random
    !> scales.
-   subroutine random_system(n, definite, matrix, mass)
+   subroutine random_system(n, definite, mass)
       integer, intent(in) :: n
       logical, intent(in) :: definite  !< else only one spring for each coupling
-      type(block_matrix_type), intent(out) :: matrix
       real(wp), allocatable, intent(out) :: mass(:,:,:)
       integer :: pairs(2, n + n/2 - 1), i
 
@@ -74,7 +73,7 @@ contains
          if (definite) matrix%diagonal(:, :, i) = random_definite(10.0_wp**random(3.0_wp, 5.0_wp))
       end do
       do i = 1, size(pairs, 2)
-         call add_spring(matrix, maxval(pairs(:, i)), minval(pairs(:, i)), 10.0_wp**random(4.0_wp, &
+         call add_spring(maxval(pairs(:, i)), minval(pairs(:, i)), 10.0_wp**random(4.0_wp, &
             7.0_wp))
       end do
    end subroutine random_system
@@ -95,9 +94,8 @@ contains
       end do
    end function random_definite
 
-   subroutine add_spring(matrix, a, b, k)
+   subroutine add_spring(a, b, k)
       use dda_block_matrix, only: entry_of
-      type(block_matrix_type), intent(inout) :: matrix
       integer, intent(in) :: a, b
       real(wp), intent(in) :: k
       real(wp) :: row_a(6), row_b(6)
@@ -116,8 +114,7 @@ contains
    end subroutine add_spring
 
    !> K and M as full matrices, and their eigenvalues by LAPACK dsygv.
-   subroutine dense_values(matrix, mass, values)
-      type(block_matrix_type), intent(in) :: matrix
+   subroutine dense_values(mass, values)
       real(wp), intent(in) :: mass(:,:,:)
       real(wp), allocatable, intent(out) :: values(:)
       real(wp) :: k(6*matrix%n, 6*matrix%n), m(6*matrix%n, 6*matrix%n)
@@ -149,8 +146,8 @@ contains
       integer :: wanted, above
       logical :: certain
 
-      call random_system(n, definite, matrix, mass)
-      call dense_values(matrix, mass, values)
+      call random_system(n, definite, mass)
+      call dense_values(mass, values)
       call largest_eigenvalue(matrix, mass, 1.0e-10_wp, pairs, error)
       call check_no_error(error, 'largest')
       call check_close(pairs%value(1), values(6*n), 'largest eigenvalue', relative=1.0e-8_wp)
@@ -160,7 +157,7 @@ contains
       call check_no_error(error, 'lowest')
       call check_close(pairs%value, values(:wanted), 'lowest eigenvalues', relative=1.0e-8_wp, &
          absolute=1.0e-13_wp*values(6*n))
-      call check_normalised(pairs, mass)
+      call check_normalised(mass)
       call factor_mass(factor, mass, error)
       call count_above(matrix, factor, 0.5_wp*(values(2*n) + values(2*n + 1)), 1.0e9_wp, above, &
          certain)
@@ -168,8 +165,7 @@ contains
       call check(certain .or. .not. definite, 'the count is certain')
    end subroutine against_lapack
 
-   subroutine check_normalised(pairs, mass)
-      type(eigenpairs_type), intent(in) :: pairs
+   subroutine check_normalised(mass)
       real(wp), intent(in) :: mass(:,:,:)
       real(wp) :: product
       integer :: i, j, b
@@ -214,7 +210,7 @@ contains
       call set_pattern(matrix, n, reshape([integer ::], [2, 0]))
       matrix%diagonal = spread(random_definite(1.0e5_wp), 3, n)
       mass = spread(random_definite(1.0_wp), 3, n)
-      call dense_values(matrix, mass, values)
+      call dense_values(mass, values)
       call lowest_eigenvalues(matrix, mass, 15, pairs, error)
       call check_no_error(error, 'lowest')
       call check_close(pairs%value, values(:15), 'all copies are found', relative=1.0e-8_wp)
@@ -289,7 +285,7 @@ contains
       type(eigenpairs_type) :: first, second
       real(wp), allocatable :: mass(:,:,:)
 
-      call random_system(30, .true., matrix, mass)
+      call random_system(30, .true., mass)
       call largest_eigenvalue(matrix, mass, 1.0e-10_wp, first, error)
       call lowest_eigenvalues(matrix, mass, 3, second, error)
       call largest_eigenvalue(matrix, mass, 1.0e-10_wp, second, error)
@@ -300,11 +296,11 @@ contains
    subroutine what_cannot_be_solved()
       real(wp), allocatable :: mass(:,:,:)
 
-      call random_system(12, .true., matrix, mass)
+      call random_system(12, .true., mass)
       mass(3, 3, 7) = -1.0_wp
       call largest_eigenvalue(matrix, mass, 1.0e-10_wp, pairs, error)
       call check_fails(error, 'block 7')
-      call random_system(310, .true., matrix, mass)
+      call random_system(310, .true., mass)
       call lowest_eigenvalues(matrix, mass, 1000, pairs, error)
       call check_fails(error, 'at most half')
    end subroutine what_cannot_be_solved

@@ -56,8 +56,7 @@ contains
    end subroutine every_member
 
    !> One block of 1 m × 1 m on supports of stiffness `stiffness` at some places.
-   subroutine begin_supported(simulation, member, stiffness, places, more)
-      type(simulation_type), intent(out) :: simulation
+   subroutine begin_supported(member, stiffness, places, more)
       character(len=*), intent(in) :: member   !< in &control
       real(wp), intent(in) :: stiffness        !< N/m
       real(wp), intent(in) :: places(:,:)      !< [2,points] m
@@ -90,7 +89,7 @@ contains
       worst = 0.0_wp
       do i = 1, 20
          turn = 10.0_wp**random(-1.0_wp, 4.0_wp)
-         call begin_supported(simulation, member, mass*turn**2/1.0e-3_wp**2, centroid, '')
+         call begin_supported(member, mass*turn**2/1.0e-3_wp**2, centroid, '')
          associate (blocks => simulation%blocks, energy => simulation%energy)
             blocks%position(1:2, 1) = 1.0e-3_wp*random_vector(2)
             blocks%velocity(1:2, 1) = min(turn, 10.0_wp)*random_vector(2)
@@ -126,7 +125,7 @@ contains
             u = u + random(-1.0e-3_wp, 1.0e-3_wp)
             motion = motion//' '//number(u)
          end do
-         call begin_supported(simulation, member, 10.0_wp**(4 + i), reshape([0.0_wp, 0.0_wp], &
+         call begin_supported(member, 10.0_wp**(4 + i), reshape([0.0_wp, 0.0_wp], &
             [2, 1]), motion//' /')
          do k = 1, 60
             call run(simulation, 1)
@@ -149,8 +148,7 @@ contains
 
       call case('first velocities, '//trim(member))
       do i = 1, size(stiffness)
-         call begin_supported(simulation, member, stiffness(i), reshape([0.0_wp, 0.0_wp], [2, 1]), &
-            '')
+         call begin_supported(member, stiffness(i), reshape([0.0_wp, 0.0_wp], [2, 1]), '')
          rates(:, 1) = random_vector(6)
          call set_rates(simulation, rates, error)
          call check_no_error(error, 'rates')
@@ -159,7 +157,7 @@ contains
          after(1:2) = mass/(mass + weight)*after(1:2)
          call check_close(simulation%blocks%velocity(:, 1), after, 'plastic impact', &
             relative=1.0e-12_wp)
-         call begin_supported(simulation, member, stiffness(i), reshape([-0.4_wp, -0.3_wp, 0.4_wp, &
+         call begin_supported(member, stiffness(i), reshape([-0.4_wp, -0.3_wp, 0.4_wp, &
             -0.2_wp, 0.1_wp, 0.45_wp], [2, 3]), '')
          simulation%blocks%velocity = rates
          before = kinetic_energy(simulation%blocks)
@@ -175,8 +173,7 @@ contains
    end subroutine first_velocities
 
    !> Two blocks 1 m apart in x.
-   subroutine begin_pair(simulation, member, dt, more)
-      type(simulation_type), intent(out) :: simulation
+   subroutine begin_pair(member, dt, more)
       character(len=*), intent(in) :: member, more
       real(wp), intent(in) :: dt
 
@@ -197,7 +194,7 @@ contains
 
       call case('static stretch, '//trim(member))
       if (index(member, 'dda') + index(member, 'backward') == 0) return  ! no static steps
-      call begin_pair(simulation, trim(member)//' dynamic_factor = 0.0', 10.0_wp, &
+      call begin_pair(trim(member)//' dynamic_factor = 0.0', 10.0_wp, &
          ' &fixed_point x = 0.1 y = 0.1 / &fixed_point x = 0.1 y = 0.9 / &load x = 2.5 y = 0.5'// &
          ' time = 0.0 1.0e9 force_x = 2*'//number(force)//' /')
       bolt%reference(:, 1) = [0.4_wp, 0.0_wp]
@@ -239,7 +236,7 @@ contains
          bolt%stiffness = 0.5_wp*mass*(turns(i)/dt)**2
          drag = 2.0_wp*viscosity*dt/mass
          do column = 1, 2
-            call begin_pair(simulation, members(member), dt, '')
+            call begin_pair(members(member), dt, '')
             call put_bolts(simulation, [bolt])
             x = merge(1.0e-3_wp/max(1.0_wp, turns(i)), 0.0_wp, column == 1)
             v = merge(1.0e-3_wp, 0.0_wp, column == 2)
@@ -280,7 +277,7 @@ contains
       integer :: i
 
       call case('bolts and contacts, '//trim(member))
-      call begin_heap(simulation, trim(member))
+      call begin_heap(trim(member))
       worst = 0.0_wp
       do i = 1, 150
          call run(simulation, 1)
@@ -292,8 +289,7 @@ contains
    end subroutine bolts_and_contacts
 
    !> Blocks above a floor, each bolted to the next but one.
-   subroutine begin_heap(simulation, control)
-      type(simulation_type), intent(out) :: simulation
+   subroutine begin_heap(control)
       character(len=*), intent(in) :: control
       type(bolt_type) :: bolt(5)
       character(len=:), allocatable :: text
@@ -329,7 +325,7 @@ contains
       integer :: i
 
       do i = 1, size(names)
-         call begin_heap(simulation, "solver = '"//trim(names(i))//"'")
+         call begin_heap("solver = '"//trim(names(i))//"'")
          first = simulation%blocks%position
          call run(simulation, 30)
          if (i == 1) moved = simulation%blocks%position - first
@@ -343,7 +339,7 @@ contains
       type(modes_type) :: modes
       type(bolt_type) :: bolt
 
-      call begin_pair(simulation, '', 1.0e-3_wp, '')
+      call begin_pair('', 1.0e-3_wp, '')
       bolt%stiffness = 1.0e6_wp
       bolt%viscosity = 1.0e3_wp
       call put_bolts(simulation, [bolt])
@@ -372,7 +368,7 @@ contains
 
       call case('transfer function over a bolt, '//trim(members(member)))
       do instant = at_theta, at_end
-         call begin_pair(simulation, members(member), dt, ' &fixed_point x = 0.1 y = 0.1 /'// &
+         call begin_pair(members(member), dt, ' &fixed_point x = 0.1 y = 0.1 /'// &
             ' &fixed_point x = 0.1 y = 0.9 / &fixed_point x = 0.9 y = 0.1 /'// &
             " &fixed_point x = 2.5 y = 0.0 direction = 'y' /"// &
             " &fixed_point x = 2.5 y = 1.0 direction = 'y' /"// &
@@ -408,8 +404,7 @@ contains
       integer :: i
 
       call case('a block on a dashpot alone, '//trim(members(member)))
-      call begin_pair(simulation, members(member), dt, &
-         " &measured_point name = 'a' x = 0.5 y = 0.5 /")
+      call begin_pair(members(member), dt, " &measured_point name = 'a' x = 0.5 y = 0.5 /")
       call linearise(linear, simulation, 'closed', error)
       term%block_a = 1
       term%instant = mean_dashpot

@@ -33,8 +33,7 @@ contains
 
    !> Take steps; the books balance in each, losses never shrink, and if nothing puts energy in the
    !> total never grows beyond what exact geometry adds.
-   subroutine audit(simulation, steps, alone)
-      type(simulation_type), intent(inout) :: simulation
+   subroutine audit(steps, alone)
       integer, intent(in) :: steps
       logical, intent(in) :: alone   !< no input of energy
       type(energy_type) :: before
@@ -71,7 +70,7 @@ contains
       call begin(simulation, control_text(1.0e-3_wp, 1000, gravity)//rock// &
          joint_text(0.0_wp, 0.0_wp, 0.0_wp)//block_text('b', rectangle(0.0_wp, 0.0_wp, 1.0_wp, &
          1.0_wp)))
-      call audit(simulation, 1000, .true.)
+      call audit(1000, .true.)
       call check_close(simulation%energy%value(energy_kinetic), 0.5_wp*2500.0_wp*9.81_wp**2, &
          'kinetic', relative=1.0e-10_wp)
       call check_close(simulation%energy%value(energy_gravity), -0.5_wp*2500.0_wp*9.81_wp**2, &
@@ -89,7 +88,7 @@ contains
          call begin(simulation, control_text(step(i), 1000, gravity)//contact_text(1.0e9_wp, '')// &
             rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
             floor_and(rectangle(-0.5_wp, 0.001_wp, 0.5_wp, 1.0_wp)))
-         call audit(simulation, nint(0.1_wp/step(i)), .true.)
+         call audit(nint(0.1_wp/step(i)), .true.)
          call check(simulation%energy%value(energy_algorithmic) > 0.0_wp, 'the scheme damps')
       end do
    end subroutine bounce
@@ -103,7 +102,7 @@ contains
          'poisson_ratio = 0.25'//' initial_velocity = 1.5 0.0 0.0 /'// &
          block_text('floor', rectangle(-2.0_wp, -1.0_wp, 2.0_wp, 0.0_wp))// &
          block_text('b', rectangle(-0.9_wp, 0.0_wp, 0.1_wp, 0.4_wp), "material = 'thrown' ")//held)
-      call audit(simulation, 600, .true.)
+      call audit(600, .true.)
       call check_close(simulation%energy%value(energy_friction), 0.5_wp*1000.0_wp*1.5_wp**2, &
          'friction', relative=1.0e-3_wp)
       call check(simulation%energy%value(energy_kinetic) < 1.0e-6_wp &
@@ -115,7 +114,7 @@ contains
       call begin(simulation, control_text(2.0e-4_wp, 5000, gravity)//contact_text(1.0e9_wp, '')// &
          rock//joint_text(35.0_wp, 0.0_wp, 0.0_wp)// &
          floor_and(turned(rectangle(0.9_wp, 0.9_wp, 1.6_wp, 1.4_wp), 0.9_wp)))
-      call audit(simulation, 5000, .true.)
+      call audit(5000, .true.)
       call check(abs(simulation%energy%value(energy_geometric)) < 0.02_wp &
          *abs(simulation%energy%value(energy_gravity)), 'exact geometry adds little')
    end subroutine tumbling
@@ -129,7 +128,7 @@ contains
          call begin(simulation, control_text(step(i), 300, gravity)//contact_text(1.0e12_wp, '')// &
             rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
             ' &layers left = -2.0 bottom = -1.0 width = 4.0 thickness = 1.0'//' count = 16 /'//held)
-         call audit(simulation, 300, .true.)
+         call audit(300, .true.)
       end do
    end subroutine settling_stack
 
@@ -144,7 +143,7 @@ contains
             block_text('floor', rectangle(-2.0_wp, -1.0_wp, 2.0_wp, 0.0_wp))// &
             ' &wall left = -1.5 bottom = 0.0 brick_length = 0.6 brick_height = 0.3 bricks = 5 '// &
             'courses = 10 /'//held)
-         call audit(simulation, 200, .true.)
+         call audit(200, .true.)
       end do
    end subroutine settling_wall
 
@@ -157,7 +156,7 @@ contains
          " &fixed_point x = -1.9 y = -0.9 motion_x = 'shake' / &fixed_point x = 1.9 y = -0.9 "// &
          "motion_x = 'shake' /"//" &fixed_point x = -1.9 y = -0.1 motion_x = 'shake' / "// &
          "&fixed_point x = 1.9 y = -0.1 motion_x = 'shake' /")
-      call audit(simulation, 500, .false.)
+      call audit(500, .false.)
       call check(abs(simulation%energy%value(energy_input)) > 0.0_wp &
          .and. simulation%energy%value(energy_friction) > 0.0_wp, 'the base works, the block slips')
    end subroutine shaken_base
@@ -175,7 +174,7 @@ contains
       call begin(simulation, control_text(1.0e-3_wp, 500, gravity//"base_motion_x = 'shake'")// &
          contact_text(1.0e9_wp, '')//rock//joint_text(15.0_wp, 0.0_wp, 0.0_wp)//shake()// &
          floor_and(rectangle(-0.5_wp, 0.0_wp, 0.5_wp, 1.0_wp)))
-      call audit(simulation, 500, .false.)
+      call audit(500, .false.)
       call check(abs(simulation%energy%value(energy_input)) > 0.0_wp, 'it works')
    end subroutine base_acceleration
 
@@ -184,7 +183,7 @@ contains
       call begin(simulation, control_text(1.0e-3_wp, 1000, '')//rock//joint_text(0.0_wp, 0.0_wp, &
          0.0_wp)//block_text('b', rectangle(-0.5_wp, -0.5_wp, 0.5_wp, 0.5_wp))// &
          ' &load x = 0.0 y = 0.0 time = 0.0 2.0 force_x = 5000.0 5000.0 /')
-      call audit(simulation, 1000, .false.)
+      call audit(1000, .false.)
       call check_close(simulation%energy%value(energy_input), 5000.0_wp*1.0_wp, 'F ½ (F/m) t²', &
          relative=1.0e-10_wp)
       call check_close(simulation%energy%value(energy_kinetic), 5000.0_wp, 'all of it kinetic', &
@@ -197,7 +196,7 @@ contains
          floor_and(rectangle(-0.5_wp, 0.0_wp, 0.5_wp, 1.0_wp))// &
          ' &load block = ''b'' x = 0.2 y = 1.0 time = 0.0 0.3 force_x = 0.0 4.0e4 force_y = '// &
          '0.0 6.0e4 /')
-      call audit(simulation, 3000, .false.)
+      call audit(3000, .false.)
       call check(simulation%counters%broken == 2, 'both break')
       call check(simulation%energy%value(energy_fracture) > 0.0_wp, 'and take energy')
    end subroutine breaking_bonds
@@ -206,7 +205,7 @@ contains
       call begin(simulation, control_text(1.0e-3_wp, 500, gravity//'dynamic_factor = 0.97')// &
          contact_text(1.0e9_wp, '')//rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
          floor_and(rectangle(-0.5_wp, 0.001_wp, 0.5_wp, 1.0_wp)))
-      call audit(simulation, 500, .true.)
+      call audit(500, .true.)
       call check(simulation%energy%value(energy_kinetic_damping) > 0.0_wp, 'it takes energy')
    end subroutine dynamic_factor
 

@@ -38,9 +38,8 @@ contains
          unexplained = 0.0_wp
          do j = 1, size(omega)
             do k = 1, 5
-               call begin_drop(simulation, omega(j), random(0.0_wp, 1.0_wp), &
-                  'restitution = '//number(e(i)))
-               call follow(simulation, 10, growth)
+               call begin_drop(omega(j), random(0.0_wp, 1.0_wp), 'restitution = '//number(e(i)))
+               call follow(10, growth)
                worst = max(worst, abs(simulation%blocks%velocity(2, 2) - e(i)))
                unexplained = max(unexplained, relative_balance(simulation%energy))
             end do
@@ -59,18 +58,17 @@ contains
 
       growth = 0.0_wp
       do i = 1, 2
-         call begin_drop(simulation, 0.05_wp, -2.0_wp, 'restitution = 0.5')
+         call begin_drop(0.05_wp, -2.0_wp, 'restitution = 0.5')
          simulation%blocks%position(2, 2) = simulation%blocks%position(2, 2) - depth(i)
          call update_geometry(simulation%blocks)
-         call follow(simulation, 3, growth)
+         call follow(3, growth)
          call check((abs(simulation%blocks%velocity(2, 2) - 0.5_wp) < 1.0e-3_wp) .eqv. i == 1, &
             number(simulation%blocks%velocity(2, 2))//' from '//number(depth(i)))
       end do
    end subroutine contacts_that_have_just_touched
 
    !> The block falls from a phase of a step of 1 ms; Ω is that of its two corners.
-   subroutine begin_drop(simulation, omega, phase, joint)
-      type(simulation_type), intent(out) :: simulation
+   subroutine begin_drop(omega, phase, joint)
       real(wp), intent(in) :: omega, phase
       character(len=*), intent(in) :: joint
       real(wp), parameter :: time_step = 1.0e-3_wp
@@ -90,8 +88,7 @@ contains
    end subroutine begin_drop
 
    !> Take steps; the largest growth of the energy in one of them, of the first energy.
-   subroutine follow(simulation, steps, growth)
-      type(simulation_type), intent(inout) :: simulation
+   subroutine follow(steps, growth)
       integer, intent(in) :: steps
       real(wp), intent(inout) :: growth
       real(wp) :: before, first
@@ -215,9 +212,8 @@ contains
 
       ratio = 0.3_wp  ! of the critical one, for the two corners together
       growth = 0.0_wp
-      call begin_drop(simulation, omega, 0.3_wp, &
-         'damping = '//number(ratio*mass*omega/1.0e-3_wp))
-      call follow(simulation, 700, growth)
+      call begin_drop(omega, 0.3_wp, 'damping = '//number(ratio*mass*omega/1.0e-3_wp))
+      call follow(700, growth)
       ! Schwager and Pöschel (2007), with what the scheme adds, ωΔt/4
       ratio = ratio + 0.25_wp*omega
       expected = exp(-ratio/sqrt(1.0_wp - ratio**2)*(pi - atan(2.0_wp*ratio*sqrt(1.0_wp &

@@ -58,10 +58,9 @@ contains
    end function member_text
 
    !> Start a model of one oscillator; `push` presses the two blocks together, N/m.
-   subroutine begin_on(what, member, dt, push, simulation)
+   subroutine begin_on(what, member, dt, push)
       integer, intent(in) :: what, member
       real(wp), intent(in) :: dt, push
-      type(simulation_type), intent(out) :: simulation
       character(len=*), parameter :: stiff = &
          ' &material density = 2500.0 young_modulus = 1.0e14 poisson_ratio = 0.25 /'
       character(len=:), allocatable :: text
@@ -91,7 +90,7 @@ contains
 
       stiffness = penalty
       if (what == on_support) return
-      call begin_on(what, 1, 1.0e-3_wp, penalty, simulation)
+      call begin_on(what, 1, 1.0e-3_wp, penalty)
       if (what == on_contact) call run(simulation, 1)
       associate (contacts => simulation%contacts(simulation%now))
          stiffness = penalty*count(contacts%state(:contacts%n) /= contact_open)
@@ -100,13 +99,12 @@ contains
 
    !> Start with a displacement from rest and a velocity of the coordinate; a unilateral contact
    !> rests where its spring bears the push.
-   subroutine begin_from(what, member, dt, push, x, v, simulation)
+   subroutine begin_from(what, member, dt, push, x, v)
       integer, intent(in) :: what, member
       real(wp), intent(in) :: dt, push
       real(wp), intent(in) :: x, v  !< m, m/s
-      type(simulation_type), intent(out) :: simulation
 
-      call begin_on(what, member, dt, push, simulation)
+      call begin_on(what, member, dt, push)
       associate (blocks => simulation%blocks)
          if (what == on_support) then
             blocks%position(1, 1) = blocks%position(1, 1) + x
@@ -121,9 +119,8 @@ contains
    end subroutine begin_from
 
    !> The coordinate and its velocity, m, m/s.
-   pure function state_of(what, simulation) result(state)
+   pure function state_of(what) result(state)
       integer, intent(in) :: what
-      type(simulation_type), intent(in) :: simulation
       real(wp) :: state(2)
 
       associate (q => simulation%blocks%position, v => simulation%blocks%velocity)
@@ -138,9 +135,9 @@ contains
       real(wp), intent(in) :: dt, push, x, v
       real(wp) :: state(2)
 
-      call begin_from(what, member, dt, push, x, v, simulation)
+      call begin_from(what, member, dt, push, x, v)
       call run(simulation, 1)
-      state = state_of(what, simulation)
+      state = state_of(what)
    end function step_from
 
    !> Roots, damping ratio and period, and a sequence of displacements that obeys their recursion.
@@ -206,10 +203,10 @@ contains
       real(wp), allocatable :: rest(:)
       integer :: i, last
 
-      call begin_from(what, member, dt, push, size_of_x, speed, simulation)
+      call begin_from(what, member, dt, push, size_of_x, speed)
       do i = 0, steps
          if (i > 0) call run(simulation, 1)
-         state = state_of(what, simulation)
+         state = state_of(what)
          x(i) = state(1)
          if (i < 2) cycle
          ! What has come to rest shows rounding only.

@@ -36,8 +36,7 @@ contains
       call accepted_step(1.0_wp)
    end subroutine vibrations
 
-   subroutine begin_oscillator(simulation, step, steps, more, motion)
-      type(simulation_type), intent(out) :: simulation
+   subroutine begin_oscillator(step, steps, more, motion)
       real(wp), intent(in) :: step
       integer, intent(in) :: steps
       character(len=*), intent(in) :: more, motion
@@ -59,7 +58,7 @@ contains
       integer :: i
 
       call case('free vibration at Ω = '//number(resolution))
-      call begin_oscillator(simulation, resolution/omega, 100, '1.0', '')
+      call begin_oscillator(resolution/omega, 100, '1.0', '')
       call run(simulation, 1)
       do i = 0, 3
          x(i) = simulation%blocks%position(1, 1)
@@ -99,7 +98,7 @@ contains
       do i = 0, n
          values = values//number(1.0e-3_wp*sin(drive*step*real(i, wp)))//' '
       end do
-      call begin_oscillator(simulation, step, n, '0.0', &
+      call begin_oscillator(step, n, '0.0', &
          " &motion name = 'm' quantity = 'displacement' time_step = "//number(step)// &
          ' values = '//values//' /')
       last = n - nint(period)*(200/nint(period) + 1)
@@ -144,8 +143,7 @@ contains
          'static: ½ g Δt² a step', relative=1.0e-12_wp)
    end subroutine dynamic_factor
 
-   subroutine make_blocks(blocks, n)
-      type(blocks_type), intent(out) :: blocks
+   subroutine make_blocks(n)
       integer, intent(in) :: n
       type(outlines_type) :: outlines
       integer :: i
@@ -163,7 +161,7 @@ contains
       real(wp), parameter :: step = 0.03_wp
 
       call case('an accepted step')
-      call make_blocks(blocks, 3)
+      call make_blocks(3)
       d = 0.01_wp*reshape(random_vector(18), [6, 3])
       v = reshape(random_vector(18), [6, 3])
       q = blocks%position
@@ -189,7 +187,7 @@ contains
       real(wp) :: d(6, 4), before(2, 28), bound
       integer :: i, wrong
 
-      call make_blocks(blocks, 4)
+      call make_blocks(4)
       wrong = 0
       do i = 1, 200
          blocks%position(3:6, :) = reshape(random_vector(16), [4, 4])*0.1_wp

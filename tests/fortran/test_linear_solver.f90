@@ -44,10 +44,9 @@ contains
    end subroutine an_unknown_solver
 
    !> A chain of blocks joined by stiff springs; `least` is the stiffness that holds each alone.
-   subroutine chain(n, least, matrix)
+   subroutine chain(n, least)
       integer, intent(in) :: n
       real(wp), intent(in) :: least
-      type(block_matrix_type), intent(out) :: matrix
       integer :: pairs(2, n - 1), i, k
 
       do i = 1, n - 1
@@ -61,14 +60,13 @@ contains
          end do
       end do
       do i = 1, n - 1
-         call add_spring(matrix, i, random_vector(6))
-         call add_spring(matrix, i, random_vector(6))
+         call add_spring(i, random_vector(6))
+         call add_spring(i, random_vector(6))
       end do
    end subroutine chain
 
    !> k a aᵀ for the elongation a·(d_i − d_(i+1)).
-   subroutine add_spring(matrix, i, a)
-      type(block_matrix_type), intent(inout) :: matrix
+   subroutine add_spring(i, a)
       integer, intent(in) :: i
       real(wp), intent(in) :: a(6)
       real(wp), parameter :: k = 10.0_wp
@@ -82,10 +80,8 @@ contains
       matrix%lower(:, :, e) = matrix%lower(:, :, e) - outer
    end subroutine add_spring
 
-   subroutine prepare(solver, name, matrix, error)
-      type(solver_type), intent(out) :: solver
+   subroutine prepare(name, error)
       character(len=*), intent(in) :: name
-      type(block_matrix_type), intent(in) :: matrix
       type(error_type), allocatable, intent(out) :: error
 
       call choose_solver(solver, name, error)
@@ -100,10 +96,10 @@ contains
       real(wp), intent(in) :: least
       real(wp) :: x(6, n), b(6, n), image(6, n)
 
-      call chain(n, least, matrix)
+      call chain(n, least)
       b = reshape(random_vector(6*n), [6, n])
       x = 0.0_wp
-      call prepare(solver, name, matrix, error)
+      call prepare(name, error)
       call check_no_error(error, name)
       call solve(solver, matrix, b, x, error)
       call check_no_error(error, name)
@@ -121,8 +117,8 @@ contains
       integer :: pass
 
       call case('a change of the right-hand side, '//name)
-      call chain(n, 1.0_wp, matrix)
-      call prepare(solver, name, matrix, error)
+      call chain(n, 1.0_wp)
+      call prepare(name, error)
       b = reshape(random_vector(6*n), [6, n])
       x = 0.0_wp
       do pass = 1, 2
@@ -150,12 +146,12 @@ contains
 
       call ieee_get_halting_mode(ieee_all, halting)
       call ieee_set_halting_mode(ieee_all, .false.)
-      call chain(n, 1.0_wp, matrix)
+      call chain(n, 1.0_wp)
       matrix%diagonal = 1.0e60_wp*matrix%diagonal
       matrix%lower = 1.0e60_wp*matrix%lower
       b = 1.0_wp
       x = 0.0_wp
-      call prepare(solver, 'lagged', matrix, error)
+      call prepare('lagged', error)
       call check_no_error(error, 'lagged')
       call solve(solver, matrix, b, x, error)
       call check_no_error(error, 'lagged')
@@ -173,12 +169,12 @@ contains
       real(wp) :: x(6, n), b(6, n), image(6, n), alone(compact_size, n)
       integer :: i
 
-      call stiff_chain(n, 1.0e-7_wp, matrix, alone)
+      call stiff_chain(n, 1.0e-7_wp, alone)
       b = reshape(random_vector(6*n), [6, n])
       call choose_solver(solver, 'lagged', error)
       call analyse(solver, matrix)
       do i = 1, 3
-         call renew_all(solver, matrix, alone, error)
+         call renew_all(alone, error)
          call check_no_error(error, 'lagged')
          x = 0.0_wp
          call solve(solver, matrix, b, x, error)
@@ -187,26 +183,25 @@ contains
          call check(norm2(image - b) <= 1.0e-6_wp*norm2(b), 'the residual')
          call check(solver%handed_over == merge(1, 0, i > 2), 'handed over at the third time')
       end do
-      call stiff_chain(n, 1.0e-10_wp, matrix, alone)
+      call stiff_chain(n, 1.0e-10_wp, alone)
       call choose_solver(solver, 'lagged', error)
       call analyse(solver, matrix)
-      call renew_all(solver, matrix, alone, error)
+      call renew_all(alone, error)
       call check(solver%handed_over == 1 .and. solver%method == 'direct', 'handed over at once')
    end subroutine a_pivot_lost_to_single_precision
 
    !> A chain whose springs leave no freedom but that of the whole, and what holds each block alone.
-   subroutine stiff_chain(n, least, matrix, alone)
+   subroutine stiff_chain(n, least, alone)
       integer, intent(in) :: n
       real(wp), intent(in) :: least
-      type(block_matrix_type), intent(out) :: matrix
       real(wp), intent(out) :: alone(compact_size, n)
       real(wp) :: block(6, 6)
       integer :: i, k
 
-      call chain(n, least, matrix)
+      call chain(n, least)
       do i = 1, n - 1
          do k = 1, 6
-            call add_spring(matrix, i, random_vector(6))
+            call add_spring(i, random_vector(6))
          end do
       end do
       block = 0.0_wp
@@ -217,9 +212,7 @@ contains
    end subroutine stiff_chain
 
    !> All values are others: the factor that there was will not do.
-   subroutine renew_all(solver, matrix, alone, error)
-      type(solver_type), intent(inout) :: solver
-      type(block_matrix_type), intent(in) :: matrix
+   subroutine renew_all(alone, error)
       real(wp), intent(in) :: alone(compact_size, matrix%n)
       type(error_type), allocatable, intent(out) :: error
       type(rank_one_type) :: changes
@@ -233,10 +226,10 @@ contains
       integer, parameter :: n = 70
       real(wp) :: x(6, n), b(6, n)
 
-      call chain(n, 1.0_wp, matrix)
+      call chain(n, 1.0_wp)
       b = reshape(random_vector(6*n), [6, n])
       x = 0.0_wp
-      call prepare(solver, 'lagged', matrix, error)
+      call prepare('lagged', error)
       matrix%diagonal(:, :, ::2) = 1.0e7_wp*matrix%diagonal(:, :, ::2)
       call renew(solver, matrix, diagonal_of(matrix), rank_one_type(), error)
       call solve(solver, matrix, b, x, error)
@@ -249,10 +242,10 @@ contains
       integer, parameter :: n = 80
       real(wp) :: x(6, n), b(6, n), image(6, n)
 
-      call chain(n, 1.0e4_wp, matrix)
-      call prepare(solver, 'auto', matrix, error)
+      call chain(n, 1.0e4_wp)
+      call prepare('auto', error)
       call check(solver%method == 'jacobi', 'a good matrix')
-      call chain(n, 1.0e-3_wp, matrix)
+      call chain(n, 1.0e-3_wp)
       b = reshape(random_vector(6*n), [6, n])
       x = 0.0_wp
       call renew(solver, matrix, diagonal_of(matrix), rank_one_type(), error)
@@ -278,11 +271,11 @@ contains
       call case('no number on the right, '//name)
       call ieee_get_halting_mode(ieee_all, halting)
       call ieee_set_halting_mode(ieee_all, .false.)
-      call chain(n, 1.0_wp, matrix)
+      call chain(n, 1.0_wp)
       b = 1.0_wp
       b(3, 5) = ieee_value(1.0_wp, ieee_quiet_nan)
       x = 0.0_wp
-      call prepare(solver, name, matrix, error)
+      call prepare(name, error)
       call solve(solver, matrix, b, x, error)
       call check_fails(error, 'cannot be solved')
       if (allocated(error)) call check(error%kind == error_solver, 'its kind')
@@ -300,11 +293,11 @@ contains
       call case('no positive pivot, '//name)
       call ieee_get_halting_mode(ieee_all, halting)
       call ieee_set_halting_mode(ieee_all, .false.)  ! iterations may diverge
-      call chain(n, 1.0_wp, matrix)
+      call chain(n, 1.0_wp)
       matrix%diagonal(:, :, 40) = -matrix%diagonal(:, :, 40)
       b = 1.0_wp
       x = 0.0_wp
-      call prepare(solver, name, matrix, error)
+      call prepare(name, error)
       if (.not. allocated(error)) call solve(solver, matrix, b, x, error)
       if (allocated(error)) then
          call check_fails(error, 'positive')

@@ -91,7 +91,7 @@ contains
       call find_modes(linear, count, modes, error)
       call check_no_error(error, 'modes')
       do i = 1, count
-         call watch(text, linear, modes%shape(:, :, i), omega, damping)
+         call watch(text, modes%shape(:, :, i), omega, damping)
          call check_close(omega, modes%omega(i)/(1.0_wp + modes%elongation(i))*sqrt(1.0_wp &
             + damping_term(damping)), 'frequency of mode '//to_text(i), relative=1.0e-3_wp)
          energy = energy_of(linear, modes%shape(:, :, i))
@@ -109,9 +109,8 @@ contains
 
    !> Coordinate of the mode over some steps; q_{k+1} = trace q_k − determinant q_{k−1} by least
    !> squares.
-   subroutine watch(text, linear, shape, omega, damping)
+   subroutine watch(text, shape, omega, damping)
       character(len=*), intent(in) :: text
-      type(linear_model_type), intent(in) :: linear
       real(wp), intent(in) :: shape(:,:)
       real(wp), intent(out) :: omega, damping
       integer, parameter :: steps = 60

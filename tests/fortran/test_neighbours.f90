@@ -36,19 +36,18 @@ contains
       end do
       call blocks_of(outlines, blocks)
       call find_neighbours(near, blocks, 0.3_wp)
-      call compare(near, blocks, 0.3_wp)
+      call compare(near, 0.3_wp)
       blocks%position(1:2, :) = 20.0_wp*reshape(random_vector(2*n), [2, n])
       blocks%position(3, :) = 3.0_wp*random_vector(n)
       call update_geometry(blocks)
       call find_neighbours(near, blocks, 1.0_wp)
-      call compare(near, blocks, 1.0_wp)
+      call compare(near, 1.0_wp)
    end subroutine try_random
 
    !> Every convex vertex within reach of an edge of another block is a probe with that edge; no
    !> other.
-   subroutine compare(near, blocks, reach)
+   subroutine compare(near, reach)
       type(neighbours_type), intent(in) :: near
-      type(blocks_type), intent(in) :: blocks
       real(wp), intent(in) :: reach
       logical, allocatable :: listed(:,:), paired(:,:)
       integer :: p, i, v, e, missed, surplus, repeated, wrong_pair
@@ -78,23 +77,22 @@ contains
       surplus = 0
       do v = 1, size(blocks%owner)
          do e = 1, size(blocks%owner)
-            if (within(blocks, v, e, reach) .and. .not. listed(v, e)) missed = missed + 1
-            if (listed(v, e) .and. .not. within(blocks, v, e, reach)) surplus = surplus + 1
+            if (within(v, e, reach) .and. .not. listed(v, e)) missed = missed + 1
+            if (listed(v, e) .and. .not. within(v, e, reach)) surplus = surplus + 1
          end do
       end do
       call check(missed == 0, 'none missed')
       call check(surplus == 0, 'none beyond reach')
       call check(repeated == 0, 'none twice')
       call check(wrong_pair == 0, 'probes name their pair, pairs ascend')
-      call check(all([(corners_listed(near, blocks, p, reach), p=1, near%n_probes)]), &
+      call check(all([(corners_listed(near, p, reach), p=1, near%n_probes)]), &
          'corners within reach are listed')
    end subroutine compare
 
    !> Probe p lists every convex vertex of the other block that is within reach, and of the others
    !> only such as are convex.
-   pure logical function corners_listed(near, blocks, p, reach)
+   pure logical function corners_listed(near, p, reach)
       type(neighbours_type), intent(in) :: near
-      type(blocks_type), intent(in) :: blocks
       integer, intent(in) :: p
       real(wp), intent(in) :: reach
       integer :: w, other
@@ -118,8 +116,7 @@ contains
    end function is_pair
 
    !> A convex vertex of one block and an edge of another are within reach.
-   logical function within(blocks, v, e, reach)
-      type(blocks_type), intent(in) :: blocks
+   logical function within(v, e, reach)
       integer, intent(in) :: v, e
       real(wp), intent(in) :: reach
       real(wp) :: a(2), b(2), p(2), part
@@ -133,8 +130,7 @@ contains
       within = norm2(p - a - part*(b - a)) <= reach
    end function within
 
-   subroutine make_lattice(blocks, n)
-      type(blocks_type), intent(out) :: blocks
+   subroutine make_lattice(n)
       integer, intent(in) :: n
       type(outlines_type) :: outlines
       integer :: i, j
@@ -155,10 +151,10 @@ contains
 
       do n = 1, 9
          call forget(near)
-         call make_lattice(blocks, n)
+         call make_lattice(n)
          call find_neighbours(near, blocks, 0.01_wp)
          call check(near%n_pairs == 2*n*(n - 1) + 2*(n - 1)**2, 'pairs')
-         call compare(near, blocks, 0.01_wp)
+         call compare(near, 0.01_wp)
       end do
    end subroutine a_lattice
 
@@ -191,7 +187,7 @@ contains
       call blocks_of(outlines, blocks)
       call find_neighbours(near, blocks, 0.01_wp)
       call check(near%n_pairs == 99, 'the row has 99 joints')
-      call compare(near, blocks, 0.01_wp)
+      call compare(near, 0.01_wp)
    end subroutine a_distant_block
 
    !> Thirty-six times the blocks: as many pairs and probes per block but for the rim, and about as
@@ -214,7 +210,7 @@ contains
       real(wp) :: from, to
       integer :: i, k
 
-      call make_lattice(blocks, n)
+      call make_lattice(n)
       cost(2) = huge(1.0_wp)
       do i = 1, 5
          call cpu_time(from)

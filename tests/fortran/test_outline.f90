@@ -15,8 +15,7 @@ module test_outline
 contains
 
    !> Blocks from their polygons.
-   subroutine make(blocks, first, vertices)
-      type(blocks_type), intent(out) :: blocks
+   subroutine make(first, vertices)
       integer, intent(in) :: first(:)
       real(wp), intent(in) :: vertices(:,:)
       type(outlines_type) :: outlines
@@ -28,8 +27,7 @@ contains
       call blocks_of(outlines, blocks)
    end subroutine make
 
-   pure real(wp) function length_of(blocks, pieces)
-      type(blocks_type), intent(in) :: blocks
+   pure real(wp) function length_of(pieces)
       type(edge_piece_type), intent(in) :: pieces(:)
       integer :: i
 
@@ -48,10 +46,10 @@ contains
                2.0_wp*i + 2.0_wp, j + 1.0_wp)
          end do
       end do
-      call make(blocks, [(4*i + 1, i=0, 6)], vertices)
+      call make([(4*i + 1, i=0, 6)], vertices)
       call outline_of(blocks, spread(.true., 1, 6), all)
       call check(size(all) == 10, 'ten edges are free')
-      call check_close(length_of(blocks, all), 16.0_wp, 'their length', relative=1.0e-12_wp)
+      call check_close(length_of(all), 16.0_wp, 'their length', relative=1.0e-12_wp)
       found = pieces_on_side(blocks, all, 'left')
       call check(all_equal(found%block, [1, 4]), 'blocks of the left side')
       call check_close(piece_normal(blocks, found(1)), [-1.0_wp, 0.0_wp], 'normal of the left side')
@@ -60,7 +58,7 @@ contains
       call check(size(pieces_on_side(blocks, all, 'surface')) == 3, 'three edges face upwards')
       found = pieces_along(blocks, all, reshape([1.0_wp, 2.0_wp, 6.0_wp, 2.0_wp, 6.0_wp, 1.5_wp], &
          [2, 3]))
-      call check_close(length_of(blocks, found), 5.5_wp, 'pieces along a polyline', &
+      call check_close(length_of(found), 5.5_wp, 'pieces along a polyline', &
          relative=1.0e-12_wp)
       call outline_of(blocks, [.false., .true., spread(.false., 1, 4)], found)
       call check(size(found) == 1 .and. found(1)%block == 2, 'the one free edge of a block')
@@ -77,7 +75,7 @@ contains
    subroutine steps()
       type(edge_piece_type), allocatable :: found(:)
 
-      call make(blocks, [1, 5, 9, 13], reshape([rectangle(0.0_wp, 0.0_wp, 10.0_wp, 1.0_wp), &
+      call make([1, 5, 9, 13], reshape([rectangle(0.0_wp, 0.0_wp, 10.0_wp, 1.0_wp), &
          rectangle(4.0_wp, 1.0_wp, 5.0_wp, 2.0_wp), rectangle(5.0_wp, 1.0_wp, 7.0_wp, 2.0_wp)], &
          [2, 12]))
       call outline_of(blocks, [.true., .false., .false.], found)
@@ -86,7 +84,7 @@ contains
       call check_close([found%from, found%to], [0.0_wp, 0.6_wp, 0.3_wp, 1.0_wp], 'shares of '// &
          'the edge', absolute=1.0e-12_wp)
       call outline_of(blocks, spread(.true., 1, 3), found)
-      call check_close(length_of(blocks, found), 10.0_wp + 2.0_wp + 7.0_wp + 2.0_wp + 3.0_wp, &
+      call check_close(length_of(found), 10.0_wp + 2.0_wp + 7.0_wp + 2.0_wp + 3.0_wp, &
          'length of the outline', relative=1.0e-12_wp)
    end subroutine steps
 
@@ -94,7 +92,7 @@ contains
    subroutine slope()
       type(edge_piece_type), allocatable :: found(:)
 
-      call make(blocks, [1, 4], reshape([0.0_wp, 0.0_wp, 4.0_wp, 0.0_wp, 0.0_wp, 3.0_wp], &
+      call make([1, 4], reshape([0.0_wp, 0.0_wp, 4.0_wp, 0.0_wp, 0.0_wp, 3.0_wp], &
          [2, 3]))
       call outline_of(blocks, [.true.], found)
       found = pieces_along(blocks, found, reshape([4.0_wp, 0.0_wp, 0.0_wp, 3.0_wp], [2, 2]))
@@ -108,7 +106,7 @@ contains
       type(edge_piece_type) :: piece
       real(wp) :: reference(2, 2), ends(2, 2), centre(2)
 
-      call make(blocks, [1, 5], rectangle(0.0_wp, 0.0_wp, 4.0_wp, 1.0_wp))
+      call make([1, 5], rectangle(0.0_wp, 0.0_wp, 4.0_wp, 1.0_wp))
       piece = edge_piece_type(1, 1, 0.25_wp, 1.0_wp)
       centre = blocks%position(1:2, 1)
       reference = gauss_points(blocks, piece) + spread(centre, 2, 2)

@@ -95,8 +95,7 @@ contains
    end subroutine a_hundred_turns
 
    !> A block on a held plane inclined by 30°.
-   subroutine begin_incline(simulation, friction_angle, stiffness, step, steps)
-      type(simulation_type), intent(out) :: simulation
+   subroutine begin_incline(friction_angle, stiffness, step, steps)
       real(wp), intent(in) :: friction_angle, stiffness, step
       integer, intent(in) :: steps
       real(wp), parameter :: alpha = -pi/6.0_wp
@@ -118,9 +117,7 @@ contains
    end subroutine begin_incline
 
    !> Way down the incline since the start.
-   pure real(wp) function way(simulation)
-      type(simulation_type), intent(in) :: simulation
-
+   pure real(wp) function way()
       way = dot_product(simulation%blocks%position(1:2, 2) - simulation%model%blocks%position(1:2, &
          2), [cos(pi/6.0_wp), -sin(pi/6.0_wp)])
    end function way
@@ -132,23 +129,23 @@ contains
       integer, parameter :: steps = 2000
 
       call case('sliding at φ = '//number(friction_angle)//', k/E = '//number(factor))
-      call begin_incline(simulation, friction_angle, factor*1.0e10_wp, 1.0e-3_wp, steps)
+      call begin_incline(friction_angle, factor*1.0e10_wp, 1.0e-3_wp, steps)
       call run(simulation, steps)
       expected = 0.5_wp*g*(0.5_wp - sqrt(0.75_wp)*tan(friction_angle*pi/180.0_wp)) &
          *(1.0e-3_wp*steps)**2
-      call check_close(way(simulation), expected, 's', relative=1.0e-6_wp)
+      call check_close(way(), expected, 's', relative=1.0e-6_wp)
    end subroutine incline
 
    !> φ above α: it settles, then nothing moves any more.
    subroutine sticking_at_35_degrees_on_30_degrees()
       real(wp) :: settled
 
-      call begin_incline(simulation, 35.0_wp, 1.0e10_wp, 1.0e-3_wp, 3000)
+      call begin_incline(35.0_wp, 1.0e10_wp, 1.0e-3_wp, 3000)
       call run(simulation, 1000)
-      settled = way(simulation)
+      settled = way()
       call check_close(settled, 0.0_wp, 'it moves by the give of its springs', absolute=5.0e-6_wp)
       call run(simulation, 2000)
-      call check_close(way(simulation), settled, 'no drift', absolute=1.0e-12_wp)
+      call check_close(way(), settled, 'no drift', absolute=1.0e-12_wp)
    end subroutine sticking_at_35_degrees_on_30_degrees
 
    !> A needle on its tip in a notch stays there while it is in balance.

@@ -55,9 +55,7 @@ contains
    end subroutine accept
 
    !> Forces on the blocks at d by the law, in the geometry before the step.
-   function unbalanced(system, contacts, mu) result(rest)
-      type(system_type), intent(in) :: system
-      type(contacts_type), intent(in) :: contacts
+   function unbalanced(mu) result(rest)
       real(wp), intent(in) :: mu
       real(wp) :: rest(unknowns), normal, shear
       integer :: c
@@ -122,7 +120,7 @@ contains
          do step = 1, most_steps
             call relax(iteration, system, solver, contacts, laws, error)
             call check_no_error(error, 'relaxes')
-            rest = unbalanced(system, contacts, mu)
+            rest = unbalanced(mu)
             call check_close(iteration%unbalanced_work, dot_product(rest, flat(system%d)), &
                'work of unbalanced forces', absolute=1.0e-12_wp, relative=1.0e-6_wp)
             if (iteration%converged) exit

@@ -192,7 +192,7 @@ contains
       call check(transfer%reduced%residual < 1.0e-8_wp, 'residual')
       x = [1.0_wp, 20.0_wp, 60.0_wp, 65.0_wp, 130.0_wp, 190.0_wp]
       do i = 1, size(x)
-         call solve_directly(linear, real(x(i)), expected)
+         call solve_directly(real(x(i)), expected)
          call check_close(abs(transfer_at(transfer, real(x(i))) - expected), 0.0_wp, &
             'against a direct solution', absolute=1.0e-6_wp*abs(expected))
       end do
@@ -215,8 +215,7 @@ contains
 
    !> [K + iω̃ C + ω̃ i (1 − 1/z)/Δt M] x = F + iω̃ F_c by LAPACK, dense and complex: DDA with
    !> supports whose dashpots C act on the velocity at the end of the step.
-   subroutine solve_directly(linear, frequency, ratio)
-      type(linear_model_type), intent(in) :: linear
+   subroutine solve_directly(frequency, ratio)
       real(wp), intent(in) :: frequency
       complex(wp), intent(out) :: ratio
       interface
