@@ -22,6 +22,7 @@ contains
    subroutine check_laws(simulation, report)
       type(simulation_type), intent(in) :: simulation  !< materials and blocks
       type(report_type), intent(inout) :: report  !< check report
+      character(len=:), allocatable :: words
       real(wp) :: side
       integer :: m
 
@@ -32,7 +33,10 @@ contains
             side = largest(simulation, m)
             if (model%materials(m)%own_law%in_words() /= '') &
                call check_softer(model, m, side, report)
-            call check_fit(model, m, report)
+            words = model%materials(m)%own_law%unmet()
+            if (words /= '') call add_line(report, verdict_warn, 'material law', &
+               quoted(trim(model%materials(m)%name))//': '//words, 'fit of the branches', &
+               'more branches; if these do not help, less damping at small strains')
             call check_softening(model, m, side, report)
          end do
       end associate
@@ -67,19 +71,6 @@ contains
             short_text(side*coarsest/eta)//' m in soil that will yield'))
       end associate
    end subroutine check_softer
-
-   !> Report curves that the law does not fit.
-   subroutine check_fit(model, m, report)
-      type(model_type), intent(in) :: model       !< materials and blocks
-      integer, intent(in) :: m                    !< material
-      type(report_type), intent(inout) :: report  !< check report
-      character(len=:), allocatable :: words
-
-      words = model%materials(m)%own_law%unmet()
-      if (words /= '') call add_line(report, verdict_warn, 'material law', &
-         quoted(trim(model%materials(m)%name))//': '//words, 'fit of the branches', &
-         'more branches; if these do not help, less damping at small strains')
-   end subroutine check_fit
 
    !> Largest of the smaller sides of the blocks of a material, m.
    pure real(wp) function largest(simulation, m) result(side)

@@ -46,7 +46,7 @@ contains
       found = span(100*minval(body%ratio), 100*maxval(body%ratio))//' % over '// &
          short_text(band(1))//' … '//short_text(band(2))//' Hz, to '// &
          short_text(100*misfit)//' % of it by '// &
-         count_text(minval(body%n), maxval(body%n))//' mechanisms'
+         span(real(minval(body%n), wp), real(maxval(body%n), wp))//' mechanisms'
       if (report%has_modes) then
          associate (factor => real(modulus_factor(body, report%modes%omega(1))))
             found = found//'; moduli '//span(minval(factor), maxval(factor))// &
@@ -168,15 +168,6 @@ contains
          end associate
       end do
    end subroutine collect_dashpots
-
-   !> Text of a whole number, or of a range of two whole numbers.
-   pure function count_text(least, most) result(text)
-      integer, intent(in) :: least, most
-      character(len=:), allocatable :: text
-
-      text = to_text(least)
-      if (most > least) text = text//' … '//to_text(most)
-   end function count_text
 
    !> Text of a number, or of a range of two numbers.
    pure function span(least, most) result(text)

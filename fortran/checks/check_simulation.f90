@@ -9,7 +9,6 @@ module dda_check_simulation
       dispersion_in_words
    use dda_check_boundaries, only: check_boundaries
    use dda_contact, only: contact_open
-   use dda_doubts, only: doubt_type
    use dda_equilibrium, only: farthest_moved
    use dda_check_laws, only: check_laws
    use dda_check_material, only: check_material
@@ -65,6 +64,8 @@ contains
       integer(long), intent(out), optional :: links  !< blocks of K̂ off its diagonal
       integer(long), intent(in), optional :: budget  !< open–close iterations of the search for rest
       type(linear_model_type) :: linear, stiff
+      type(impact_regime_type) :: impacts
+      integer :: i
 
       call linearise(linear, simulation, 'auto', error, budget)
       if (allocated(error)) return
@@ -73,12 +74,17 @@ contains
       call measure_blocks(simulation%blocks, report)
       call check_contacts(simulation, linear, report)
       call check_start(simulation, report)
-      call check_bending(linear%bending, report)
+      do i = 1, size(linear%bending)
+         call add_line(report, verdict_warn, linear%bending(i)%topic, linear%bending(i)%words, &
+            'linear stress', '')
+      end do
       call check_highest(stiff, report)
       call fail_if_stopped(error)
       if (allocated(error)) return
       call check_ringing(stiff, report)
-      call check_impacts(simulation, linear, report)
+      call find_impact_regime(linear, simulation, impacts)
+      if (impacts%words /= '') call add_line(report, verdict_ok, 'impacts', impacts%words, &
+         'closed forms', impacts%advice)
       call fail_if_stopped(error)
       if (allocated(error)) return
       call check_modes(linear, report)
@@ -168,18 +174,6 @@ contains
       end associate
    end subroutine check_start
 
-   !> Warn of bonded joints that bend on two contacts.
-   subroutine check_bending(bending, report)
-      type(doubt_type), intent(in) :: bending(:)  !< each
-      type(report_type), intent(inout) :: report  !< check report
-      integer :: i
-
-      do i = 1, size(bending)
-         call add_line(report, verdict_warn, bending(i)%topic, bending(i)%words, 'linear stress', &
-            '')
-      end do
-   end subroutine check_bending
-
    !> Report ω_max, and Δt relative to 4/ω_max.
    subroutine check_highest(linear, report)
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -229,19 +223,6 @@ contains
          ringing%advice), ringing_topic, ringing%brief)
    end subroutine check_ringing
 
-   !> Report the ratio of velocities after and before impacts.
-   !> The line also states if the ratio depends on the phase of a step.
-   subroutine check_impacts(simulation, linear, report)
-      type(simulation_type), intent(in) :: simulation  !< a run and its state
-      type(linear_model_type), intent(in) :: linear  !< linearised model
-      type(report_type), intent(inout) :: report  !< check report
-      type(impact_regime_type) :: regime
-
-      call find_impact_regime(linear, simulation, regime)
-      if (regime%words /= '') call add_line(report, verdict_ok, 'impacts', regime%words, &
-         'closed forms', regime%advice)
-   end subroutine check_impacts
-
    !> Report the lowest modes, and whether the first one oscillates at the time step.
    subroutine check_modes(linear, report)
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -287,6 +268,7 @@ contains
       type(linear_model_type), intent(inout) :: linear  !< unchanged on return
       type(report_type), intent(inout) :: report  !< check report
       type(error_type), allocatable :: error
+      type(energy_share_type) :: energy
       real(wp) :: ratio, limit
       character(len=:), allocatable :: found
 
@@ -307,7 +289,9 @@ contains
          end if
          report%shift = 1.0_wp - report%modes%frequency(1)/limit
       else
-         report%shift = shift_by_energy(linear, report%modes)
+         ! If springs proportional to k_n store a fraction s of it, ω² = (1 − s) × stiff limit.
+         energy = energy_of(linear, report%modes%shape(:, :, 1))
+         report%shift = 1.0_wp - sqrt(max(0.0_wp, 1.0_wp - energy%of_penalty))
       end if
       found = found//'; joints lower the first frequency by '//short_text(100*report%shift)// &
          ' %, limit 5 %; '//cost_of_penalty(linear, report%shift)
@@ -375,17 +359,6 @@ contains
          'a higher normal_stiffness, or penetration_tolerance')//advice_if(noise > noisiest, &
          'a lower normal_stiffness'), brief=brief)
    end subroutine check_penalty_bounds
-
-   !> Reduction of the first frequency by joints, estimated from one mode.
-   !> If springs proportional to k_n store a fraction s of its energy, ω² = (1 − s) × stiff limit.
-   pure real(wp) function shift_by_energy(linear, modes) result(shift)
-      type(linear_model_type), intent(in) :: linear  !< linearised model
-      type(modes_type), intent(in) :: modes  !< lowest modes
-      type(energy_share_type) :: energy
-
-      energy = energy_of(linear, modes%shape(:, :, 1))
-      shift = 1.0_wp - sqrt(max(0.0_wp, 1.0_wp - energy%of_penalty))
-   end function shift_by_energy
 
    !> Report block sizes relative to wave lengths, and Δt relative to crossing times.
    subroutine check_resolution(blocks, time_step, report)

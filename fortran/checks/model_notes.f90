@@ -2,6 +2,7 @@
 !> Notes on probable mistakes in a model; they do not prevent a run.
 module dda_model_notes
    use dda_kinds, only: wp, pi
+   use dda_blocks, only: smaller_side
    use dda_flow_notes, only: flow_notes
    use dda_held_blocks, only: find_grounded, find_supported
    use dda_linear_terms, only: linear_terms_type
@@ -227,7 +228,7 @@ contains
       worst = 0
       do b = 1, model%blocks%n
          if (held(b) .or. overburden%beneath(b) == 0) cycle
-         share = depth_of(model, overburden, b)/smaller_side(model, b)
+         share = depth_of(model, overburden, b)/smaller_side(model%blocks, b)
          if (share <= most) cycle
          most = share
          worst = b
@@ -259,17 +260,6 @@ contains
          end associate
       end do
    end function depth_of
-
-   !> Smaller side of the bounding box of a block, m.
-   pure real(wp) function smaller_side(model, b) result(side)
-      type(model_type), intent(in) :: model  !< model as read from the input
-      integer, intent(in) :: b               !< block
-
-      associate (shape => model%blocks%vertex(:, model%blocks%first(b): &
-         model%blocks%first(b + 1) - 1))
-         side = minval(maxval(shape, 2) - minval(shape, 2))
-      end associate
-   end function smaller_side
 
    !> Note motions that no support uses.
    pure subroutine note_motions(model, notes)

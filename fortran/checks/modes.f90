@@ -58,7 +58,7 @@ contains
       type(modes_type), intent(out) :: modes  !< lowest modes
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(eigenpairs_type) :: pairs
-      integer :: i
+      integer :: i, b
 
       call find_elastic(linear, count, pairs, modes%rigid, modes%mechanisms, error)
       if (.not. allocated(error) .and. is_dispersive(linear)) call adapt_moduli(linear, pairs, &
@@ -75,9 +75,12 @@ contains
          modes%shape(:, :, i)) + material_damping(linear, modes%omega(i), modes%shape(:, :, i))), &
          i=1, modes%n)]
       modes%total_mass = sum(linear%block_mass)
-      allocate (modes%participation(2, modes%n))
+      allocate (modes%participation(2, modes%n), source=0.0_wp)
       do i = 1, modes%n
-         modes%participation(:, i) = participation_of(linear, modes%shape(:, :, i))
+         do b = 1, linear%n  ! Γ = φᵀMr, r a unit translation of all blocks, as rigid supports move
+            modes%participation(:, i) = modes%participation(:, i) + matmul(modes%shape(:, b, i), &
+               linear%mass(:, 1:2, b))
+         end do
       end do
       modes%effective_mass = modes%participation**2/modes%total_mass
       call put_in_words(linear, count, modes)
@@ -164,19 +167,6 @@ contains
          end associate
       end do
    end function dashpot_damping
-
-   !> Γ = φᵀMr for a unit translation r of all blocks, the motion of rigid supports.
-   pure function participation_of(linear, shape) result(participation)
-      type(linear_model_type), intent(in) :: linear  !< linearised model
-      real(wp), intent(in) :: shape(:,:)  !< [6,n]
-      real(wp) :: participation(2)
-      integer :: b
-
-      participation = 0.0_wp
-      do b = 1, linear%n
-         participation = participation + matmul(shape(:, b), linear%mass(:, 1:2, b))
-      end do
-   end function participation_of
 
    !> Find the lowest eigenpairs with stiffness.
    !> Eigenvalues are recomputed from energies of springs and strains, to recognise zero stiffness.

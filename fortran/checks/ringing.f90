@@ -10,7 +10,8 @@ module dda_ringing
    use dda_kinds, only: wp
    use dda_eigen, only: eigenpairs_type, largest_eigenvalue, suggested_tolerance
    use dda_errors, only: error_type
-   use dda_linear_model, only: linear_model_type, energy_of, set_penalty, strain_energy, kind_names
+   use dda_linear_model, only: linear_model_type, energy_share_type, energy_of, set_penalty, &
+      kind_names
    use dda_scheme, only: scheme_type
    use dda_scheme_response, only: steps_to_decay
    use dda_text, only: short_text
@@ -36,6 +37,7 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(linear_model_type) :: free
       type(eigenpairs_type) :: pairs
+      type(energy_share_type) :: energy
       real(wp) :: omega, steps(2)
 
       call remove_ground(linear, free)
@@ -49,18 +51,8 @@ contains
       if (linear%unilateral == linear%closed .and. linear%closed > 0) steps(1) = 0.0_wp
       ringing%steps = maxval(steps)
       ringing%resolution = omega*linear%time_step
-      call put_in_words(ringing, linear%scheme, trim(kind_names(maxloc(energy_fractions(), 1))))
-
-   contains
-
-      !> Fractions of the energy of the mode by kind.
-      function energy_fractions() result(share)
-         real(wp) :: share(strain_energy)
-
-         associate (energy => energy_of(free, pairs%vector(:, :, 1)))
-            share = energy%share
-         end associate
-      end function energy_fractions
+      energy = energy_of(free, pairs%vector(:, :, 1))
+      call put_in_words(ringing, linear%scheme, trim(kind_names(maxloc(energy%share, 1))))
    end subroutine find_ringing
 
    !> Copy the model without springs to the ground and springs whose dashpots prevent ringing.

@@ -249,11 +249,15 @@ contains
       type(transfer_type), intent(in) :: transfer  !< prepared transfer function
       real(wp), intent(in) :: low, high  !< Hz
       type(transfer_peak_type), intent(out) :: peak  !< frequency (Hz) and amplitude
+      integer, parameter :: steps = 200  !< of a grid, besides the resonances
       real(wp), allocatable :: frequency(:), amplitude(:)
       real(wp) :: a, b
       integer :: i, best
 
-      call choose_frequencies(transfer, low, high, frequency)
+      associate (own => transfer%omega/(2.0_wp*pi))
+         frequency = [pack(own, own > low .and. own < high), &
+            [(low + (high - low)*i/steps, i=0, steps)]]
+      end associate
       allocate (amplitude(size(frequency)))
       do i = 1, size(frequency)
          amplitude(i) = abs(transfer_at(transfer, frequency(i)))
@@ -268,20 +272,6 @@ contains
       end if
       peak%inside = min(peak%frequency - low, high - peak%frequency) > 1.0e-6_wp*(high - low)
    end subroutine transfer_peak
-
-   !> List the frequencies of a uniform grid over a band, and the resonances in it.
-   pure subroutine choose_frequencies(transfer, low, high, frequency)
-      type(transfer_type), intent(in) :: transfer  !< prepared transfer function
-      real(wp), intent(in) :: low, high  !< Hz
-      real(wp), allocatable, intent(out) :: frequency(:)  !< Hz
-      integer, parameter :: steps = 200
-      integer :: i
-
-      associate (own => transfer%omega/(2.0_wp*pi))
-         frequency = [pack(own, own > low .and. own < high), &
-            [(low + (high - low)*i/steps, i=0, steps)]]
-      end associate
-   end subroutine choose_frequencies
 
    !> Find the maximum between two frequencies by golden section.
    subroutine climb(transfer, low, high, peak)

@@ -78,27 +78,20 @@ contains
       type(unresolved_type), intent(inout) :: unresolved  !< modes beyond 4/Δt
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(eigenpairs_type) :: pairs
-      integer :: i
+      type(energy_share_type) :: energy
+      integer :: i, kind
 
       call all_eigenvalues(linear%stiffness, linear%mass, pairs, error)
       if (allocated(error)) return
       do i = 1, pairs%n
          if (pairs%value(i) <= unresolved%limit**2) cycle
          unresolved%most = unresolved%most + 1
-         call add_kind(unresolved, energy_of(linear, pairs%vector(:, :, i)))
+         energy = energy_of(linear, pairs%vector(:, :, i))
+         kind = maxloc(energy%share, 1)
+         unresolved%of_kind(kind) = unresolved%of_kind(kind) + 1
       end do
       unresolved%least = unresolved%most
    end subroutine count_all
-
-   !> Count a mode for the kind with most of its energy.
-   subroutine add_kind(unresolved, energy)
-      type(unresolved_type), intent(inout) :: unresolved  !< modes beyond 4/Δt
-      type(energy_share_type), intent(in) :: energy  !< J per metre of thickness
-      integer :: kind
-
-      kind = maxloc(energy%share, 1)
-      unresolved%of_kind(kind) = unresolved%of_kind(kind) + 1
-   end subroutine add_kind
 
    !> Count the modes beyond the limit of the blocks of the upper bracket: an upper bound.
    subroutine bound_above(linear, unresolved, error)

@@ -147,6 +147,8 @@ contains
       type(simulation_type), intent(in) :: simulation   !< between two steps
       type(largest_type), intent(inout) :: largest(:)   !< [maxima] so far
       logical, intent(in) :: rates                      !< velocities and accelerations count
+      real(wp), allocatable :: strain(:)
+      integer :: b
 
       associate (maxima => simulation%maxima, blocks => simulation%blocks, time => simulation%time)
          call add_blocks(largest, blocks, maxima%first, maxima%base, time, rates)
@@ -154,20 +156,11 @@ contains
             maxima%least_size, time)
          if (size(maxima%below) > 0) call add_points(simulation, largest, rates)
       end associate
-      if (any(simulation%model%materials%yields())) call add_yielding(simulation, largest)
-   end subroutine add_state
-
-   !> Update the largest plastic strain of all blocks.
-   subroutine add_yielding(simulation, largest)
-      type(simulation_type), intent(in) :: simulation   !< between two steps
-      type(largest_type), intent(inout) :: largest(:)   !< [maxima] so far
-      real(wp) :: strain(simulation%blocks%n)
-      integer :: b
-
+      if (.not. any(simulation%model%materials%yields())) return
       strain = plastic_strain(simulation%elements, simulation%blocks)
       b = maxloc(strain, 1)
       call take(largest(of_plastic_strain), strain(b), simulation%time, [b, 0])
-   end subroutine add_yielding
+   end subroutine add_state
 
    !> Update motions of the measured points relative to the base, and their drift.
    subroutine add_points(simulation, largest, rates)

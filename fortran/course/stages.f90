@@ -396,7 +396,10 @@ contains
       call equilibrate(simulation, equilibrium, error)
       if (allocated(error)) return
       call accept_contacts(simulation%contacts(simulation%now), simulation%laws)
-      call doubt_broken(simulation, simulation%counters%broken - broken)
+      broken = simulation%counters%broken - broken
+      if (broken > 0) call add_doubt(simulation%doubts, 'bonds', to_text(broken)// &
+         ' broken in static steps; remaining points of a brittle joint may be too strong '// &
+         '(contact_points = 5)')
       associate (energy => simulation%energy, stage => simulation%model%stages(simulation%stage))
          if (simulation%statics /= '') simulation%statics = simulation%statics//'; '
          simulation%statics = simulation%statics//'stage '//quoted(trim(stage%name))//' '// &
@@ -415,17 +418,6 @@ contains
             next_step(simulation))
       end associate
    end subroutine settle
-
-   !> Warn that bonds have broken in a static stage.
-   !> The remaining points of a brittle joint may then be too strong.
-   pure subroutine doubt_broken(simulation, broken)
-      type(simulation_type), intent(inout) :: simulation  !< at rest
-      integer(long), intent(in) :: broken                 !< bonds, in this stage
-
-      if (broken > 0) call add_doubt(simulation%doubts, 'bonds', to_text(broken)// &
-         ' broken in static steps; remaining points of a brittle joint may be too strong '// &
-         '(contact_points = 5)')
-   end subroutine doubt_broken
 
    !> Text on the largest change of initial stress during a static stage.
    function corrected_in_words(simulation, before) result(words)

@@ -252,7 +252,10 @@ contains
       total = 0.0_wp
       do b = 1, blocks%n
          if (blocks%removed(b) .or. any(self%block == b)) cycle
-         total = total + moved_to_origin(b, unbalanced(1:3, b))
+         associate (centre => blocks%position(1:2, b), force => unbalanced(1:3, b))
+            total = total + [force(1), force(2), force(3) + centre(1)*force(2) &
+               - centre(2)*force(1)]
+         end associate
       end do
       do i = 1, size(self%block)
          b = self%block(i)
@@ -265,19 +268,6 @@ contains
                - (centre(1)*total(2) - centre(2)*total(1))]
          end associate
       end do
-
-   contains
-
-      !> Force and moment about the origin.
-      pure function moved_to_origin(b, force) result(moved)
-         integer, intent(in) :: b           !< block
-         real(wp), intent(in) :: force(3)   !< force on a block, and its moment about the centroid
-         real(wp) :: moved(3)
-
-         associate (centre => blocks%position(1:2, b))
-            moved = [force(1), force(2), force(3) + centre(1)*force(2) - centre(2)*force(1)]
-         end associate
-      end function moved_to_origin
    end subroutine balance
 
    !> Save or restore the reactions.

@@ -1,12 +1,14 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Elements of faces that break: forces on welded faces, and the joints that replace them.
+!> Welded faces that break: forces and tractions on intact faces, start of the joints that replace
+!> broken ones, and their damage, opening and slip.
 module dda_broken_faces
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
-   use dda_crack_points, only: points_force, strength_ratios, begin_crack, crack_damage, &
-      crack_motion
+   use dda_crack_law, only: crack_law_type, is_spent
    use dda_elements, only: elements_type
-   use dda_material_points, only: crack_points
+   use dda_material_points, only: material_points_type, acts, crack_points, places, &
+      present_stress, total_strain
+   use dda_overlap, only: weight
    use dda_strain_points, only: strain_points_type
    use dda_weld, only: weld_type, weld_cracked, weld_whole
    use dda_weld_springs, only: n_deformations
@@ -37,23 +39,48 @@ contains
       end do
    end function face_force
 
+   !> Contribution of the points of whole face i to the forces on its deformations at present.
+   pure function points_force(points, i, blocks) result(force)
+      class(material_points_type), intent(in) :: points  !< elements of this kind
+      integer, intent(in) :: i                           !< face
+      type(blocks_type), intent(in) :: blocks            !< blocks in their present state
+      real(wp) :: force(n_deformations)
+      integer :: p, group, k, faces
+
+      force = 0.0_wp
+      faces = (points%n - points%first_crack)/crack_points
+      do group = 0, (points%first_crack - blocks%n)/(2*faces) - 1
+         do k = 1, 2
+            p = blocks%n + 2*group*faces + 2*(i - 1) + k
+            if (acts(points, p, blocks)) force = force + points%area(p) &
+               *matmul(present_stress(points, p, blocks), points%map(:, :, p))
+         end do
+      end do
+   end function points_force
+
    !> Tractions at the points of whole face i for such forces, relative to their strength.
    pure subroutine face_strength(elements, i, force, traction, ratio)
       type(elements_type), intent(in) :: elements         !< of the model
-      integer, intent(in) :: i                            !< face
+      integer, intent(in) :: i                            !< face that can break
       real(wp), intent(in) :: force(n_deformations)       !< of `face_force`
       real(wp), intent(out) :: traction(2, crack_points)  !< tension and shear, Pa
-      real(wp), intent(out) :: ratio                      !< the largest
-      real(wp) :: ratios(crack_points)
-      integer :: k
+      real(wp), intent(out) :: ratio                      !< the largest; 1: damage begins
+      integer :: k, c, p
 
       traction = 0.0_wp
       ratio = 0.0_wp
       do k = 1, size(elements%kind)
-         select type (element => elements%kind(k)%element)
+         select type (points => elements%kind(k)%element)
          type is (strain_points_type)
-            call strength_ratios(element, i, force, traction, ratios)
-            ratio = maxval(ratios)
+            do c = 1, crack_points
+               p = points%first_crack + crack_points*(i - 1) + c
+               traction(:, c) = matmul(points%map(:2, 1:2, p), force(1:2) &
+                  + 3.0_wp*places(c)*force(3:4))/points%face(p)%length
+               select type (law => points%slot(points%material(p))%law)
+               type is (crack_law_type)
+                  ratio = max(ratio, law%traction_ratio(traction(:, c)))
+               end select
+            end do
          end select
       end do
    end subroutine face_strength
@@ -64,12 +91,21 @@ contains
       integer, intent(in) :: i                           !< face that has just broken
       type(blocks_type), intent(in) :: blocks            !< blocks in their present state
       real(wp), intent(in) :: traction(2, crack_points)  !< tension and shear, Pa
-      integer :: k
+      integer :: k, c, p
 
       do k = 1, size(elements%kind)
-         select type (element => elements%kind(k)%element)
+         select type (points => elements%kind(k)%element)
          type is (strain_points_type)
-            call begin_crack(element, i, blocks, traction)
+            do c = 1, crack_points
+               p = points%first_crack + crack_points*(i - 1) + c
+               points%state(:, p) = 0.0_wp
+               points%point(p)%bounding = 0.0_wp
+               points%reference(:, p) = total_strain(points, p, blocks)
+               select type (law => points%slot(points%material(p))%law)
+               type is (crack_law_type)
+                  points%reference(:2, p) = points%reference(:2, p) - traction(:, c)/law%springs()
+               end select
+            end do
          end select
       end do
    end subroutine begin_joint
@@ -80,31 +116,40 @@ contains
       integer, intent(in) :: i                     !< broken face
       real(wp), intent(out) :: damage              !< damage of its points, with weights
       logical, intent(out) :: spent                !< no bond is left
-      integer :: k
+      integer :: k, c, p
 
       damage = 0.0_wp
       spent = .false.
       do k = 1, size(elements%kind)
-         select type (element => elements%kind(k)%element)
+         select type (points => elements%kind(k)%element)
          type is (strain_points_type)
-            call crack_damage(element, i, damage, spent)
+            spent = .true.
+            do c = 1, crack_points
+               p = points%first_crack + crack_points*(i - 1) + c
+               damage = damage + weight(crack_points, c)*points%state(1, p)
+               spent = spent .and. is_spent(points%state(:, p))
+            end do
          end select
       end do
    end subroutine joint_damage
 
-   !> Find opening and slip at the points of the joint of face i, m.
+   !> Find opening and slip at the points of the joint of face i, m, from the state without force.
    pure function joint_motion(elements, i, blocks) result(motion)
       type(elements_type), intent(in) :: elements  !< of the model
       integer, intent(in) :: i                     !< broken face
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
-      real(wp) :: motion(2, crack_points)
-      integer :: k
+      real(wp) :: motion(2, crack_points), strain(3)
+      integer :: k, c, p
 
       motion = 0.0_wp
       do k = 1, size(elements%kind)
-         select type (element => elements%kind(k)%element)
+         select type (points => elements%kind(k)%element)
          type is (strain_points_type)
-            motion = crack_motion(element, i, blocks)
+            do c = 1, crack_points
+               p = points%first_crack + crack_points*(i - 1) + c
+               strain = total_strain(points, p, blocks) - points%reference(:, p)
+               motion(:, c) = strain(:2)
+            end do
          end select
       end do
    end function joint_motion

@@ -15,7 +15,7 @@ module dda_crack_law
    use dda_scheme, only: step_type
    implicit none
    private
-   public :: crack_law_type, new_crack_law, is_spent
+   public :: crack_law_type, is_spent
 
    integer, parameter :: damaged = 1  !< D in a state
    integer, parameter :: slipped = 2  !< slip of the friction slider, m
@@ -44,13 +44,6 @@ module dda_crack_law
    end type motion_type
 
 contains
-
-   !> Create the law of a joint material with stiffnesses per area.
-   pure type(crack_law_type) function new_crack_law(joint) result(law)
-      type(cohesive_type), intent(in) :: joint  !< joint with its stiffnesses, Pa/m
-
-      law%joint = joint
-   end function new_crack_law
 
    !> Number of state variables: D, and the slip of the slider.
    pure integer function state_size(self)

@@ -5,26 +5,25 @@ module dda_elements
    use dda_added_mass, only: new_added_mass
    use dda_absorbing, only: new_absorbing_boundaries
    use dda_archive, only: archive_type
-   use dda_blocks, only: blocks_type, stress_of
+   use dda_blocks, only: blocks_type, shape_matrix, stress_of
    use dda_body_force, only: body_force_type
    use dda_bolts, only: bolts_type, bolt_columns, new_bolts
    use dda_cohesive, only: cohesive_type
-   use dda_crack_law, only: crack_law_type, new_crack_law
+   use dda_crack_law, only: crack_law_type
    use dda_edge_loads, only: new_edge_loads
    use dda_element, only: element_type
    use dda_energy, only: energy_type, energy_law, energy_support, energy_water, &
       energy_welded
-   use dda_fixed_points, only: new_fixed_points
+   use dda_fixed_points, only: new_fixed_points, new_spring_beds
    use dda_joint_flow, only: joint_flow_type, new_joint_flow, node_columns, channel_columns
-   use dda_free_sides, only: free_sides_type, new_free_sides, follow_column
+   use dda_free_sides, only: free_sides_type, new_free_sides
    use dda_joint_laws, only: law_slot_type, new_joint_law
-   use dda_linear_terms, only: linear_terms_type, clear_terms
+   use dda_linear_terms, only: linear_terms_type
+   use dda_material_points, only: acts, has_law
    use dda_model, only: model_type
    use dda_point_loads, only: point_loads_type
    use dda_scheme, only: step_type
-   use dda_spring_beds, only: new_spring_beds
-   use dda_strain_points, only: strain_points_type, new_strain_points, add_point_stress, &
-      bounds_are_off, largest_plastic_strain, worst_point
+   use dda_strain_points, only: strain_points_type, new_strain_points, add_point_stress, most_held
    use dda_ties, only: ties_type, new_ties
    use dda_welds, only: welds_type, new_welds, add_face_stress, add_jump_energies
    implicit none
@@ -104,7 +103,7 @@ contains
             model%contact%shear_ratio)
          select type (law => slot%law)
          type is (cohesive_type)
-            laws(j) = new_crack_law(law)
+            laws(j) = crack_law_type(joint=law)
          end select
       end do
    end function crack_laws
@@ -147,7 +146,7 @@ contains
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       integer :: i
 
-      call clear_terms(terms)
+      terms%n = 0  ! retains its memory
       do i = 1, size(elements%kind)
          call elements%kind(i)%element%add_linear(blocks, step, terms)
       end do
@@ -248,7 +247,7 @@ contains
       do i = 1, size(elements%kind)
          select type (element => elements%kind(i)%element)
          type is (strain_points_type)
-            block = worst_point(element)
+            if (element%worst > 0) block = element%block(1, element%worst)
          end select
       end do
    end function worst_of_points
@@ -262,7 +261,7 @@ contains
       do i = 1, size(elements%kind)
          select type (element => elements%kind(i)%element)
          type is (strain_points_type)
-            has_bounds_off = bounds_are_off(element)
+            has_bounds_off = element%round > most_held
          end select
       end do
    end function has_bounds_off
@@ -369,14 +368,23 @@ contains
    function plastic_strain(elements, blocks) result(strain)
       type(elements_type), intent(in) :: elements  !< of the model
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
-      real(wp) :: strain(blocks%n)
-      integer :: i
+      real(wp) :: strain(blocks%n), own
+      integer :: i, k, p
 
       strain = 0.0_wp
       do i = 1, size(elements%kind)
          select type (element => elements%kind(i)%element)
          type is (strain_points_type)
-            strain = largest_plastic_strain(element, blocks)
+            do p = 1, element%n
+               if (.not. acts(element, p, blocks)) cycle
+               if (.not. has_law(element, element%material(p))) cycle
+               own = element%slot(element%material(p))%law%plastic_strain(element%state(:, p))
+               do k = 1, count(element%block(:, p) > 0)
+                  associate (b => element%block(k, p))
+                     strain(b) = max(strain(b), own)
+                  end associate
+               end do
+            end do
          end select
       end do
    end function plastic_strain
@@ -418,7 +426,8 @@ contains
       end do
    end function body_energies
 
-   !> Pass the step of the column of a free field to its side.
+   !> Pass the step of the column of a free field to its side: its motion, and the forces between
+   !> blocks and images.
    subroutine follow_free_field(elements, number, block, column, d, force)
       type(elements_type), intent(inout) :: elements  !< of the model
       integer, intent(in) :: number                   !< number of the free field
@@ -426,12 +435,21 @@ contains
       type(blocks_type), intent(in) :: column  !< blocks of the column at the start of the step
       real(wp), intent(in) :: d(:,:)  !< [6,n] increments of these blocks in the step
       real(wp), intent(in) :: force(:,:)              !< [6,n] forces on them at the side, N/m …
-      integer :: i
+      integer :: i, k, b
 
       do i = 1, size(elements%kind)
          select type (element => elements%kind(i)%element)
          type is (free_sides_type)
-            call follow_column(element, number, block, column, d, force)
+            do k = 1, size(element%block)
+               b = findloc(block, element%block(k), 1)
+               if (b > 0) element%reaction(:, k) = force(:, b)
+            end do
+            do k = 1, size(element%point)
+               if (element%field(k) /= number) cycle
+               b = findloc(block, element%point(k)%block, 1)
+               element%carried(:, k) = matmul(matmul(shape_matrix(column, b, &
+                  element%point(k)%reference), d(:, b)), element%axes(:, :, k))
+            end do
          end select
       end do
    end subroutine follow_free_field

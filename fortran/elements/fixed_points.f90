@@ -5,7 +5,7 @@ module dda_fixed_points
    use dda_kinds, only: wp
    use dda_archive, only: archive_type, archive_values => serialise
    use dda_blocks, only: blocks_type, mass_matrix, place_of, shape_matrix
-   use dda_linear_terms, only: at_end
+   use dda_linear_terms, only: at_end, at_theta, term_bed
    use dda_motion, only: motion_type, displacement_of, velocity_of
    use dda_scheme, only: step_type
    use dda_small_matrix, only: invert
@@ -14,7 +14,7 @@ module dda_fixed_points
    use dda_support, only: fixed_point_type
    implicit none
    private
-   public :: fixed_points_type, new_fixed_points, reaction_of
+   public :: fixed_points_type, new_fixed_points, new_spring_beds, reaction_of
 
    !> All fixed points of a model.
    type, extends(spring_element_type) :: fixed_points_type
@@ -50,6 +50,18 @@ contains
          self%rate(:, i) = velocity_of(motions, points(i)%motion, time)
       end do
    end function new_fixed_points
+
+   !> Create a bed of springs [Winkler, 1867], in compression and tension at t₀ + θΔt.
+   pure type(fixed_points_type) function new_spring_beds(points, motions, time) result(self)
+      type(fixed_point_type), intent(in) :: points(:)  !< [points] points with their stiffness
+      type(motion_type), intent(in) :: motions(:)      !< prescribed ones
+      real(wp), intent(in) :: time                     !< from which they act, s
+
+      self = new_fixed_points(points, motions, 0.0_wp, time)
+      self%kind = term_bed
+      self%instant = at_theta
+      self%of_penalty = .false.
+   end function new_spring_beds
 
    !> Springs along the fixed directions of point i.
    pure subroutine get_spring(self, i, blocks, spring)

@@ -9,14 +9,14 @@
 module dda_free_sides
    use dda_kinds, only: wp
    use dda_absorbing, only: absorbing_type, new_absorbing_boundaries
-   use dda_blocks, only: blocks_type, shape_matrix
+   use dda_blocks, only: blocks_type
    use dda_free_field, only: free_field_type
    use dda_linear_terms, only: term_free_side
    use dda_motion, only: motion_type
    use dda_scheme, only: step_type
    implicit none
    private
-   public :: free_sides_type, new_free_sides, follow_column
+   public :: free_sides_type, new_free_sides
 
    !> Gauss points of all free-field sides; `reaction` is the force of the neighbours.
    type, extends(absorbing_type) :: free_sides_type
@@ -41,28 +41,6 @@ contains
       self%field = [((i, k=1, size(fields(i)%boundary%point)), i=1, size(fields))]
       allocate (self%carried(2, size(self%point)), source=0.0_wp)
    end function new_free_sides
-
-   !> Pass the step of a column to its side: its motion, and the forces between blocks and images.
-   pure subroutine follow_column(self, number, block, column, d, force)
-      class(free_sides_type), intent(inout) :: self  !< elements of this kind
-      integer, intent(in) :: number                  !< of the field
-      integer, intent(in) :: block(:)                !< [n] blocks of the model that the column has
-      type(blocks_type), intent(in) :: column  !< blocks of the column at the start of the step
-      real(wp), intent(in) :: d(:,:)                 !< [6,n] increments of these blocks in the step
-      real(wp), intent(in) :: force(:,:)             !< [6,n] forces on them at the side, N/m …
-      integer :: i, b
-
-      do i = 1, size(self%block)
-         b = findloc(block, self%block(i), 1)
-         if (b > 0) self%reaction(:, i) = force(:, b)
-      end do
-      do i = 1, size(self%point)
-         if (self%field(i) /= number) cycle
-         b = findloc(block, self%point(i)%block, 1)
-         self%carried(:, i) = matmul(matmul(shape_matrix(column, b, self%point(i)%reference), &
-            d(:, b)), self%axes(:, :, i))
-      end do
-   end subroutine follow_column
 
    !> Displacement of the free field over a step along the normal and along the edge, m.
    pure function increment_of(self, i, step) result(increment)

@@ -12,7 +12,7 @@ module dda_linear_terms
    use dda_scheme, only: step_type, mass_weight, momentum_weight
    implicit none
    private
-   public :: linear_term_type, linear_terms_type, clear_terms, add_term, reserve_term, set_rows, &
+   public :: linear_term_type, linear_terms_type, add_term, reserve_term, set_rows, &
       blocks_in, block_of, get_row, stretch_of, add_to_matrix, add_product, step_weights, &
       scale_penalty, coupled_blocks
    public :: at_theta, at_end, mean_dashpot, end_dashpot, at_damping, of_mass, instants
@@ -79,13 +79,6 @@ module dda_linear_terms
    end type linear_terms_type
 
 contains
-
-   !> Empty the list and retain its memory.
-   pure subroutine clear_terms(terms)
-      type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
-
-      terms%n = 0
-   end subroutine clear_terms
 
    !> Append a term.
    pure subroutine add_term(terms, term)

@@ -31,8 +31,7 @@ module dda_strain_points
    use dda_welds, only: derivatives_of
    implicit none
    private
-   public :: strain_points_type, new_strain_points, add_point_stress, bounds_are_off, &
-      largest_plastic_strain, worst_point
+   public :: strain_points_type, new_strain_points, add_point_stress, most_held
 
    real(wp), parameter :: tolerance = 1.0e-11_wp     !< relative tolerance of a stress
    real(wp), parameter :: rounding = 1.0e-15_wp      !< rounding, relative to the elastic stress
@@ -80,26 +79,6 @@ contains
          self%tangent(3, 3, self%n), source=0.0_wp)
       where (self%crack > 0) self%tangent(1, 1, :) = 1.0_wp  ! both cells are coupled
    end function new_strain_points
-
-   !> Largest plastic strain of all points of each block.
-   pure function largest_plastic_strain(self, blocks) result(strain)
-      class(strain_points_type), intent(in) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks        !< blocks in their present state
-      real(wp) :: strain(blocks%n), own
-      integer :: p, k
-
-      strain = 0.0_wp
-      do p = 1, self%n
-         if (.not. acts(self, p, blocks)) cycle
-         if (.not. has_law(self, self%material(p))) cycle
-         own = self%slot(self%material(p))%law%plastic_strain(self%state(:, p))
-         do k = 1, count(self%block(:, p) > 0)
-            associate (b => self%block(k, p))
-               strain(b) = max(strain(b), own)
-            end associate
-         end do
-      end do
-   end function largest_plastic_strain
 
    !> Prepare a step: strains at its start, and c about an increment.
    subroutine prepare(self, blocks, step, d)
@@ -359,14 +338,6 @@ contains
       end associate
    end function may_be_off
 
-   !> First block of the point with the largest difference from the last solution; 0 if all agree.
-   pure integer function worst_point(self) result(block)
-      class(strain_points_type), intent(in) :: self  !< elements of this kind
-
-      block = 0
-      if (self%worst > 0) block = self%block(1, self%worst)
-   end function worst_point
-
    !> Add the energy of all points minus that of elastic points.
    subroutine add_stored(self, blocks, step, energy)
       class(strain_points_type), intent(in) :: self  !< elements of this kind
@@ -439,13 +410,6 @@ contains
       end do
    end subroutine accept
 
-   !> .true. if frozen bounds may not agree with the stress of the step after the last update.
-   pure logical function bounds_are_off(self)
-      class(strain_points_type), intent(in) :: self  !< elements of this kind
-
-      bounds_are_off = self%round > most_held
-   end function bounds_are_off
-
    !> Freeze laws in static stages: inactive laws retain their inelastic part.
    subroutine freeze(self, blocks, time)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
@@ -473,19 +437,12 @@ contains
       select type (before)
       class is (strain_points_type)
          do p = 1, self%n
-            call take_over(self, p, before, source_of(before, p), blocks)
+            ! points of a face within one material had the stress of the first one
+            call take_over(self, p, before, merge(p - 1, p, before%area(p) <= 0.0_wp .and. &
+               before%block(2, p) > 0), blocks)
          end do
       end select
    end subroutine inherit
-
-   !> Point that had the stress of point p: the first one of a face within one material.
-   pure integer function source_of(before, p) result(source)
-      class(strain_points_type), intent(in) :: before  !< elements before
-      integer, intent(in) :: p                         !< point
-
-      source = p
-      if (before%area(p) <= 0.0_wp .and. before%block(2, p) > 0) source = p - 1
-   end function source_of
 
    !> Save or restore the states of the points.
    subroutine serialise(self, archive)

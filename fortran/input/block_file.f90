@@ -283,6 +283,7 @@ contains
       character(len=*), intent(in) :: name  !< of the variable
       character(len=name_length), allocatable, intent(out) :: names(:)  !< blank-padded
       integer, intent(in), optional :: n  !< required number
+      character(len=:), allocatable :: text(:)
       integer :: id, i, last, shape_of(2)
 
       if (present(n)) allocate (names(n), source=repeat(' ', name_length))
@@ -299,25 +300,15 @@ contains
       if (shape_of(2) > most_blocks) call refuse(reader, name//' contains too many names')
       if (allocated(reader%dataset%error)) return
       call checked(reader%dataset, nf90_inq_varid(reader%dataset%id, name, id), 'find '//name)
-      names = text_of(reader, name, id, shape_of)
+      allocate (character(len=shape_of(1)) :: text(shape_of(2)))
+      if (size(text) > 0 .and. shape_of(1) > 0) call checked(reader%dataset, &
+         nf90_get_var(reader%dataset%id, id, text, count=shape_of), 'read '//name)
+      names = text
       do i = 1, size(names)
          last = scan(names(i)//achar(0), achar(0)) - 1
          names(i) = names(i)(:last)
       end do
    end subroutine read_names
-
-   !> Read the characters of a variable.
-   function text_of(reader, name, id, shape_of) result(names)  ! total
-      type(reader_type), intent(inout) :: reader  !< open; retains the first error
-      character(len=*), intent(in) :: name  !< of the variable
-      integer, intent(in) :: id  !< of the variable
-      integer, intent(in) :: shape_of(2)  !< length of a name, number of names
-      character(len=shape_of(1)), allocatable :: names(:)
-
-      allocate (names(shape_of(2)))
-      if (size(names) > 0 .and. shape_of(1) > 0) call checked(reader%dataset, &
-         nf90_get_var(reader%dataset%id, id, names, count=shape_of), 'read '//name)
-   end function text_of
 
    !> Read positions in a list of names; 0 (none) if the file has no such variable.
    subroutine read_numbers(reader, name, n, names, numbers)

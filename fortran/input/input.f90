@@ -95,7 +95,9 @@ contains
       if (.not. allocated(error)) call resolve_base_motion(model, groups, control, error)
       if (.not. allocated(error)) call read_bodies(model, file, folder, groups, error)
       if (.not. allocated(error)) call read_in_situ(model, groups, error)
-      if (.not. allocated(error)) call resolve_displaced(model, groups, control, error)
+      if (.not. allocated(error) .and. control%displaced_block /= '') model%control%displaced = &
+         number_of_block(groups(minval(positions(groups, 'control'))), 'displaced_block', &
+         model%block_names, control%displaced_block, error)
       if (.not. allocated(error)) call read_points(model, groups, error)
       if (.not. allocated(error)) call read_measured_joints(model, groups, error)
       if (.not. allocated(error)) call read_bolts(model, groups, error)
@@ -340,18 +342,6 @@ contains
          end do
       end associate
    end subroutine resolve_base_motion
-
-   !> Find the displaced block by its name or number.
-   subroutine resolve_displaced(model, groups, control, error)
-      type(model_type), intent(inout) :: model  !< with its blocks
-      type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
-      type(control_values), intent(in) :: control  !< of &control
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
-
-      if (control%displaced_block /= '') model%control%displaced = number_of_block( &
-         groups(minval(positions(groups, 'control'))), 'displaced_block', model%block_names, &
-         control%displaced_block, error)
-   end subroutine resolve_displaced
 
    !> Read fixed points, loads and measured points.
    subroutine read_points(model, groups, error)

@@ -55,6 +55,7 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer, allocatable :: materials(:), joints(:)
       character(len=:), allocatable :: failure
+      character(len=name_length) :: body
       integer :: b
 
       call find_names(group, path, 'material', found%materials, found%material, &
@@ -63,6 +64,8 @@ contains
          joints, error)
       do b = 1, size(found%names)
          if (allocated(error)) return
+         body = ''
+         if (found%body(b) > 0) body = found%bodies(found%body(b))
          associate (first => found%first(b), last => found%first(b + 1) - 1)
             failure = outline_failure(found%vertices(:, first:last))
             if (failure /= '') then
@@ -71,21 +74,11 @@ contains
             else
                call add_outline(outlines, found%vertices(:, first:last), &
                   materials(found%material(b)), j, source, found%names(b), &
-                  joints(found%edge_joint(first:last)), body_of(found, b))
+                  joints(found%edge_joint(first:last)), body)
             end if
          end associate
       end do
    end subroutine add_blocks
-
-   !> Name of the body of which a block is a cell, or blank.
-   pure function body_of(found, b) result(name)
-      type(block_file_type), intent(in) :: found  !< content of the file
-      integer, intent(in) :: b                    !< block
-      character(len=name_length) :: name
-
-      name = ''
-      if (found%body(b) > 0) name = found%bodies(found%body(b))
-   end function body_of
 
    !> Find the positions in the model of the materials or joints that a file uses.
    subroutine find_names(group, path, kind, names, used, known, usual, positions, error)

@@ -181,19 +181,12 @@ contains
                call input_error(error, groups(source(b)), &
                   block_title(b, model%block_names(b))//' overlaps '// &
                   block_title(a, model%block_names(a))//' of '// &
-                  group_in_message(groups(source(a)))//' by '//to_text(depth)//' m')
+                  '&'//groups(source(a))%name//' (line '//to_text(groups(source(a))%line)// &
+                  ') by '//to_text(depth)//' m')
                return
             end associate
          end do
       end associate
    end subroutine check_overlap
-
-   !> Text of a group in a message: name and line.
-   pure function group_in_message(group) result(name)
-      type(group_type), intent(in) :: group  !< of the input
-      character(len=:), allocatable :: name
-
-      name = '&'//group%name//' (line '//to_text(group%line)//')'
-   end function group_in_message
 
 end module dda_input_bodies

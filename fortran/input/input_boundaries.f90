@@ -367,14 +367,15 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(material_type) :: own
-      real(wp) :: density, speed(2)
+      real(wp) :: density, speed(2), moduli(3, 3)
       integer :: i
 
       associate (pieces => boundary%piece)
          allocate (boundary%normal(2, size(pieces)), boundary%dashpot(2, size(pieces)))
          do i = 1, size(pieces)
             own = model%materials(model%blocks%material(pieces(i)%block))
-            speed = speeds_of(own, model%control%plane_strain)
+            moduli = elasticity(own, model%control%plane_strain)
+            speed = sqrt([moduli(1, 1), moduli(3, 3)]/own%density)  ! V_p, V_s
             density = value_or(reading%density, own%density)
             if (is_set(reading%shear_velocity)) speed = speed*(reading%shear_velocity/speed(2))
             speed(1) = value_or(reading%pressure_velocity, speed(1))
@@ -385,16 +386,5 @@ contains
          end do
       end associate
    end subroutine set_half_space
-
-   !> V_p and V_s, m/s, of plane waves in a material.
-   pure function speeds_of(material, plane_strain) result(speed)
-      type(material_type), intent(in) :: material  !< of a block
-      logical, intent(in) :: plane_strain          !< else plane stress
-      real(wp) :: speed(2)
-      real(wp) :: d(3, 3)
-
-      d = elasticity(material, plane_strain)
-      speed = sqrt([d(1, 1), d(3, 3)]/material%density)
-   end function speeds_of
 
 end module dda_input_boundaries

@@ -31,6 +31,7 @@ contains
       logical :: wanted(model%blocks%n)
       character(len=name_length) :: own
       real(wp), allocatable :: line(:,:)
+      integer :: i
 
       allocate (pieces(0))
       own = edges%side
@@ -41,10 +42,13 @@ contains
       call mark_names(edges%blocks, 'blocks', model%block_names, group, wanted, error)
       if (size(edges%along) > 0) call take_polyline(group, 'along', edges%along, &
          model%origin, line, error)
-      call check_numbers(group, edges, error)
+      i = findloc(abs(edges%edges - anint(edges%edges)) > 0.0_wp, .true., 1)
+      if (i > 0) call input_error(error, group, 'edges: '//to_text(edges%edges(i))// &
+         ' is not a whole number')
       if (allocated(error)) return
       call outline_of(model%blocks, wanted, pieces)
-      if (size(edges%edges) > 0) pieces = numbered(model%blocks, pieces, nint(edges%edges))
+      if (size(edges%edges) > 0) pieces = pack(pieces, [(any(pieces(i)%edge &
+         - model%blocks%first(pieces(i)%block) + 1 == nint(edges%edges)), i=1, size(pieces))])
       if (own /= '') pieces = pieces_on_side(model%blocks, pieces, trim(own))
       if (allocated(line)) pieces = pieces_along(model%blocks, pieces, line)
       if (size(pieces) == 0) call input_error(error, group, &
@@ -64,30 +68,5 @@ contains
          to_text(size(points))//' values; it needs x and y of two points at least')
       line = points - spread(origin, 2, size(points, 2))
    end subroutine take_polyline
-
-   !> Check that edge numbers are whole and exist in the named blocks.
-   subroutine check_numbers(group, edges, error)
-      type(group_type), intent(in) :: group  !< of the input
-      type(edges_values), intent(in) :: edges  !< what the group says of edges
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
-      integer :: i
-
-      do i = 1, size(edges%edges)
-         if (abs(edges%edges(i) - anint(edges%edges(i))) > 0.0_wp) call input_error(error, group, &
-            'edges: '//to_text(edges%edges(i))//' is not a whole number')
-      end do
-   end subroutine check_numbers
-
-   !> Parts of edges with the given numbers in their blocks; edge 1 begins at the first vertex.
-   pure function numbered(blocks, pieces, numbers) result(found)
-      type(blocks_type), intent(in) :: blocks          !< of the model
-      type(edge_piece_type), intent(in) :: pieces(:)   !< to choose from
-      integer, intent(in) :: numbers(:)                !< numbers of edges, from 1
-      type(edge_piece_type), allocatable :: found(:)
-      integer :: i
-
-      found = pack(pieces, [(any(pieces(i)%edge - blocks%first(pieces(i)%block) + 1 == numbers), &
-         i=1, size(pieces))])
-   end function numbered
 
 end module dda_input_edges

@@ -127,7 +127,9 @@ contains
       variable = input_variables(v)
       if (text == '' .and. variable%required) call input_error(error, group, &
          trim(variable%name)//' is missing')
-      if (variable%kind == 'word') call check_word(error, group, variable, text)
+      if (variable%kind == 'word' .and. (scan(text, "'") > 0 .or. &
+         index(variable%allowed, "'"//trim(text)//"'") == 0)) call input_error(error, group, &
+         trim(variable%name)//' = '//quoted(text)//' must be one of '//trim(variable%allowed))
       if (len(text) > name_length) call check_length(error, group, trim(variable%name), text)
       if (text /= '') value = text
    end subroutine take_name
@@ -271,18 +273,6 @@ contains
       if (allocated(failure)) call input_error(error, group, trim(variable%name)//' = '// &
          to_text(value)//failure)
    end subroutine check_number
-
-   !> Check that a word is one of those that the schema allows.
-   pure subroutine check_word(error, group, variable, value)
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
-      type(group_type), intent(in) :: group                  !< of the input
-      type(variable_type), intent(in) :: variable            !< of the schema
-      character(len=*), intent(in) :: value                  !< text as in the input
-
-      if (scan(value, "'") > 0 .or. index(variable%allowed, "'"//trim(value)//"'") == 0) &
-         call input_error(error, group, trim(variable%name)//' = '//quoted(value)// &
-         ' must be one of '//trim(variable%allowed))
-   end subroutine check_word
 
    !> Require that a name is not used twice.
    pure subroutine require_new_name(error, group, name, others)

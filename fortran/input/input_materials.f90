@@ -25,41 +25,23 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(motion_values) :: own
       type(record_type) :: record
+      type(error_type), allocatable :: failure
+      character(len=:), allocatable :: path
 
       call read_values(group, own, error)
       new%name = own%name
       if (allocated(error)) return
       if (own%file /= '') then
-         call read_record_file(group, full_path(folder, own%file), own, record, error)
+         path = own%file
+         if (path(1:1) /= '/') path = folder//path
+         call read_record(record, path, trim(own%format), trim(own%quantity), trim(own%unit), &
+            failure, value_or(own%time_step, 0.0_wp), own%channel)
+         if (allocated(failure)) call input_error(error, group, failure%message)
       else
          call take_values(group, own, record, error)
       end if
       if (.not. allocated(error)) call make_motion(group, record, own, new, error)
    end subroutine read_motion
-
-   !> Path from the input, relative to the working folder.
-   pure function full_path(folder, file) result(path)
-      !> folder of the input, '' or ending in '/'; path
-      character(len=*), intent(in) :: folder, file
-      character(len=:), allocatable :: path
-
-      path = file
-      if (file(1:1) /= '/') path = folder//file
-   end function full_path
-
-   !> Read the record file; the position of the group is added to its errors.
-   subroutine read_record_file(group, path, own, record, error)
-      type(group_type), intent(in) :: group  !< of the input
-      character(len=*), intent(in) :: path   !< of the record
-      type(motion_values), intent(in) :: own !< of the group
-      type(record_type), intent(out) :: record  !< as read
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
-      type(error_type), allocatable :: failure
-
-      call read_record(record, path, trim(own%format), trim(own%quantity), trim(own%unit), &
-         failure, value_or(own%time_step, 0.0_wp), own%channel)
-      if (allocated(failure)) call input_error(error, group, failure%message)
-   end subroutine read_record_file
 
    !> Read values from the group, in SI units.
    subroutine take_values(group, own, record, error)

@@ -26,7 +26,9 @@ contains
 
       call read_values(group, own, error)
       if (.not. staged) call count_steps(error, group, own%time_step, own%duration, own%steps)
-      if (staged) call refuse_steps(error, group, own)
+      if (staged .and. (is_set(own%duration) .or. is_set(own%steps) .or. own%settle)) call &
+         input_error(error, group, 'with &stage groups, duration, steps and settle are not '// &
+         "allowed here: each &stage has its own, and kind = 'static' settles")
       if (allocated(error)) return
       settings%control_values = own
       settings%duration = value_or(own%duration, 0.0_wp)
@@ -50,17 +52,6 @@ contains
          "choice of analysis in &control: 'plane_strain' (ground, which goes on across the "// &
          "plane) or 'plane_stress' (a plate between free faces, with slower P waves)")
    end subroutine require_analysis
-
-   !> Reject steps in &control if stages have their own.
-   subroutine refuse_steps(error, group, own)
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
-      type(group_type), intent(in) :: group     !< of the group
-      type(control_values), intent(in) :: own   !< its values
-
-      if (is_set(own%duration) .or. is_set(own%steps) .or. own%settle) call input_error(error, &
-         group, 'with &stage groups, duration, steps and settle are not allowed here: each '// &
-         "&stage has its own, and kind = 'static' settles")
-   end subroutine refuse_steps
 
    !> Find the number of steps from `steps` or `duration`.
    subroutine count_steps(error, group, time_step, duration, steps)

@@ -73,7 +73,8 @@ contains
          last = at - 1
          is_due = text(at - 1:at - 1) == ','
       end do
-      call cut(value)
+      if (.not. allocated(value%numbers)) return
+      if (size(value%numbers) > value%n) value%numbers = value%numbers(:value%n)
    end subroutine take_values
 
    !> Read the subscript that follows a variable's name, such as (2) or (3:6), and the equals sign.
@@ -321,15 +322,6 @@ contains
       end do
       value%n = max(value%n, last)
    end subroutine put_word
-
-   !> Cut a list that has no space after the last value.
-   pure subroutine cut(value)
-      type(value_type), intent(inout) :: value  !< read
-
-      if (allocated(value%numbers)) then
-         if (size(value%numbers) > value%n) value%numbers = value%numbers(:value%n)
-      end if
-   end subroutine cut
 
    !> .true. if a variable name and its equals sign are at a position.
    pure logical function is_assigned(text, at)

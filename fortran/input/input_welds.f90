@@ -24,7 +24,7 @@ contains
       type(group_type), intent(in) :: groups(:)    !< groups of the input, in its order
       type(outlines_type), intent(in) :: outlines  !< of all blocks
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
-      integer :: b, other
+      integer :: b, other, v
 
       if (allocated(error)) return
       associate (blocks => model%blocks)
@@ -32,7 +32,8 @@ contains
          do b = 1, blocks%n
             if (allocated(error)) return
             if (blocks%body(b) == 0) cycle
-            if (.not. all_convex(blocks, b)) call input_error(error, groups(outlines%source(b)), &
+            if (.not. all([(is_convex(blocks, v), v=blocks%first(b), blocks%first(b + 1) - 1)])) &
+               call input_error(error, groups(outlines%source(b)), &
                block_title(b, model%block_names(b))//' is a cell of a body '// &
                'and has an angle of 180° or more: divide it into convex cells')
          end do
@@ -138,18 +139,6 @@ contains
       end do
       names = more(:n)
    end subroutine number_bodies
-
-   !> .true. if all angles of block b are below 180°.
-   pure logical function all_convex(blocks, b) result(convex)
-      type(blocks_type), intent(in) :: blocks  !< at the start
-      integer, intent(in) :: b                 !< block
-      integer :: v
-
-      do v = blocks%first(b), blocks%first(b + 1) - 1
-         convex = is_convex(blocks, v)
-         if (.not. convex) return
-      end do
-   end function all_convex
 
    !> Find a cell without a connection by faces to the first cell of its body; 0 if none.
    pure subroutine find_loose(blocks, welds, loose, first_cell)

@@ -45,7 +45,7 @@ contains
    !> Lengths of the dimensions; those of samples, frames and contacts are 1, as in a row.
    pure function lengths_of(simulation) result(lengths)
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
-      integer :: lengths(size(dimension_names))
+      integer :: lengths(size(dimension_names)), i
 
       lengths([dim_time, dim_frame, dim_contact]) = 1
       lengths([dim_axis, dim_side]) = 2
@@ -64,20 +64,12 @@ contains
          lengths([dim_flow_node, dim_flow_channel]) = 0
          if (allocated(model%flow)) lengths([dim_flow_node, dim_flow_channel]) = &
             [size(model%flow%pressure), size(model%flow%channel)]
-         lengths(dim_through) = points_between(model)
+         lengths(dim_through) = sum([(size(model%bolts(i)%block) - 2, i=1, size(model%bolts))])
          lengths(dim_body) = size(model%body_names)
          lengths(dim_boundary) = size(model%boundary_motions)
          lengths(dim_boundary_edge) = size(model%boundary_edges)
       end associate
    end function lengths_of
-
-   !> Number of points of cables between their ends.
-   pure integer function points_between(model) result(n)
-      type(model_type), intent(in) :: model  !< model as read from the input
-      integer :: i
-
-      n = sum([(size(model%bolts(i)%block) - 2, i=1, size(model%bolts))])
-   end function points_between
 
    !> Number of values of a variable in a row, or in total if it is written once.
    pure integer function numbers_of(variable, lengths)

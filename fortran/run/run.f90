@@ -221,25 +221,16 @@ contains
          if (.not. run%writes) then
             if (stop_heard()) return
             cycle
-         else if (between) then
-            call record_stage(run, error)
-         else
+         else if (.not. between) then
             call record_step(run, error)
+         else if (run%simulation%model%stages(run%simulation%stage)%static) then
+            ! the state at the beginning of a dynamic stage is already recorded
+            call record_sample(run, error)
+            call append_frame(run%journal, run%simulation, error)
          end if
          if (allocated(error) .or. stop_heard()) return
       end do
    end subroutine continue_run
-
-   !> Record the state at the end of a static stage.
-   !> That at the beginning of a dynamic stage is already recorded.
-   subroutine record_stage(run, error)
-      type(run_type), intent(inout) :: run  !< and its files
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
-
-      if (.not. run%simulation%model%stages(run%simulation%stage)%static) return
-      call record_sample(run, error)
-      call append_frame(run%journal, run%simulation, error)
-   end subroutine record_stage
 
    !> Record samples and frames at multiples of their intervals, and at the end.
    subroutine record_step(run, error)

@@ -115,7 +115,8 @@ contains
       else if (wanted%order > 0) then
          call join_accelerations(curve, corrected, time_step)
          drift = fit_drift(curve%velocity, wanted)
-         corrected = corrected - derivative(drift, size(corrected), time_step)
+         corrected = corrected - (drift(1) + 2.0_wp*drift(2)*unit_times(size(corrected))) &
+            /(real(size(corrected) - 1, wp)*time_step)
       end if
       if (is_velocity) then
          call join_velocities(curve, corrected, time_step)
@@ -240,16 +241,6 @@ contains
       velocity = unit_times(count)
       velocity = velocity*(drift(1) + velocity*drift(2))
    end function polynomial
-
-   !> Time derivative of the polynomial at the samples.
-   pure function derivative(drift, count, time_step) result(acceleration)
-      real(wp), intent(in) :: drift(2)         !< c₁, c₂ (m/s)
-      integer, intent(in) :: count             !< samples
-      real(wp), intent(in) :: time_step        !< s
-      real(wp) :: acceleration(count)          ! m/s²
-
-      acceleration = (drift(1) + 2.0_wp*drift(2)*unit_times(count))/(real(count - 1, wp)*time_step)
-   end function derivative
 
    !> Text on the factor of the record; blank if it is 1.
    pure function scale_text(wanted) result(text)

@@ -78,7 +78,8 @@ contains
       if (.not. allocated(error)) call require_for_blas(error)
       if (allocated(error)) return
       branches%n = n
-      branches%strain = log_spaced(first_strain(curve), last_strain(curve), n)
+      branches%strain = log_spaced(min(max(strain_at(curve, first_reduction), least_strain), &
+         0.1_wp*last_strain(curve)), last_strain(curve), n)
       call set_body(branches, damping, limit, strain_of(curve, body_reduction), error)
       if (allocated(error)) return
       allocate (branches%modulus(n), branches%slipping(n))
@@ -293,13 +294,6 @@ contains
       if (.not. masing) branches%misfit(2) = maxval(abs(loop_damping(branches, strain) &
          - at(curve, curve%damping, strain)))
    end subroutine find_misfits
-
-   !> Strain at which branches begin.
-   pure real(wp) function first_strain(curve) result(first)
-      type(curve_type), intent(in) :: curve  !< of the soil
-
-      first = min(max(strain_at(curve, first_reduction), least_strain), 0.1_wp*last_strain(curve))
-   end function first_strain
 
    !> Last strain of the table whose modulus is not below a fraction of the small-strain modulus.
    pure real(wp) function strain_at(curve, reduction) result(strain)

@@ -41,7 +41,8 @@ contains
       call serialise_counters(archive, simulation)
       call serialise_stop(archive, simulation%stop)
       call serialise_maxima(archive, simulation)
-      call serialise_energy(archive, simulation%energy)
+      call serialise_label(archive, 'energy')
+      call serialise(archive, simulation%energy%value)
       call serialise_blocks(archive, simulation%blocks)
       call serialise_label(archive, 'corners')
       call serialise(archive, simulation%detection%across)
@@ -98,7 +99,10 @@ contains
          call serialise(archive, simulation%model%motions(i)%curve%start)
       end do
       if (archive%reading .and. .not. allocated(archive%failure)) call restore_stages(simulation)
-      call serialise_stepping(archive, simulation)
+      ! Steps may have been changed since the stage began.
+      call serialise(archive, simulation%model%control%step_count)
+      call serialise(archive, simulation%model%control%time_step)
+      call serialise(archive, simulation%time_step)
       call serialise_targets(archive, simulation)
       call serialise_faces(archive, simulation)
       if (archive%reading .and. .not. allocated(archive%failure)) call set_elements( &
@@ -115,17 +119,6 @@ contains
          call serialise(archive, points(i)%place)
       end do
    end subroutine serialise_points
-
-   !> Save or restore number of steps and Δt of the present stage, and Δt of the next step.
-   !> They may have been changed since the stage began.
-   subroutine serialise_stepping(archive, simulation)
-      type(archive_type), intent(inout) :: archive  !< written or read
-      type(simulation_type), intent(inout) :: simulation  !< a run and its state
-
-      call serialise(archive, simulation%model%control%step_count)
-      call serialise(archive, simulation%model%control%time_step)
-      call serialise(archive, simulation%time_step)
-   end subroutine serialise_stepping
 
    !> Save or restore targets of fixed points, and start times of loads.
    subroutine serialise_targets(archive, simulation)
@@ -214,15 +207,6 @@ contains
       call serialise(archive, stop_state%first)
       call serialise(archive, stop_state%window)
    end subroutine serialise_stop
-
-   !> Save or restore the energy budget.
-   subroutine serialise_energy(archive, energy)
-      type(archive_type), intent(inout) :: archive  !< written or read
-      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
-
-      call serialise_label(archive, 'energy')
-      call serialise(archive, energy%value)
-   end subroutine serialise_energy
 
    !> Save or restore the outcome of the last iteration, from which the next tolerance follows.
    !> Settings are those of the input.

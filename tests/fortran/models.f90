@@ -11,18 +11,21 @@ module models
    use dda_errors, only: error_type
    use dda_input, only: read_model
    use dda_material, only: material_type
+   use dda_material_law, only: loss_damping, loss_plastic, loss_scheme, losses, material_law_type, &
+      strain_point_type
    use dda_model, only: model_type
    use dda_outlines, only: add_outline, outlines_type
+   use dda_scheme, only: scheme_type, step_type
    use dda_simulation, only: simulation_type
    use dda_stages, only: begin_simulation
    use dda_time_step, only: advance
-   use testing, only: check_no_error
+   use testing, only: check, check_no_error
    implicit none
    private
    public :: begin, begin_or_fail, run, number, control_text, contact_text, joint_text, &
       block_text, rock
    public :: random, random_pairs, random_vector, sow, star, rectangle, turned, shifted, &
-      blocks_of, place_blocks, fan, relative_balance
+      blocks_of, place_blocks, fan, relative_balance, walk
 
    !> E = 5 GPa, ν = 0.25, ρ = 2500 kg/m³.
    character(len=*), parameter :: rock = &
@@ -241,6 +244,45 @@ contains
          weights(3*i - 2:3*i) = 0.5_wp*(a(1)*b(2) - a(2)*b(1))/3.0_wp
       end do
    end subroutine fan
+
+   !> Take 2,000 steps of a strain point on a path that turns in the plane, at θ = χ: s·Δε = Δψ +
+   !> losses, each ≥ 0, to a fraction of the work, and tangents are symmetric.
+   subroutine walk(law, point, theta, rounding, path)
+      class(material_law_type), intent(in) :: law
+      type(strain_point_type), intent(inout) :: point
+      real(wp), intent(in) :: theta, rounding(2)  !< error of the balance, loss below 0; of the work
+      real(wp), intent(out) :: path(3, 2000)      !< stresses, Pa
+      type(step_type) :: step
+      real(wp) :: state(law%state_size()), strain(3), change(3), tangent(3, 3), loss(losses)
+      real(wp) :: before, work, worst, least
+      integer :: i
+
+      step = step_type(scheme_type(theta, theta), 0.0_wp, 0.005_wp)
+      state = 0.0_wp
+      strain = 0.0_wp
+      worst = 0.0_wp
+      least = 0.0_wp
+      work = 0.0_wp
+      do i = 1, size(path, 2)
+         change = 10.0_wp**(-5.0_wp + 2.0_wp*modulo(0.37_wp*i, 1.0_wp))*([cos(0.02_wp*i), &
+            -cos(0.02_wp*i), sin(0.03_wp*i)] + random_vector(3))
+         before = law%stored(point, state, strain)
+         point%bounding = law%frozen_stress(point, state, strain, change, step)
+         call law%respond(point, state, strain, change, step, path(:, i), tangent)
+         call law%finish(point, state, strain, change, step, loss)
+         strain = strain + change
+         path(:, i) = path(:, i) + point%held
+         work = work + abs(dot_product(path(:, i), change))
+         worst = max(worst, abs(dot_product(path(:, i), change) - sum(loss) &
+            - law%stored(point, state, strain) + before))
+         least = min(least, loss(loss_plastic), loss(loss_damping), loss(loss_damping) &
+            + loss(loss_scheme))
+         call check(maxval(abs(tangent - transpose(tangent))) <= 1.0e-12_wp*maxval(tangent), &
+            'the tangent is symmetric')
+      end do
+      call check(worst < rounding(1)*work, 'work is what is stored and lost')
+      call check(least > -rounding(2)*work, 'no loss is below 0')
+   end subroutine walk
 
    !> Pairs i ≠ j in any order, with repeats.
    function random_pairs(n, count) result(pairs)

@@ -7,7 +7,6 @@ module test_contact_joints
    use dda_contact_joints, only: set_joints
    use dda_friction, only: laws_type, set_laws, weaker_joint
    use dda_material, only: joint_type
-   use dda_overlap, only: node, weight
    use dda_simulation, only: simulation_type
    use models, only: begin, block_text, contact_text, control_text, rectangle, rock, turned
    use testing, only: check, check_close
@@ -24,21 +23,6 @@ module test_contact_joints
    type(contacts_type) :: contacts
 
 contains
-
-   !> Points of a joint integrate xᵏ from 0 to 1 exactly up to k = 2n − 3, two of them up to 1.
-   subroutine points_of_lobatto()
-      integer, parameter :: points(3) = [2, 3, 5]
-      integer :: i, j, k
-
-      do j = 1, 3
-         associate (n => points(j))
-            do k = 0, 2*n - 3
-               call check_close(sum([(weight(n, i)*node(n, i)**k, i=1, n)]), 1.0_wp/(k + 1), &
-                  'integral', relative=1.0e-14_wp)
-            end do
-         end associate
-      end do
-   end subroutine points_of_lobatto
 
    !> Friction, then cohesion, then tensile strength, then the number; both ways round.
    subroutine the_weaker_of_two()

@@ -3,7 +3,7 @@
 module test_crack_law
    use dda_kinds, only: wp
    use dda_cohesive, only: cohesive_type, new_cohesive
-   use dda_crack_law, only: crack_law_type, new_crack_law, is_spent
+   use dda_crack_law, only: crack_law_type, is_spent
    use dda_material, only: joint_type
    use dda_material_law, only: strain_point_type, losses, loss_plastic, loss_scheme
    use dda_scheme, only: scheme_type, step_type
@@ -31,7 +31,7 @@ contains
       bond = new_cohesive(joint)
       bond%normal_stiffness = stiffness(1)
       bond%shear_stiffness = stiffness(2)
-      law = new_crack_law(bond)
+      law%joint = bond
    end function law_of
 
    !> s·Δw = Δψ + losses to rounding, whatever is held, and damage never falls.
