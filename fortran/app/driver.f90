@@ -8,12 +8,11 @@ module dda_driver
    use dda_input, only: read_model_file
    use dda_interrupts, only: fail_if_stopped, stop_requested
    use dda_kinds, only: long
-   use dda_messages, only: say, warn
+   use dda_messages, only: say, warn, progress_type, start_progress, show_progress
    use dda_model, only: model_type
    use dda_model_description, only: model_description
    use dda_model_notes, only: model_notes
    use dda_output_place, only: partial_name
-   use dda_progress, only: progress_type, start_progress, show_progress
    use dda_run, only: run_type, begin_run, resume_run, continue_run, end_run, is_done
    use dda_run_verdict, only: run_verdict_type, new_verdict, judge_movement
    use dda_simulation, only: simulation_type, end_of_run, summary

@@ -1,11 +1,20 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Lines for the terminal or the log of a batch job, each flushed at once, in chronological
-!> order.
+!> order; among them progress: completed fraction, remaining time.
 module dda_messages
-   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
+   use dda_kinds, only: wp, long
    implicit none
    private
-   public :: say, warn
+   public :: say, warn, progress_type, start_progress, show_progress
+
+   real(wp), parameter :: every = 5.0_wp  !< s between lines
+
+   !> Times of the start of the run and of the last line.
+   type :: progress_type
+      integer(long) :: begun = 0, shown = 0, rate = 1
+      real(wp) :: first = 0.0_wp     !< time of the model at the start, s
+      logical :: quiet = .false.
+   end type progress_type
 
 contains
 
@@ -32,5 +41,36 @@ contains
       write (unit, '(a)', iostat=unused) line
       flush (unit, iostat=unused)
    end subroutine write_line
+
+   !> Start the clock.
+   subroutine start_progress(progress, time, quiet)
+      type(progress_type), intent(out) :: progress  !< of this run
+      real(wp), intent(in) :: time   !< s of the model
+      logical, intent(in) :: quiet   !< no lines
+
+      progress%quiet = quiet
+      progress%first = time
+      call system_clock(progress%begun, progress%rate)
+      progress%shown = progress%begun
+   end subroutine start_progress
+
+   !> Write a line, if the interval has passed or the run has ended.
+   subroutine show_progress(progress, time, duration)
+      type(progress_type), intent(inout) :: progress     !< of this run
+      real(wp), intent(in) :: time, duration  !< s of the model
+      integer(long) :: now
+      real(wp) :: spent, left
+      character(len=160) :: line
+
+      if (progress%quiet) return
+      call system_clock(now)
+      if (now - progress%shown < every*progress%rate .and. time < duration) return
+      progress%shown = now
+      spent = real(now - progress%begun, wp)/real(progress%rate, wp)
+      left = spent*(duration - time)/max(time - progress%first, tiny(1.0_wp))
+      write (line, '(a,f0.3,a,f0.3,a,f5.1,a,f0.1,a,f0.1,a)') 't = ', time, ' of ', duration, &
+         ' s, ', 100*time/duration, ' %, spent ', spent, ' s, left ', left, ' s'
+      call say(trim(line))
+   end subroutine show_progress
 
 end module dda_messages

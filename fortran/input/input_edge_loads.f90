@@ -7,9 +7,8 @@ module dda_input_edge_loads
    use dda_edge_piece, only: edge_piece_type, reference_at
    use dda_errors, only: error_type
    use dda_input_edges, only: choose_edges, take_polyline
-   use dda_input_group, only: group_type, input_error, given, require_new_name
+   use dda_input_group, only: group_type, input_error, given, require_new_name, mark_names
    use dda_input_groups, only: traction_values, water_values, read_values
-   use dda_input_names, only: mark_names
    use dda_input_points, only: check_times
    use dda_model, only: model_type
    use dda_outline, only: outline_of, pieces_along

@@ -8,9 +8,8 @@ module dda_input_edges
    use dda_blocks, only: blocks_type
    use dda_edge_piece, only: edge_piece_type
    use dda_errors, only: error_type
-   use dda_input_group, only: group_type, input_error, name_length
+   use dda_input_group, only: group_type, input_error, name_length, mark_names
    use dda_input_groups, only: edges_values
-   use dda_input_names, only: mark_names
    use dda_model, only: model_type
    use dda_outline, only: outline_of, pieces_on_side, pieces_along
    use dda_text, only: to_text

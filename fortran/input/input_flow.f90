@@ -8,9 +8,9 @@ module dda_input_flow
    use dda_flow, only: channel_type, flow_boundary_type, flow_law_type, flow_states, flow_type, &
       flow_undrained
    use dda_input_edges, only: take_polyline
-   use dda_input_group, only: group_type, input_error, given, is_set, positions, value_or
+   use dda_input_group, only: group_type, input_error, given, is_set, positions, value_or, &
+      mark_names
    use dda_input_groups, only: flow_boundary_values, flow_values, read_values
-   use dda_input_names, only: mark_names
    use dda_input_points, only: check_times
    use dda_interpolation, only: table_value
    use dda_model, only: model_type

@@ -13,10 +13,9 @@ module dda_input_group
    use dda_text, only: to_text, quoted
    implicit none
    private
-   public :: group_type, input_error, given, positions, require, require_name, &
-      require_new_name, unset, is_set, value_or, name_length
-   public :: take_integer, take_logical, take_name, take_names, take_numbers, take_points, &
-      take_real, take_text, take_tuple
+   public :: group_type, input_error, given, positions, require, require_name, require_new_name, &
+      unset, is_set, value_or, name_length, take_integer, take_logical, take_name, take_names, &
+      take_numbers, take_points, take_real, take_text, take_tuple, mark_names
 
    !> .true. if the input gives a value; before reading, the value is `unset`.
    interface is_set
@@ -299,5 +298,38 @@ contains
       if (position == 0) call input_error(error, group, name//' = '//quoted(value)// &
          ' is not the name of a &'//kind)
    end subroutine require_name
+
+   !> Mark all that a list 'one, two, all_*' names; each item must name something.
+   subroutine mark_names(list, variable, names, group, marked, error)
+      character(len=*), intent(in) :: list, variable  !< list as read; its variable
+      character(len=*), intent(in) :: names(:)        !< known ones
+      type(group_type), intent(in) :: group           !< of the group
+      logical, intent(inout) :: marked(:)             !< [names] named in the list, or marked before
+      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      character(len=:), allocatable :: rest, entry
+      integer :: comma, star, i
+      logical :: found
+
+      rest = trim(list)
+      do while (len(rest) > 0 .and. .not. allocated(error))
+         comma = index(rest//',', ',')
+         entry = trim(adjustl(rest(:comma - 1)))
+         rest = trim(rest(min(comma + 1, len(rest) + 1):))
+         star = index(entry, '*')
+         found = .false.
+         do i = 1, size(names)
+            if (star > 0) then
+               if (star /= len(entry)) cycle
+               if (index(names(i), entry(:star - 1)) /= 1) cycle
+            else if (names(i) /= entry) then
+               cycle
+            end if
+            found = entry /= ''
+            marked(i) = marked(i) .or. found
+         end do
+         if (.not. found) call input_error(error, group, variable//': nothing is named '// &
+            quoted(entry))
+      end do
+   end subroutine mark_names
 
 end module dda_input_group

@@ -2,9 +2,8 @@
 !> Groups &measured_joint.
 module dda_input_measured_joints
    use dda_errors, only: error_type
-   use dda_input_group, only: group_type, input_error, positions, require_new_name
+   use dda_input_group, only: group_type, input_error, positions, require_new_name, mark_names
    use dda_input_groups, only: measured_joint_values, read_values
-   use dda_input_names, only: mark_names
    use dda_measured_joint, only: measured_joint_type
    use dda_model, only: model_type
    use dda_text, only: quoted

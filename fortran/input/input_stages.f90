@@ -4,9 +4,8 @@ module dda_input_stages
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type
    use dda_input_group, only: group_type, input_error, given, is_set, positions, require_name, &
-      require_new_name, unset, value_or
+      require_new_name, unset, value_or, mark_names
    use dda_input_groups, only: stage_values, read_values
-   use dda_input_names, only: mark_names
    use dda_input_integration, only: set_integration
    use dda_input_settings, only: count_steps
    use dda_model, only: model_type

@@ -3,9 +3,8 @@
 module dda_input_stop
    use dda_kinds, only: wp, pi
    use dda_errors, only: error_type
-   use dda_input_group, only: group_type, input_error, is_set, require_name, value_or
+   use dda_input_group, only: group_type, input_error, is_set, require_name, value_or, mark_names
    use dda_input_groups, only: stop_values, read_values
-   use dda_input_names, only: mark_names
    use dda_model, only: model_type, half_size
    use dda_text, only: quoted, to_text
    implicit none

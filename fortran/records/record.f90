@@ -6,8 +6,8 @@ module dda_record
    use dda_errors, only: error_type, fail, error_input
    use dda_text, only: lower_case, quoted, to_text
    use dda_text_lines, only: line_reader_type, open_lines
-   use dda_record_type, only: record_type, acceleration, velocity, displacement
-   use dda_record_units, only: unit_type, find_unit, known_units
+   use dda_record_type, only: record_type, acceleration, velocity, displacement, unit_type, &
+      find_unit, known_units
    use dda_record_samples, only: check_time_step
    use dda_record_smc, only: read_smc
    use dda_record_at2, only: read_at2

@@ -9,8 +9,7 @@ module dda_record_at2
    use dda_text, only: lower_case, quoted
    use dda_text_lines, only: line_reader_type, fail_at
    use dda_text_numbers, only: next_number, number_found
-   use dda_record_type, only: record_type, quantity_in
-   use dda_record_units, only: unit_type, find_unit
+   use dda_record_type, only: record_type, quantity_in, unit_type, find_unit
    use dda_record_samples, only: read_trace, take_line, check_count, check_time_step, &
       first_number
    implicit none

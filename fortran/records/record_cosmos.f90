@@ -12,8 +12,7 @@ module dda_record_cosmos
    use dda_text, only: lower_case, quoted, to_text
    use dda_text_lines, only: line_reader_type, next_line, fail_at
    use dda_text_numbers, only: whole_number
-   use dda_record_type, only: record_type, quantity_in
-   use dda_record_units, only: unit_type, find_unit
+   use dda_record_type, only: record_type, quantity_in, unit_type, find_unit
    use dda_record_samples, only: sample_list_type, read_values, skip_comments, first_number, &
       check_count, check_duration, check_time_step
    implicit none

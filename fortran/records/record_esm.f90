@@ -8,8 +8,7 @@ module dda_record_esm
    use dda_kinds, only: wp, long
    use dda_text, only: quoted
    use dda_text_lines, only: line_reader_type, next_line, put_back, fail_at
-   use dda_record_type, only: record_type
-   use dda_record_units, only: unit_type, find_unit
+   use dda_record_type, only: record_type, unit_type, find_unit
    use dda_record_samples, only: read_trace, check_count, check_time_step, check_duration, &
       first_number, read_quantity
    implicit none

@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Changes of a run since its start, written to an archive or restored into a started run.
 module dda_simulation_state
-   use dda_archive, only: archive_type, fail_archive, serialise, serialise_label, serialise_number
+   use dda_archive, only: archive_type, fail_archive, serialise, serialise_label, &
+      serialise_number, serialise_count, serialise_list, check_list
    use dda_breaking, only: can_break, restore_faces
    use dda_system, only: set_matrix_pattern
    use dda_blocks, only: blocks_type, has_memory
    use dda_columns, only: column_count, column_of
-   use dda_contact_state, only: serialise_contacts, serialise_neighbours
    use dda_changes, only: adopt_values
    use dda_doubts, only: serialise_doubts
    use dda_elements, only: serialise_elements, set_elements
@@ -14,18 +14,31 @@ module dda_simulation_state
    use dda_errors, only: error_type
    use dda_input, only: read_model
    use dda_model, only: model_type
-   use dda_maxima_state, only: serialise_maxima
-   use dda_neighbours, only: find_corners
+   use dda_neighbours, only: find_corners, neighbours_type
    use dda_open_close, only: open_close_type
    use dda_simulation, only: simulation_type, stop_state_type, next_step
-   use dda_linear_solver, only: analyse
+   use dda_linear_solver, only: analyse, solver_type, is_solver_name, set_method
    use dda_stages, only: restore_stages
-   use dda_solver_state, only: serialise_solver
    use dda_support, only: point_type
    use dda_weld, only: weld_open, weld_whole
+   use dda_base_motion, only: base_type, base_kinds
+   use dda_first_contacts, only: first_contacts_type
+   use dda_maxima, only: maxima_table, number_of_maxima
+   use dda_running_maxima, only: reserve_maxima
+   use dda_block_matrix, only: block_matrix_type
+   use dda_contact, only: contacts_type, operation_type, for_each_variable, reserve
+   use dda_kinds, only: wp
    implicit none
    private
    public :: serialise_simulation
+
+   !> Write the arrays to an archive, or read them from it.
+   type, extends(operation_type) :: serialisation_type
+      integer :: n                              !< contacts
+      type(archive_type), pointer :: archive => null()
+   contains
+      procedure :: apply => serialise_variable
+   end type serialisation_type
 
 contains
 
@@ -251,5 +264,173 @@ contains
       call serialise(archive, blocks%along)
       call serialise(archive, blocks%length)
    end subroutine serialise_blocks
+
+   !> Save or restore largest values; nothing for a run that does not count them.
+   subroutine serialise_maxima(archive, simulation)
+      type(archive_type), intent(inout) :: archive        !< written or read
+      type(simulation_type), intent(inout) :: simulation  !< a run and its state
+      integer :: contacts
+
+      call serialise_label(archive, 'maxima')
+      call serialise(archive, simulation%maxima%counting)
+      if (.not. simulation%maxima%counting .or. allocated(archive%failure)) return
+      contacts = 0
+      if (.not. archive%reading) contacts = size(simulation%maxima%contacts%vertex)
+      call serialise_count(archive, contacts)
+      if (archive%reading .and. .not. allocated(archive%failure)) call reserve_maxima(simulation, &
+         contacts)
+      if (allocated(archive%failure)) return
+      call serialise(archive, simulation%maxima%first)
+      call serialise(archive, simulation%maxima%points_from)
+      call serialise_base(archive, simulation%maxima%base, size(simulation%model%points))
+      call serialise_first(archive, simulation%maxima%contacts, size(simulation%blocks%owner))
+      call serialise_largest(archive, simulation)
+   end subroutine serialise_maxima
+
+   !> Save or restore the origin from which values count.
+   subroutine serialise_base(archive, base, points)
+      type(archive_type), intent(inout) :: archive  !< written or read
+      type(base_type), intent(inout) :: base        !< of the model
+      integer, intent(in) :: points                 !< measured
+
+      call serialise_number(archive, base%kind, 0, base_kinds)
+      call serialise_number(archive, base%point, 0, points)
+      call serialise(archive, base%share)
+      call serialise(archive, base%zero)
+      call serialise(archive, base%displacement)
+      call serialise(archive, base%velocity)
+      call serialise(archive, base%acceleration)
+   end subroutine serialise_base
+
+   !> Save or restore the initial contacts, and their last scan.
+   subroutine serialise_first(archive, first, vertices)
+      type(archive_type), intent(inout) :: archive       !< written or read
+      type(first_contacts_type), intent(inout) :: first  !< contacts, with memory for them
+      integer, intent(in) :: vertices                    !< of the model
+
+      call serialise_list(archive, first%vertex, 1, vertices)
+      call serialise_list(archive, first%edge, 1, vertices)
+      call serialise(archive, first%share)
+      call serialise(archive, first%gap)
+      call serialise(archive, first%shortest)
+      call serialise(archive, first%found)
+      call serialise(archive, first%path)
+   end subroutine serialise_first
+
+   !> Save or restore values, times, and their blocks or points.
+   subroutine serialise_largest(archive, simulation)
+      type(archive_type), intent(inout) :: archive        !< written or read
+      type(simulation_type), intent(inout) :: simulation  !< a run and its state
+      integer :: i, most
+
+      do i = 1, number_of_maxima
+         associate (largest => simulation%maxima%largest(i))
+            most = simulation%blocks%n
+            if (maxima_table(i)%of_points) most = size(simulation%model%points)
+            call serialise(archive, largest%value)
+            call serialise(archive, largest%time)
+            call serialise_list(archive, largest%who, 0, most)
+         end associate
+      end do
+   end subroutine serialise_largest
+
+   !> Save or restore a solver that has analysed the matrix.
+   subroutine serialise_solver(archive, solver, matrix)
+      type(archive_type), intent(inout) :: archive  !< written or read
+      type(solver_type), intent(inout) :: solver  !< linear solver
+      type(block_matrix_type), intent(in) :: matrix  !< matrix; only its pattern is read
+      character(len=:), allocatable :: method
+
+      call serialise_label(archive, 'solver')
+      method = trim(solver%method)
+      call serialise(archive, method)
+      if (.not. is_solver_name(method)) call fail_archive(archive, 'it names no solver')
+      call serialise(archive, solver%last_iterations)
+      call serialise(archive, solver%shifted)
+      call serialise(archive, solver%exact)
+      call serialise(archive, solver%solves)
+      call serialise(archive, solver%factors)
+      call serialise(archive, solver%iterations)
+      call serialise(archive, solver%handed_over)
+      if (allocated(archive%failure)) return
+      if (method == 'auto') return
+      if (method /= solver%method) call set_method(solver, matrix, method)
+      call solver%active%serialise(matrix, archive)
+   end subroutine serialise_solver
+
+   !> Save or restore the complete list: the next step inherits from it, and frames contain it.
+   subroutine serialise_contacts(archive, contacts, blocks, neighbours, joints)
+      type(archive_type), target, intent(inout) :: archive  !< written or read
+      type(contacts_type), intent(inout) :: contacts        !< list, replaced when read
+      type(blocks_type), intent(in) :: blocks               !< of the model
+      type(neighbours_type), intent(in) :: neighbours       !< already written or read
+      integer, intent(in) :: joints                         !< joint materials
+      type(serialisation_type) :: serialisation
+      integer :: n, vertices
+
+      call serialise_label(archive, 'contacts')
+      call serialise_count(archive, contacts%n)
+      n = contacts%n
+      vertices = size(blocks%owner)
+      if (archive%reading) call reserve(contacts, n)
+      serialisation%n = n
+      serialisation%archive => archive
+      call for_each_variable(contacts, serialisation)
+      call check_list(archive, contacts%vertex(:n), 1, vertices)
+      call check_list(archive, contacts%edge(:n), 1, vertices)
+      call check_list(archive, contacts%corner(:n), 0, vertices)
+      call check_list(archive, contacts%block_v(:n), 1, blocks%n)
+      call check_list(archive, contacts%block_e(:n), 1, blocks%n)
+      call check_list(archive, contacts%pair(:n), 1, neighbours%n_pairs)
+      call check_list(archive, contacts%joint(:n), 1, joints)
+   end subroutine serialise_contacts
+
+   !> Save or restore one variable of a list.
+   subroutine serialise_variable(operation, integers, logicals, reals, columns)
+      class(serialisation_type), intent(inout) :: operation          !< archive, and how many
+      integer, allocatable, intent(inout), optional :: integers(:)   !< [capacity]
+      logical, allocatable, intent(inout), optional :: logicals(:)   !< [capacity]
+      real(wp), allocatable, intent(inout), optional :: reals(:)     !< [capacity]
+      real(wp), allocatable, intent(inout), optional :: columns(:,:) !< [any, capacity]
+
+      associate (archive => operation%archive, n => operation%n)
+         if (present(integers)) call serialise(archive, integers(:n))
+         if (present(logicals)) call serialise(archive, logicals(:n))
+         if (present(reals)) call serialise(archive, reals(:n))
+         if (present(columns)) call serialise(archive, columns(:, :n))
+      end associate
+   end subroutine serialise_variable
+
+   !> Save or restore pairs and probes of the last search, which cannot be recomputed.
+   subroutine serialise_neighbours(archive, neighbours, blocks)
+      type(archive_type), intent(inout) :: archive        !< written or read
+      type(neighbours_type), intent(inout) :: neighbours  !< replaced when read
+      type(blocks_type), intent(in) :: blocks             !< of the model
+      integer :: pairs, probes, edges
+
+      call serialise_label(archive, 'neighbours')
+      edges = neighbours%first_edge(neighbours%n_probes + 1) - 1
+      call serialise_count(archive, neighbours%n_pairs)
+      call serialise_count(archive, neighbours%n_probes)
+      call serialise_count(archive, edges)
+      pairs = neighbours%n_pairs
+      probes = neighbours%n_probes
+      if (archive%reading) then
+         deallocate (neighbours%pair, neighbours%probe, neighbours%first_edge, neighbours%edge)
+         allocate (neighbours%pair(2, pairs), neighbours%probe(2, probes), &
+            neighbours%first_edge(probes + 1), source=1)
+         allocate (neighbours%edge(edges), source=1)
+      end if
+      call serialise(archive, neighbours%pair(:, :pairs))
+      call check_list(archive, neighbours%pair(1, :pairs), 1, blocks%n)
+      call check_list(archive, neighbours%pair(2, :pairs), 1, blocks%n)
+      call serialise(archive, neighbours%probe(:, :probes))
+      call check_list(archive, neighbours%probe(1, :probes), 1, size(blocks%owner))
+      call check_list(archive, neighbours%probe(2, :probes), 1, pairs)
+      call serialise_list(archive, neighbours%first_edge(:probes + 1), 1, edges + 1)
+      call serialise_list(archive, neighbours%edge(:edges), 1, size(blocks%owner))
+      call serialise(archive, neighbours%reach)
+      call serialise(archive, neighbours%travel)
+   end subroutine serialise_neighbours
 
 end module dda_simulation_state

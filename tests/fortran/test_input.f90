@@ -12,7 +12,7 @@ module test_input
    use dda_joint_laws, only: law_slot_type, new_joint_law
    use dda_material, only: joint_type
    use dda_record_format, only: known_formats
-   use dda_record_units, only: known_units
+   use dda_record_type, only: known_units
    use dda_scheme, only: integration_names
    use dda_solver_table, only: solver_names
    use dda_model, only: contact_distance, default_stiffness, half_size, model_type

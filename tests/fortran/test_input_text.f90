@@ -2,7 +2,7 @@
 !> A text as groups of values: comments, quotes, line ends, where each group begins, and all forms
 !> of numbers, logical values, texts and lists.
 module test_input_text
-   use dda_errors, only: error_input, error_type
+   use dda_errors, only: error_input
    use dda_input_groups, only: control_values, run_values, traction_values, read_values
    use dda_input_text, only: group_type, parse_group, split_groups
    use dda_kinds, only: wp
@@ -32,10 +32,9 @@ contains
    end subroutine expect
 
    !> The only group with its values.
-   subroutine parse(text, group, error)
+   subroutine parse(text, group)
       character(len=*), intent(in) :: text
       type(group_type), intent(out) :: group
-      type(error_type), allocatable, intent(out) :: error
       type(group_type), allocatable :: groups(:)
 
       call split_groups('f.nml', text, groups, error)
@@ -51,7 +50,7 @@ contains
       type(group_type) :: group
       type(traction_values) :: found
 
-      call parse('&traction normal = 1 '//values//' /', group, error)
+      call parse('&traction normal = 1 '//values//' /', group)
       if (.not. allocated(error)) call read_values(group, found, error)
       call check_no_error(error, values)
       if (.not. allocated(error)) then
@@ -66,7 +65,7 @@ contains
       type(group_type) :: group
       type(run_values) :: found
 
-      call parse('&run title = '//value//' /', group, error)
+      call parse('&run title = '//value//' /', group)
       call check_no_error(error, value)
       if (allocated(error)) return
       call read_values(group, found, error)
@@ -81,7 +80,7 @@ contains
       type(control_values) :: found
 
       found%settle = .not. settles
-      call parse('&control settle = '//value//' time_step = 1 /', group, error)
+      call parse('&control settle = '//value//' time_step = 1 /', group)
       call check_no_error(error, value)
       if (.not. allocated(error)) call read_values(group, found, error)
       call check(found%settle .eqv. settles, 'settle = '//value)
@@ -91,7 +90,7 @@ contains
       character(len=*), intent(in) :: text, words
       type(group_type) :: group
 
-      call parse(text, group, error)
+      call parse(text, group)
       call check_fails(error, words)
    end subroutine wrong
 

@@ -5,8 +5,9 @@ module test_linear_solver
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use, intrinsic :: ieee_exceptions, only: ieee_all, ieee_get_halting_mode, ieee_set_halting_mode
    use dda_kinds, only: wp
+   use dda_band_matrix, only: band_type, order_band
    use dda_block_matrix, only: block_matrix_type, entry_of, multiply, set_pattern
-   use dda_errors, only: error_solver, error_type
+   use dda_errors, only: error_input, error_solver
    use dda_compact_block, only: compact, compact_size
    use dda_rank_one, only: most_changes, rank_one_type
    use dda_linear_solver, only: analyse, choose_solver, renew, solve, solve_change, solver_names, &
@@ -28,11 +29,7 @@ contains
          call case('solver '//trim(solver_names(i)))
          call solves(trim(solver_names(i)), 80, 1.0_wp)
          call solves(trim(solver_names(i)), 7, 1.0_wp)
-      end do
-      do i = 1, size(solver_names)
          call follows(trim(solver_names(i)))
-      end do
-      do i = 1, size(solver_names)
          call no_numbers(trim(solver_names(i)))
          call no_pivot(trim(solver_names(i)))
       end do
@@ -41,7 +38,17 @@ contains
    subroutine an_unknown_solver()
       call choose_solver(solver, 'magic', error)
       call check_fails(error, "'magic'")
+      if (allocated(error)) call check(error%kind == error_input, 'its kind')
    end subroutine an_unknown_solver
+
+   !> Any numbering of a chain has a band one block wide.
+   subroutine a_chain_numbered_at_random()
+      type(band_type) :: factor
+
+      call set_pattern(matrix, 7, reshape([4, 1, 1, 6, 6, 2, 2, 7, 7, 3, 3, 5], [2, 6]))
+      call order_band(factor, matrix)
+      call check(factor%half_width == 11, 'half width 11')
+   end subroutine a_chain_numbered_at_random
 
    !> A chain of blocks joined by stiff springs; `least` is the stiffness that holds each alone.
    subroutine chain(n, least)
@@ -80,9 +87,8 @@ contains
       matrix%lower(:, :, e) = matrix%lower(:, :, e) - outer
    end subroutine add_spring
 
-   subroutine prepare(name, error)
+   subroutine prepare(name)
       character(len=*), intent(in) :: name
-      type(error_type), allocatable, intent(out) :: error
 
       call choose_solver(solver, name, error)
       call check_no_error(error, name)
@@ -99,7 +105,7 @@ contains
       call chain(n, least)
       b = reshape(random_vector(6*n), [6, n])
       x = 0.0_wp
-      call prepare(name, error)
+      call prepare(name)
       call check_no_error(error, name)
       call solve(solver, matrix, b, x, error)
       call check_no_error(error, name)
@@ -118,7 +124,7 @@ contains
 
       call case('a change of the right-hand side, '//name)
       call chain(n, 1.0_wp)
-      call prepare(name, error)
+      call prepare(name)
       b = reshape(random_vector(6*n), [6, n])
       x = 0.0_wp
       do pass = 1, 2
@@ -151,7 +157,7 @@ contains
       matrix%lower = 1.0e60_wp*matrix%lower
       b = 1.0_wp
       x = 0.0_wp
-      call prepare('lagged', error)
+      call prepare('lagged')
       call check_no_error(error, 'lagged')
       call solve(solver, matrix, b, x, error)
       call check_no_error(error, 'lagged')
@@ -174,7 +180,7 @@ contains
       call choose_solver(solver, 'lagged', error)
       call analyse(solver, matrix)
       do i = 1, 3
-         call renew_all(alone, error)
+         call renew_all(alone)
          call check_no_error(error, 'lagged')
          x = 0.0_wp
          call solve(solver, matrix, b, x, error)
@@ -186,7 +192,7 @@ contains
       call stiff_chain(n, 1.0e-10_wp, alone)
       call choose_solver(solver, 'lagged', error)
       call analyse(solver, matrix)
-      call renew_all(alone, error)
+      call renew_all(alone)
       call check(solver%handed_over == 1 .and. solver%method == 'direct', 'handed over at once')
    end subroutine a_pivot_lost_to_single_precision
 
@@ -212,9 +218,8 @@ contains
    end subroutine stiff_chain
 
    !> All values are others: the factor that there was will not do.
-   subroutine renew_all(alone, error)
+   subroutine renew_all(alone)
       real(wp), intent(in) :: alone(compact_size, matrix%n)
-      type(error_type), allocatable, intent(out) :: error
       type(rank_one_type) :: changes
 
       changes%n = most_changes + 1
@@ -229,7 +234,7 @@ contains
       call chain(n, 1.0_wp)
       b = reshape(random_vector(6*n), [6, n])
       x = 0.0_wp
-      call prepare('lagged', error)
+      call prepare('lagged')
       matrix%diagonal(:, :, ::2) = 1.0e7_wp*matrix%diagonal(:, :, ::2)
       call renew(solver, matrix, diagonal_of(matrix), rank_one_type(), error)
       call solve(solver, matrix, b, x, error)
@@ -243,7 +248,7 @@ contains
       real(wp) :: x(6, n), b(6, n), image(6, n)
 
       call chain(n, 1.0e4_wp)
-      call prepare('auto', error)
+      call prepare('auto')
       call check(solver%method == 'jacobi', 'a good matrix')
       call chain(n, 1.0e-3_wp)
       b = reshape(random_vector(6*n), [6, n])
@@ -275,7 +280,7 @@ contains
       b = 1.0_wp
       b(3, 5) = ieee_value(1.0_wp, ieee_quiet_nan)
       x = 0.0_wp
-      call prepare(name, error)
+      call prepare(name)
       call solve(solver, matrix, b, x, error)
       call check_fails(error, 'cannot be solved')
       if (allocated(error)) call check(error%kind == error_solver, 'its kind')
@@ -297,7 +302,7 @@ contains
       matrix%diagonal(:, :, 40) = -matrix%diagonal(:, :, 40)
       b = 1.0_wp
       x = 0.0_wp
-      call prepare(name, error)
+      call prepare(name)
       if (.not. allocated(error)) call solve(solver, matrix, b, x, error)
       if (allocated(error)) then
          call check_fails(error, 'positive')

@@ -15,6 +15,9 @@ module test_low_rank
 
    real(wp), parameter :: stiff = 1.0e4_wp   !< of a spring, where each block is held by 1 to 2
    type(block_matrix_type) :: matrix
+   type(lagged_factor_type) :: lagged
+   type(rank_one_type) :: changes
+   logical :: done
 
 contains
 
@@ -28,7 +31,8 @@ contains
       end do
    end subroutine any_number_of_changes
 
-   !> A wall of blocks, each held softly and joined to its neighbours by some stiff springs.
+   !> A wall of blocks, each held softly and joined to its neighbours by some stiff springs; nothing
+   !> is factorised yet.
    subroutine wall(across, up, matrix)
       integer, intent(in) :: across, up
       type(block_matrix_type), intent(out) :: matrix
@@ -53,6 +57,8 @@ contains
                stiff)
          end do
       end do
+      call forget_changes(changes)
+      lagged = lagged_factor_type()
    contains
       subroutine add_pair(a, b)
          integer, intent(in) :: a, b
@@ -61,6 +67,16 @@ contains
          pairs(:, n) = [a, b]
       end subroutine add_pair
    end subroutine wall
+
+   !> A wall, and a factor of its matrix.
+   subroutine factor_wall(across, up)
+      integer, intent(in) :: across, up
+
+      call wall(across, up, matrix)
+      call analyse_lagged(lagged, matrix)
+      call refactorise(lagged, matrix, error, .false.)
+      call check_no_error(error, 'the factor')
+   end subroutine factor_wall
 
    !> matrix += k u uᵀ, u = (a, −b).
    subroutine put_spring(matrix, i, j, a, b, k)
@@ -122,16 +138,10 @@ contains
    subroutine follows(across, up, count, parts)
       integer, intent(in) :: across, up, count
       integer, intent(in) :: parts  !< in which the changes come
-      type(lagged_factor_type) :: lagged
-      type(rank_one_type) :: changes
-      logical :: done
       integer :: part
 
       call case('springs put in')
-      call wall(across, up, matrix)
-      call analyse_lagged(lagged, matrix)
-      call refactorise(lagged, matrix, error, .false.)
-      call check_no_error(error, 'the factor')
+      call factor_wall(across, up)
       do part = 1, parts
          call forget_changes(changes)
          call change(matrix, changes, part*count/parts - (part - 1)*count/parts)
@@ -159,9 +169,6 @@ contains
    !> Springs between blocks that nothing coupled are followed as well; the next factor is planned
    !> with them, and so are updates of that one.
    subroutine springs_where_none_were()
-      type(lagged_factor_type) :: lagged
-      type(rank_one_type) :: changes
-      logical :: done
       integer :: round
 
       call wall(40, 30, matrix)
@@ -184,9 +191,7 @@ contains
    !> need no further column and nothing is left to correct.
    subroutine springs_put_in_and_taken_out()
       type(block_matrix_type) :: matrix, first
-      type(lagged_factor_type) :: lagged
-      type(rank_one_type) :: changes, back
-      logical :: done
+      type(rank_one_type) :: back
 
       call wall(20, 15, matrix)
       first = matrix
@@ -207,13 +212,7 @@ contains
 
    !> What is too much to follow is refused.
    subroutine more_changes_than_can_be_followed()
-      type(lagged_factor_type) :: lagged
-      type(rank_one_type) :: changes
-      logical :: done
-
-      call wall(12, 9, matrix)
-      call analyse_lagged(lagged, matrix)
-      call refactorise(lagged, matrix, error, .false.)
+      call factor_wall(12, 9)
       call change(matrix, changes, most_changes + 1)
       call check(changes%n == most_changes + 1, 'counted')
       call update_low_rank(lagged%low, lagged%factor, changes, done)
@@ -230,13 +229,7 @@ contains
 
    !> A spring that was never there cannot be taken out.
    subroutine a_spring_that_was_never_there()
-      type(lagged_factor_type) :: lagged
-      type(rank_one_type) :: changes
-      logical :: done
-
-      call wall(12, 9, matrix)
-      call analyse_lagged(lagged, matrix)
-      call refactorise(lagged, matrix, error, .false.)
+      call factor_wall(12, 9)
       call add_change(changes, 5, random_vector(6), 6, random_vector(6), -100.0_wp*stiff)
       call update_low_rank(lagged%low, lagged%factor, changes, done)
       call check(.not. done, 'refused')
@@ -244,10 +237,7 @@ contains
 
    !> Neither threads nor the parts in which the changes came alter a bit.
    subroutine the_same_bits_on_1_to_4_threads_in_one_or_three_parts()
-      type(lagged_factor_type) :: lagged
-      type(rank_one_type) :: changes
       real(wp), allocatable :: b(:,:), one(:,:), more(:,:)
-      logical :: done
       integer :: before, threads, part
 
       before = 1
@@ -277,7 +267,6 @@ contains
    !> The solver follows changes without a new factor, and needs no more iterations than with one.
    subroutine the_lagged_solver_updates_its_factor()
       type(solver_type) :: solver
-      type(rank_one_type) :: changes
       real(wp), allocatable :: b(:,:), x(:,:), image(:,:)
       integer :: round
 

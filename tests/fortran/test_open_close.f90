@@ -6,7 +6,7 @@ module test_open_close
    use dda_system, only: system_type
    use dda_compact_block, only: compact
    use dda_contact, only: contact_open, contact_slide, contact_stick, contacts_type, reserve
-   use dda_errors, only: error_type, error_convergence
+   use dda_errors, only: error_convergence
    use dda_friction, only: laws_type
    use dda_lapack, only: dposv
    use dda_open_close, only: evaluate, iterate, solve_contacts, open_close_type
@@ -32,11 +32,10 @@ contains
       call with_friction(30.0_wp, 60)
    end subroutine frictional
 
-   subroutine close_all(system, contacts, iteration, error)
+   subroutine close_all(system, contacts, iteration)
       type(system_type), intent(inout) :: system
       type(contacts_type), intent(inout) :: contacts
       type(open_close_type), intent(inout) :: iteration
-      type(error_type), allocatable, intent(out) :: error
       type(solver_type) :: solver
 
       call choose_solver(solver, 'auto', error)
@@ -57,7 +56,7 @@ contains
          call random_system(system, contacts, laws, 1 + modulo(i, 8), 0.0_wp)
          call try_all(expected, solutions)
          call check(solutions == 1, 'one combination solves it')
-         call close_all(system, contacts, iteration, error)
+         call close_all(system, contacts, iteration)
          call check_no_error(error, 'converges')
          call check_close(flat(system%d), expected, 'd', relative=1.0e-9_wp)
          most = max(most, iteration%iterations)
@@ -109,9 +108,9 @@ contains
          do c = 1, 20
             others%state(c) = modulo(c*i, 3)
          end do
-         call close_all(system, contacts, iteration, error)
+         call close_all(system, contacts, iteration)
          call check_no_error(error, 'converges')
-         call close_all(again, others, iteration, error)
+         call close_all(again, others, iteration)
          call check_no_error(error, 'converges from other states')
          call check_close(again%d, system%d, 'd', relative=1.0e-9_wp)
       end do
@@ -173,7 +172,7 @@ contains
       do i = 1, 20
          do given = 0, 1
             call random_system(system, contacts, laws, 1, 0.0_wp)
-            call close_all(system, contacts, iteration, error)
+            call close_all(system, contacts, iteration)
             call check_no_error(error, 'converges')
             contacts%spring(:, 1) = 0.0_wp
             system%d = 0.0_wp
@@ -232,7 +231,7 @@ contains
             - dot_product(row, x(:, 1))
          call put(system, contacts, 2*i - 2, whole, all)
       end do
-      call close_all(whole, all, iteration, error)
+      call close_all(whole, all, iteration)
       call check_no_error(error, 'converges')
       opened = count(all%trial_state(:systems) == contact_open)
    end subroutine pull_contacts
@@ -287,12 +286,12 @@ contains
             if (size(system%linear%column) == 0) exit
          end do
          call put(system, contacts, 2*i - 2, whole, all)
-         call close_all(system, contacts, iteration, error)
+         call close_all(system, contacts, iteration)
          call check_no_error(error, 'one converges')
          most = max(most, iteration%iterations)
          expected(:, 2*i - 1:2*i) = system%d
       end do
-      call close_all(whole, all, iteration, error)
+      call close_all(whole, all, iteration)
       call check_no_error(error, 'all converge')
       call check_close(whole%d, expected, 'd', relative=1.0e-9_wp)
       call check(iteration%iterations <= 3 .and. most > 6, 'in few iterations of the whole')
@@ -340,7 +339,7 @@ contains
       states = 0
       do i = 1, 200
          call random_system(system, contacts, laws, 1 + modulo(i, 10), angle)
-         call close_all(system, contacts, iteration, error)
+         call close_all(system, contacts, iteration)
          if (allocated(error)) then
             failed = failed + 1
             cycle
@@ -372,11 +371,11 @@ contains
          again = system
          contacts_again = contacts
          iteration%last_resort = .false.
-         call close_all(system, contacts, iteration, error)
+         call close_all(system, contacts, iteration)
          if (.not. allocated(error)) cycle
          locked = locked + 1
          iteration%last_resort = .true.
-         call close_all(again, contacts_again, iteration, error)
+         call close_all(again, contacts_again, iteration)
          call check(.not. allocated(contacts_again%held_bound), 'bounds are released')
          if (allocated(error)) cycle
          closed = closed + 1
@@ -457,7 +456,7 @@ contains
 
       call random_system(system, contacts, laws, 1, 0.0_wp)
       contacts%n = 0
-      call close_all(system, contacts, iteration, error)
+      call close_all(system, contacts, iteration)
       call check_no_error(error, 'converges')
       call check(iteration%iterations == 1, 'at once')
       call check_close(matmul(linear_matrix(system), flat(system%d)), flat(system%load), &
@@ -470,7 +469,7 @@ contains
       call random_system(system, contacts, laws, 20, 20.0_wp)
       contacts%gap(:20) = -abs(contacts%gap(:20))
       iteration%max_iterations = 1
-      call close_all(system, contacts, iteration, error)
+      call close_all(system, contacts, iteration)
       call check_fails(error, 'does not converge')
       if (allocated(error)) call check(error%kind == error_convergence, 'its kind')
       call check(iteration%worst > 0, 'the worst contact is known')

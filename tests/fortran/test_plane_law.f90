@@ -4,7 +4,6 @@ module test_plane_law
    use dda_kinds, only: wp
    use dda_branches, only: branches_type, fit_branches, curve_type
    use dda_damping, only: damping_type
-   use dda_errors, only: error_type
    use dda_hysteretic_law, only: hysteretic_law_type, new_hysteretic_law
    use dda_material, only: material_type, elasticity
    use dda_material_law, only: strain_point_type
@@ -56,7 +55,7 @@ contains
          .true.)
       point%held = [-1.0e5_wp, -2.0e5_wp, 3.0e4_wp]
       do kind = 1, 2
-         call make_law(kind == 2, law, error)
+         call make_law(kind == 2, law)
          call check(.not. allocated(error), 'the law is fitted')
          do i = 1, 3
             call walk(law, point, thetas(i), [1.0e-13_wp, 1.0e-13_wp], path)
@@ -65,10 +64,9 @@ contains
    end subroutine each_step_balances_and_loses
 
    !> Darendeli's soil.
-   subroutine make_law(masing, law, error)
+   subroutine make_law(masing, law)
       logical, intent(in) :: masing
       type(hysteretic_law_type), intent(out) :: law
-      type(error_type), allocatable, intent(inout) :: error
       type(curve_type) :: curve
       type(branches_type) :: branches
       type(soil_type) :: soil

@@ -69,7 +69,7 @@ EXCLUDED = {
     "corners of cells, as edges end within 1e-6 of each other or not": r"model/weld\.f90:near:",
     "places in files: a wrong one is no output at all": (
         r"output/(journal|output_file|output_reader|contact_table|frame|sample|output_place)\.f90"
-        r"|input/(block_file|classic_header|input_text|input_value|input_names)\.f90"
+        r"|input/(block_file|classic_header|input_text|input_value|input_group)\.f90"
         r"|records/text_(lines|numbers)\.f90|state/"
     ),
 }
