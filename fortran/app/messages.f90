@@ -2,6 +2,7 @@
 !> Lines for the terminal or the log of a batch job, each flushed at once, in chronological
 !> order; among them progress: completed fraction, remaining time.
 module dda_messages
+   use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use dda_kinds, only: wp, long
    implicit none
    private
