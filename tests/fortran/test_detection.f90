@@ -309,7 +309,7 @@ contains
       real(wp), parameter :: angle(2) = [2.99_wp, 3.01_wp]*pi/180.0_wp
       integer :: i
 
-      allocate (blocks%inner(1), source=.false.)
+      blocks%inner = [.false.]
       corners%edge = 1
       corners%overshoot = -1.0_wp
       corners%glancing = .false.
