@@ -10,7 +10,7 @@ module dda_block_matrix
    implicit none
    private
    public :: block_matrix_type, set_pattern, entry_of, copy_block, multiply, multiply_block, &
-      terms_of_product
+      multiply_lower, terms_of_product
 
    !> Symmetric block-sparse matrix with 6×6 blocks.
    type :: block_matrix_type
@@ -161,6 +161,22 @@ contains
          end do
       end do
    end subroutine multiply_rows
+
+   !> Add the blocks off the diagonal: y = y + (K − diag K) x.
+   pure subroutine multiply_lower(matrix, x, y)
+      type(block_matrix_type), intent(in) :: matrix  !< K
+      real(wp), intent(in) :: x(6, matrix%n)  !< any vector
+      real(wp), intent(inout) :: y(6, matrix%n)  !< sum
+      integer :: i, k
+
+      if (size(matrix%column) == 0) return
+      do i = 1, matrix%n
+         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            call add_product(matrix%lower(:, :, k), x(:, matrix%column(k)), y(:, i))
+            call add_transposed_product(matrix%lower(:, :, k), x(:, i), y(:, matrix%column(k)))
+         end do
+      end do
+   end subroutine multiply_lower
 
    !> Norm ‖ |K| |x| ‖: the scale of the rounding error of K x, even if its terms cancel.
    pure real(wp) function terms_of_product(matrix, x) result(norm)

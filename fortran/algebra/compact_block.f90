@@ -5,7 +5,7 @@ module dda_compact_block
    use dda_kinds, only: wp
    implicit none
    private
-   public :: compact_size, compact, expand, main_diagonal
+   public :: compact_size, compact, expand, main_diagonal, multiply_compact
 
    integer, parameter :: compact_size = 11  !< numbers of a block
 
@@ -33,6 +33,22 @@ contains
       block(3:6, 5) = [numbers(4), numbers(7), numbers(9:10)]
       block(3:6, 6) = [numbers(5), numbers(8), numbers(10:11)]
    end subroutine expand
+
+   !> Product of the block and a vector.
+   pure subroutine multiply_compact(numbers, x, y)
+      real(wp), intent(in) :: numbers(compact_size)  !< as of `compact`
+      real(wp), intent(in) :: x(6)   !< any vector
+      real(wp), intent(out) :: y(6)  !< product
+
+      associate (a => numbers)
+         y(1) = a(1)*x(1)
+         y(2) = a(1)*x(2)
+         y(3) = a(2)*x(3) + a(3)*x(4) + a(4)*x(5) + a(5)*x(6)
+         y(4) = a(3)*x(3) + a(6)*x(4) + a(7)*x(5) + a(8)*x(6)
+         y(5) = a(4)*x(3) + a(7)*x(4) + a(9)*x(5) + a(10)*x(6)
+         y(6) = a(5)*x(3) + a(8)*x(4) + a(10)*x(5) + a(11)*x(6)
+      end associate
+   end subroutine multiply_compact
 
    !> Main diagonal of the block.
    pure function main_diagonal(numbers) result(diagonal)

@@ -7,19 +7,16 @@
 !> of two welded cells is exactly zero.
 module dda_body_drift
    use dda_kinds, only: wp
-   use dda_block_vectors, only: add_multiple
    use dda_blocks, only: blocks_type
    use dda_contact, only: contacts_type
    use dda_contact_gradients, only: acting_rows, relative_motion, rows_type
-   use dda_errors, only: error_type
-   use dda_linear_solver, only: solver_type, record_rigid_terms, solve, solve_change, &
-      weigh_loads
+   use dda_linear_solver, only: solver_type, record_rigid_terms, weigh_loads
    use dda_linear_terms, only: blocks_in, get_row, step_weights, stretch_of
    use dda_scheme, only: step_type
    use dda_system, only: system_type
    implicit none
    private
-   public :: begin_drift, solve_step_for
+   public :: begin_drift, subtract_contacts
 
    real(wp), parameter :: least_drift = 1.0e-6_wp  !< smallest drift over half the model
    !> fraction of loads, which scale residuals: forces of moving supports and contacts far exceed
@@ -89,43 +86,6 @@ contains
          end associate
       end do
    end subroutine translate_bodies
-
-   !> Solve K̂ d = f̂ with the contacts in their assumed states, or for a change of f̂.
-   !> See `solve_change` for the latter.
-   subroutine solve_step_for(system, solver, contacts, error, reduction, change)
-      type(system_type), intent(inout) :: system   !< equations of the step; d changes
-      type(solver_type), intent(inout) :: solver   !< linear solver
-      type(contacts_type), intent(in) :: contacts  !< contacts of this step
-      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      real(wp), intent(in) :: reduction            !< tolerance as a fraction of the first residual
-      real(wp), intent(in), optional :: change(:,:)  !< [6,n] change of f̂ since the last solve, N
-
-      if (.not. system%drifts) then
-         call solve_for(system%rhs, system%d)
-         return
-      end if
-      associate (n => system%matrix%n)
-         system%reduced = system%rhs - system%drift_load
-         call subtract_contacts(system%reduced, system%drift, contacts)
-         call add_multiple(n, -1.0_wp, system%drift, system%d)
-         call solve_for(system%reduced, system%d)
-         call add_multiple(n, 1.0_wp, system%drift, system%d)
-      end associate
-
-   contains
-
-      !> Solve with the matrix of the step, or for a change of f̂.
-      subroutine solve_for(b, x)
-         real(wp), intent(in) :: b(:,:)     !< [6,n] right-hand side, N
-         real(wp), intent(inout) :: x(:,:)  !< [6,n] first guess, becomes the solution, m
-
-         if (present(change)) then
-            call solve_change(solver, system%matrix, b, change, x, error, reduction)
-         else
-            call solve(solver, system%matrix, b, x, error, reduction)
-         end if
-      end subroutine solve_for
-   end subroutine solve_step_for
 
    !> Subtract the forces of the springs of all contacts at d₀ from b.
    pure subroutine subtract_contacts(b, drift, contacts)

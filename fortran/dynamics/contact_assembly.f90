@@ -19,22 +19,30 @@ module dda_contact_assembly
    use dda_team, only: adjust_team
    implicit none
    private
-   public :: assemble_contacts, add_to_rows
+   public :: assemble_contacts, assemble_terms, add_to_rows
 
    integer, parameter :: rows_from = 500   !< block rows from which threads are worthwhile
 
 contains
 
-   !> Assemble what has changed since the last assembly, or everything in a new step.
+   !> Assemble the terms of the contacts in their assumed states.
    subroutine assemble_contacts(system, contacts, laws)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+
+      call update_contact_terms(system%contact_terms, contacts, laws)
+      call assemble_terms(system, contacts)
+   end subroutine assemble_contacts
+
+   !> Assemble what has changed since the last assembly, or everything in a new step.
+   subroutine assemble_terms(system, contacts)
+      type(system_type), intent(inout) :: system  !< equations of the step
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step, with their terms
       integer :: n, first, last
 
       call lap(system%watch, phase_iterate)
       if (system%contact_terms%rebuild) call index_contacts(system, contacts)
-      call update_contact_terms(system%contact_terms, contacts, laws)
       n = system%matrix%n
       if (n < rows_from) then
          call assemble_rows(system, contacts, 1, n)
@@ -48,7 +56,7 @@ contains
       system%contact_terms%dirty = is_clean
       system%contact_terms%rebuild = .false.
       call lap(system%watch, phase_assemble)
-   end subroutine assemble_contacts
+   end subroutine assemble_terms
 
    !> Index the contacts of each near pair in the list, which has the order of the pairs.
    pure subroutine index_contacts(system, contacts)

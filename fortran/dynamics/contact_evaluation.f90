@@ -4,66 +4,40 @@
 module dda_contact_evaluation
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
-   use dda_contact_gradients, only: relative_motion
+   use dda_contact_gradients, only: assumed_forces, measure_range
    use dda_friction, only: find_response, laws_type
    use dda_joint_contact, only: most_closings
    use dda_joint_law, only: response_type
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    implicit none
    private
-   public :: measure_contacts, evaluate_contacts, assumed_normal, assumed_shear
+   public :: evaluate_contacts
 
 contains
 
-   !> Compute gap and slip of all contacts at d.
-   subroutine measure_contacts(contacts, d)
-      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
-      real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
-      integer :: p
-
-      if (contacts%n < parallel_from) then
-         call measure_range(contacts, d, 1, contacts%n)
-         return
-      end if
-      !$omp parallel do schedule(static)
-      do p = 1, pieces(contacts%n)
-         call measure_range(contacts, d, first_of(p, contacts%n), last_of(p, contacts%n))
-      end do
-   end subroutine measure_contacts
-
-   !> Compute gap and slip of contacts first … last.
-   pure subroutine measure_range(contacts, d, first, last)
-      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
-      real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
-      integer, intent(in) :: first, last  !< of the range
-      real(wp) :: change(2)
-      integer :: c
-
-      do c = first, last
-         change = relative_motion(contacts, c, d(:, contacts%block_v(c)), d(:, contacts%block_e(c)))
-         contacts%new_gap(c) = contacts%gap(c) + change(1)
-         contacts%slip(c) = change(2)
-      end do
-   end subroutine measure_range
-
    !> Compute forces and states of all contacts by their laws at d.
-   subroutine evaluate_contacts(contacts, laws, d, largest, residual)
+   subroutine evaluate_contacts(contacts, laws, d, largest, residual, measured)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
       real(wp), intent(inout) :: largest   !< largest force so far, N/m
       real(wp), intent(out) :: residual    !< largest difference from the assumed forces, N/m
+      logical, intent(in), optional :: measured  !< gaps and slips are already those of d
+      logical :: measures
       integer :: p
 
+      measures = .true.
+      if (present(measured)) measures = .not. measured
       residual = 0.0_wp
       if (contacts%n < parallel_from) then
-         call measure_range(contacts, d, 1, contacts%n)
+         if (measures) call measure_range(contacts, d, 1, contacts%n)
          call evaluate_range(contacts, laws, 1, contacts%n, largest, residual)
          return
       end if
       !$omp parallel do reduction(max:largest, residual) schedule(static)
       do p = 1, pieces(contacts%n)
-         call measure_range(contacts, d, first_of(p, contacts%n), last_of(p, contacts%n))
+         if (measures) &
+            call measure_range(contacts, d, first_of(p, contacts%n), last_of(p, contacts%n))
          call evaluate_range(contacts, laws, first_of(p, contacts%n), &
             last_of(p, contacts%n), largest, residual)
       end do
@@ -81,9 +55,8 @@ contains
       do c = first, last
          call find_response(contacts, laws, c, contacts%new_gap(c), &
             contacts%stretch(c) + contacts%slip(c), response)
-         contacts%force_residual(c) = max( &
-            abs(response%normal_force - assumed_normal(contacts, c)), &
-            abs(response%shear_force - assumed_shear(contacts, c)))
+         contacts%force_residual(c) = maxval(abs([response%normal_force, response%shear_force] &
+            - assumed_forces(contacts, c, contacts%new_gap(c) - contacts%gap(c))))
          residual = max(residual, contacts%force_residual(c))
          contacts%trial_state(c) = next_state(contacts, laws, response, c)
          if (contacts%with_net_slip) then
@@ -118,26 +91,5 @@ contains
       if (response%state == contact_stick .and. .not. laws%slot(contacts%joint(c))%law%flows) &
          next_state = contact_slide
    end function next_state
-
-   !> Normal force that the solve assumed in contact c, N/m.
-   pure real(wp) function assumed_normal(contacts, c)
-      type(contacts_type), intent(in) :: contacts  !< contacts of this step
-      integer, intent(in) :: c  !< number of the contact
-      real(wp) :: opening
-
-      opening = contacts%new_gap(c) - contacts%gap(c)
-      if (contacts%with_laws) opening = opening - contacts%tilt(2, c)*contacts%slip(c)
-      assumed_normal = contacts%free_force(1, c) - contacts%spring(1, c)*opening
-   end function assumed_normal
-
-   !> Shear force that the solve assumed in contact c, N/m.
-   pure real(wp) function assumed_shear(contacts, c)
-      type(contacts_type), intent(in) :: contacts  !< contacts of this step
-      integer, intent(in) :: c  !< number of the contact
-
-      assumed_shear = contacts%free_force(2, c) + contacts%spring(2, c)*contacts%slip(c)
-      if (contacts%with_laws) assumed_shear = assumed_shear &
-         + contacts%tilt(2, c)*assumed_normal(contacts, c)
-   end function assumed_shear
 
 end module dda_contact_evaluation

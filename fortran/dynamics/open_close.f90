@@ -6,25 +6,25 @@
 !> the assumed force of a contact and the force by its law.
 module dda_open_close
    use dda_kinds, only: wp
+   use dda_contact_terms, only: update_contact_terms
    use dda_damage_passes, only: renew_damage
    use dda_errors, only: error_type, error_convergence, fail
    use dda_block_vectors, only: copy_vector
-   use dda_body_drift, only: solve_step_for
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
-   use dda_contact_assembly, only: assemble_contacts
    use dda_contact_evaluation, only: evaluate_contacts
    use dda_friction, only: acting, laws_type, shear_stiffness_of, start_force
    use dda_interrupts, only: fail_if_stopped, fail_within_step, stop_within_step
    use dda_friction_bounds, only: bounds_type, hold_bounds, release_bounds, renew_bounds
    use dda_growth, only: grow
    use dda_line_search, only: descend
-   use dda_linear_solver, only: solver_type, renew
+   use dda_linear_solver, only: solver_type
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
-   use dda_rank_one, only: forget_changes, most_changes
+   use dda_rank_one, only: most_changes
    use dda_slide_forces, only: slides_type, list_slides, evaluate_slides, difference_of, &
       farthest_off, assume_next
    use dda_joint_lines, only: break_joint, drop_friction, has_bond, renew_lines
-   use dda_stopwatch, only: lap, phase_factorise, phase_solve
+   use dda_step_solution, only: solve_step_for
+   use dda_stopwatch, only: lap, phase_solve
    use dda_system, only: system_type
    implicit none
    private
@@ -192,7 +192,7 @@ contains
       logical, intent(out) :: converged  !< converged
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: changed, diverged, i
-      logical :: exactly
+      logical :: exactly, measured
 
       call begin_iteration(iteration, contacts)
       converged = .false.
@@ -206,9 +206,10 @@ contains
          call fail_if_given_up(iteration%may_stop, error)
          if (allocated(error)) return
          iteration%iterations = i
-         call solve_assumed(iteration, system, solver, contacts, laws, error)
+         call solve_assumed(iteration, system, solver, contacts, laws, error, measured)
          if (allocated(error)) return
-         call find_forces(iteration, system, solver, contacts, laws, exactly, diverged, error)
+         call find_forces(iteration, system, solver, contacts, laws, exactly, measured, diverged, &
+            error)
          if (allocated(error)) return
          if (diverged > 0) then
             call force_to_stick(system, contacts, laws, diverged)
@@ -285,36 +286,32 @@ contains
    end subroutine add_counts
 
    !> Solve for d with the contacts in their assumed states.
-   subroutine solve_assumed(iteration, system, solver, contacts, laws, error)
+   subroutine solve_assumed(iteration, system, solver, contacts, laws, error, measured)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      logical, intent(out), optional :: measured  !< gaps and slips are those of d
 
-      call assemble_contacts(system, contacts, laws)
-      associate (changes => system%contact_terms%spring_changes)
-         if (system%contact_terms%other_matrix) call renew(solver, system%matrix, system%constant, &
-            changes, error)
-         call forget_changes(changes)
-      end associate
-      if (allocated(error)) return
-      call lap(system%watch, phase_factorise)
+      call update_contact_terms(system%contact_terms, contacts, laws)
       call copy_vector(size(system%d, 2), system%d, system%previous_d)
-      call solve_step_for(system, solver, contacts, error, iteration%reduction)
+      call solve_step_for(system, solver, contacts, error, iteration%reduction, measured=measured)
       call lap(system%watch, phase_solve)
    end subroutine solve_assumed
 
    !> Find the slide forces of the assumed states, and evaluate the laws at that solution.
    !> If no state changes, a loose solution is iterated to the tolerance.
-   subroutine find_forces(iteration, system, solver, contacts, laws, exactly, diverged, error)
+   subroutine find_forces(iteration, system, solver, contacts, laws, exactly, measured, diverged, &
+      error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       logical, intent(in) :: exactly  !< to the tolerance from the first solve on
+      logical, intent(in) :: measured  !< gaps and slips are those of d
       integer, intent(out) :: diverged  !< as in `solve_friction`
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: pass
@@ -326,7 +323,7 @@ contains
          if (allocated(error)) return
          call lap(system%watch, phase_solve)
          if (diverged > 0) return
-         call evaluate(iteration, system, contacts, laws)
+         call evaluate(iteration, system, contacts, laws, measured .and. iteration%slides%n == 0)
          if (exactly .or. iteration%slides%n == 0 .or. will_change(contacts)) return
       end do
    end subroutine find_forces
@@ -340,15 +337,17 @@ contains
    end function will_change
 
    !> Evaluate the laws and the residual at d.
-   subroutine evaluate(iteration, system, contacts, laws)
+   subroutine evaluate(iteration, system, contacts, laws, measured)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(in) :: system  !< equations of the step, solved
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      logical, intent(in), optional :: measured  !< gaps and slips are already those of d
       real(wp) :: largest
 
       largest = iteration%weight
-      call evaluate_contacts(contacts, laws, system%d, largest, iteration%residual)
+      call evaluate_contacts(contacts, laws, system%d, largest, iteration%residual, &
+         measured)
       iteration%tolerance = tolerance_of(iteration, system, contacts, laws, largest)
       iteration%worst = 0
       if (iteration%residual > iteration%tolerance) &

@@ -8,7 +8,7 @@ module dda_system
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, set_pattern, entry_of, multiply_block
    use dda_blocks, only: blocks_type, mass_matrix, momentum_of
-   use dda_compact_block, only: compact_size, compact, expand
+   use dda_compact_block, only: compact_size, compact, expand, multiply_compact
    use dda_contact_terms, only: contact_terms_type, is_dirty_stiffness
    use dda_elements, only: elements_type, linear_terms_of, add_forces
    use dda_linear_terms, only: linear_terms_type, step_weights, add_to_matrix, blocks_in, &
@@ -34,6 +34,7 @@ module dda_system
       ! unsaved, computed in each step: linear, has_terms, terms, load, rhs
       ! unsaved, predicted at the start of each step: d
       ! unsaved, set before it is used: previous_d
+      ! unsaved, the input: rounding
       ! unsaved, a clock for measurements: watch
       ! unsaved, set in each step: drifts
       ! unsaved, set in each step if `drifts`: drift, drift_load
@@ -55,6 +56,8 @@ module dda_system
       real(wp), allocatable :: rhs(:,:)            !< [6,n] f̂
       real(wp), allocatable :: d(:,:)              !< [6,n] unknowns (paper eq. 2)
       real(wp), allocatable :: previous_d(:,:)     !< [6,n] unknowns of the last iteration
+      !> rounding of the coordinates, m, and of the forces of contacts, N
+      real(wp) :: rounding(2) = 0.0_wp
       logical :: drifts = .false.                  !< moving bodies in this step
       !> [6,n] d₀ of moving bodies, K̂d₀ of the linear part, and work space, see dda_body_drift
       real(wp), allocatable :: drift(:,:), drift_load(:,:), reduced(:,:)
@@ -203,13 +206,11 @@ contains
       integer, intent(in) :: b  !< block
       real(wp), intent(in) :: x(6)  !< any
       real(wp), intent(out) :: y(6)  !< product
-      real(wp) :: block(6, 6)
 
       if (system%has_terms(b)) then
          call multiply_block(system%linear%diagonal(:, :, b), x, y)
       else
-         call expand(system%constant(:, b), block)
-         call multiply_block(block, x, y)
+         call multiply_compact(system%constant(:, b), x, y)
       end if
    end subroutine multiply_diagonal
 

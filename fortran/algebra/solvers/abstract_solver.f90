@@ -13,7 +13,7 @@ module dda_abstract_solver
    use dda_rank_one, only: rank_one_type
    implicit none
    private
-   public :: linear_solver_type, convergence_type, accuracy
+   public :: equations_type, linear_solver_type, convergence_type, accuracy
 
    real(wp), parameter :: accuracy = 1.0e-11_wp  !< ‖r‖/scale that a solve aims at
 
@@ -22,8 +22,16 @@ module dda_abstract_solver
       real(wp) :: scale = 0.0_wp                 !< norm that residuals are compared with
       real(wp) :: reduction = 0.0_wp          !< sufficient fraction of the first residual, or 0
       real(wp) :: residual = 0.0_wp              !< ‖r‖/scale reached
+      !> root mean squares of an error of x, m, and of a residual, N, that rounding hides
+      real(wp) :: rounding(2) = 0.0_wp
       logical :: enough = .false.                !< the iteration has reached the tolerance
    end type convergence_type
+
+   !> Equations K x = b, with or without an assembled K.
+   type, abstract :: equations_type
+   contains
+      procedure(residual_at), deferred :: residual
+   end type equations_type
 
    !> A solution method; its values and plans are components of the types that extend it.
    type, abstract :: linear_solver_type
@@ -37,10 +45,19 @@ module dda_abstract_solver
       procedure(solve_system), deferred :: solve
       procedure :: renew_shifted => keep_error
       procedure :: correct => correct_nothing
+      procedure :: solve_kept => solve_nothing
       procedure :: serialise => serialise_nothing
    end type linear_solver_type
 
    abstract interface
+      !> Compute the residual r = b − K x.
+      subroutine residual_at(self, x, r)
+         import :: equations_type, wp
+         class(equations_type), intent(in) :: self    !< the equations
+         real(wp), intent(in), contiguous :: x(:,:)   !< [6,n] m
+         real(wp), intent(out), contiguous :: r(:,:)  !< [6,n] N
+      end subroutine residual_at
+
       !> Prepare for a new pattern.
       subroutine analyse_pattern(self, matrix)
          import :: linear_solver_type, block_matrix_type
@@ -87,6 +104,17 @@ contains
 
       done = .false.
    end subroutine correct_nothing
+
+   !> Solve with the values of an earlier matrix; default: not possible.
+   subroutine solve_nothing(self, equations, x, convergence, done)
+      class(linear_solver_type), intent(inout) :: self  !< the solver
+      class(equations_type), intent(in) :: equations    !< of a matrix with nearly the same values
+      real(wp), intent(inout), contiguous :: x(:,:)     !< [6,n] first guess, becomes the solution, m
+      type(convergence_type), intent(inout) :: convergence  !< asked and reached
+      logical, intent(out) :: done  !< otherwise x is not the solution
+
+      done = .false.
+   end subroutine solve_nothing
 
    !> Save or restore stored values; default: none, since most solvers are rebuilt from the matrix.
    subroutine serialise_nothing(self, matrix, archive)

@@ -6,7 +6,8 @@
 !> refinement, which cost a tenth of a factorisation.
 module dda_factor_solver
    use dda_kinds, only: wp
-   use dda_abstract_solver, only: linear_solver_type, convergence_type, accuracy
+   use dda_abstract_solver, only: equations_type, linear_solver_type, convergence_type, &
+      accuracy
    use dda_archive, only: archive_type, archive_values => serialise, fail_archive, serialise_label
    use dda_block_matrix, only: block_matrix_type, multiply
    use dda_cholesky_double, only: factor_type, analyse_sparse => analyse, prepare_to_read, &
@@ -36,8 +37,17 @@ module dda_factor_solver
       procedure :: analyse
       procedure :: renew
       procedure :: solve
+      procedure :: solve_kept
       procedure :: serialise
    end type factor_solver_type
+
+   !> Equations with an assembled matrix.
+   type, extends(equations_type) :: assembled_type
+      type(block_matrix_type), pointer :: matrix => null()  !< K
+      real(wp), pointer :: b(:,:) => null()                 !< [6,n] N
+   contains
+      procedure :: residual
+   end type assembled_type
 
 contains
 
@@ -87,40 +97,77 @@ contains
 
       convergence%enough = .false.
       if (.not. self%exact) then
-         call multiply(matrix, x, self%work%p)
-         self%work%r = b - self%work%p
-         self%kept = .false.
-         call refine(self, matrix, b, x, convergence)
+         if (self%kept) call refine_assembled(self, matrix, b, x, convergence)
          if (self%kept) return
          call make_factor(self, matrix, error)
          if (allocated(error)) return
       end if
-      x = 0.0_wp
-      self%work%r = b
-      call refine(self, matrix, b, x, convergence)
+      call refine_assembled(self, matrix, b, x, convergence)
    end subroutine solve
 
-   !> Refine x iteratively: x += P⁻¹ r, r = b − K x, from the residual in `work`.
-   subroutine refine(self, matrix, b, x, convergence)
+   !> Refine the solution of equations with an assembled matrix.
+   subroutine refine_assembled(self, matrix, b, x, convergence)
       class(factor_solver_type), intent(inout) :: self  !< the solver
-      type(block_matrix_type), intent(in) :: matrix  !< K̂
-      real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side, N
+      type(block_matrix_type), intent(in), target :: matrix  !< K̂
+      real(wp), intent(in), target :: b(6, matrix%n)  !< right-hand side, N
       real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution, m
       type(convergence_type), intent(inout) :: convergence  !< asked and reached
+      type(assembled_type) :: equations
+
+      equations%matrix => matrix
+      equations%b => b
+      if (self%exact) x = 0.0_wp
+      call equations%residual(x, self%work%r)
+      call refine(self, equations, x, convergence)
+   end subroutine refine_assembled
+
+   !> Refine x with the factor of an earlier matrix; if this is not accurate, drop the factor.
+   subroutine solve_kept(self, equations, x, convergence, done)
+      class(factor_solver_type), intent(inout) :: self  !< the solver
+      class(equations_type), intent(in) :: equations    !< of a matrix with nearly the same values
+      real(wp), intent(inout), contiguous :: x(:,:)     !< [6,n] first guess, becomes the solution, m
+      type(convergence_type), intent(inout) :: convergence  !< asked and reached
+      logical, intent(out) :: done  !< otherwise x is not the solution
+
+      self%exact = .false.
+      if (self%kept) then
+         call equations%residual(x, self%work%r)
+         call refine(self, equations, x, convergence)
+      end if
+      done = self%kept
+   end subroutine solve_kept
+
+   !> Residual of equations with an assembled matrix.
+   subroutine residual(self, x, r)
+      class(assembled_type), intent(in) :: self    !< equations
+      real(wp), intent(in), contiguous :: x(:,:)   !< [6,n] m
+      real(wp), intent(out), contiguous :: r(:,:)  !< [6,n] N
+
+      call multiply(self%matrix, x, r)
+      r = self%b - r
+   end subroutine residual
+
+   !> Refine x iteratively: x += P⁻¹ r, r = b − K x, from the residual in `work`.
+   subroutine refine(self, equations, x, convergence)
+      class(factor_solver_type), intent(inout) :: self  !< the solver
+      class(equations_type), intent(in) :: equations    !< K x = b
+      real(wp), intent(inout) :: x(:,:)  !< [6,n] first guess, becomes the solution, m
+      type(convergence_type), intent(inout) :: convergence  !< asked and reached
+      real(wp) :: hidden(2), residual
       integer :: round
 
+      hidden = convergence%rounding*sqrt(real(size(x), wp))
       associate (work => self%work)
          do round = 1, most_rounds
             call solve_sparse(self%sparse, work%r, work%z)
             x = x + work%z
             self%iterations = merge(0, round, self%exact)
-            call multiply(matrix, x, work%p)
-            work%r = b - work%p
-            convergence%residual = sqrt(inner_product(matrix%n, work%r, work%r)) &
-               /max(convergence%scale, tiny(1.0_wp))
+            call equations%residual(x, work%r)
+            residual = sqrt(inner_product(size(x, 2), work%r, work%r))
+            convergence%residual = residual/max(convergence%scale, tiny(1.0_wp))
             if (self%exact .and. convergence%residual <= accuracy) return
             if (self%exact) cycle
-            self%kept = will_do(self, x, round) .and. convergence%residual <= accuracy
+            self%kept = will_do(self, x, round, hidden(1)) .and. convergence%residual <= accuracy
             if (self%kept) return
          end do
       end associate
@@ -130,10 +177,11 @@ contains
    !>
    !> A small residual alone is no proof for directions that only inertia restrains. The remaining
    !> error is estimated from the ratio of two successive corrections.
-   logical function will_do(self, x, round)  ! total
+   logical function will_do(self, x, round, hidden)  ! total
       class(factor_solver_type), intent(inout) :: self  !< the solver, with the correction in `work`
       real(wp), intent(in) :: x(:,:)  !< [6,n] solution, m
       integer, intent(in) :: round    !< number of the correction, from 1
+      real(wp), intent(in) :: hidden  !< error of x that rounding hides, m
       real(wp) :: length
 
       length = sqrt(inner_product(size(x, 2), self%work%z, self%work%z))
@@ -143,7 +191,8 @@ contains
          self%contraction = min(1.0_wp, length/max(self%last_correction, tiny(1.0_wp)))
       end if
       self%last_correction = length
-      will_do = self%contraction*length <= accuracy*sqrt(inner_product(size(x, 2), x, x))
+      will_do = self%contraction*length <= max(hidden, &
+         accuracy*sqrt(inner_product(size(x, 2), x, x)))
    end function will_do
 
    !> Save or restore the values of a factor whose matrix no longer exists.

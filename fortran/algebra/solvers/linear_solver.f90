@@ -12,7 +12,8 @@
 module dda_linear_solver
    use dda_interrupts, only: fail_within_step, stop_within_step
    use dda_kinds, only: wp, long
-   use dda_abstract_solver, only: linear_solver_type, convergence_type, accuracy
+   use dda_abstract_solver, only: equations_type, linear_solver_type, convergence_type, &
+      accuracy
    use dda_block_jacobi, only: most_condition, most_iterations
    use dda_block_matrix, only: block_matrix_type, terms_of_product
    use dda_compact_block, only: compact_size
@@ -25,7 +26,7 @@ module dda_linear_solver
    implicit none
    private
    public :: solver_type, choose_solver, analyse, set_method, renew, weigh_loads, &
-      record_rigid_terms, solve, solve_change, work_done, solver_names, is_solver_name
+      record_rigid_terms, solve, solve_change, solve_kept, work_done, solver_names, is_solver_name
 
    integer, parameter :: small = 60               !< blocks up to which `auto` is `direct`
    !> largest number of Jacobi iterations that cost no more than a solve with a lagged factor
@@ -218,6 +219,27 @@ contains
       call fail(error, error_solver, 'the linear system cannot be solved: relative residual '// &
          to_text(convergence%residual)//', allowed '//to_text(acceptable))
    end subroutine solve
+
+   !> Solve K x = b with an earlier factor of nearly the same K, if there is one.
+   subroutine solve_kept(solver, equations, x, rounding, done)
+      type(solver_type), intent(inout) :: solver      !< solver and counts
+      class(equations_type), intent(in) :: equations  !< K x = b
+      real(wp), intent(inout), contiguous :: x(:,:)   !< [6,n] first guess, becomes the solution, m
+      real(wp), intent(in) :: rounding(2)             !< of x, m, and of a residual, N
+      logical, intent(out) :: done                    !< otherwise x is not the solution
+      type(convergence_type) :: convergence
+
+      done = .false.
+      if (.not. allocated(solver%active)) return
+      convergence%scale = solver%loads
+      convergence%rounding = rounding
+      call solver%active%solve_kept(equations, x, convergence, done)
+      if (.not. done) return
+      solver%solves = solver%solves + 1
+      solver%last_iterations = solver%active%iterations
+      solver%iterations = solver%iterations + solver%last_iterations
+      solver%exact = .true.
+   end subroutine solve_kept
 
    !> Update x after a change of b that is small or needs little accuracy.
    !> One preconditioner application, if the last solve with this matrix needed one; else a solve.

@@ -1,0 +1,131 @@
+! SPDX-License-Identifier: GPL-3.0-or-later
+!> Solution of the equations of a step, K̂ d = f̂, without the matrix if an earlier factor suffices.
+!>
+!> The residual f̂ − K̂d is the sum of loads, the linear part and the forces of the contacts at d.
+!> While the contacts have the springs of the factor, K̂ differs from the factor by geometry alone
+!> (about 1e-6); iterative refinement with this residual gives d.  K̂ and f̂ are assembled for a new
+!> factor and for the other solvers.
+module dda_step_solution
+   use dda_kinds, only: wp
+   use dda_abstract_solver, only: equations_type
+   use dda_block_matrix, only: multiply_lower
+   use dda_block_vectors, only: add_multiple
+   use dda_body_drift, only: subtract_contacts
+   use dda_contact, only: contacts_type
+   use dda_contact_assembly, only: assemble_terms
+   use dda_contact_gradients, only: add_assumed_forces
+   use dda_errors, only: error_type
+   use dda_linear_solver, only: renew, solver_type, solve, solve_change, solve_kept
+   use dda_rank_one, only: forget_changes
+   use dda_stopwatch, only: lap, phase_factorise, phase_solve
+   use dda_system, only: multiply_diagonal, system_type
+   implicit none
+   private
+   public :: solve_step_for
+
+   !> Equations of a step whose matrix is not assembled.
+   type, extends(equations_type) :: step_equations_type
+      type(system_type), pointer :: system => null()      !< without K̂ and f̂
+      type(contacts_type), pointer :: contacts => null()  !< in their assumed states
+   contains
+      procedure :: residual
+   end type step_equations_type
+
+contains
+
+   !> Solve K̂ d = f̂ with the contacts in their assumed states, or for a change of f̂.
+   !> See `solve_change` for the latter.
+   subroutine solve_step_for(system, solver, contacts, error, reduction, change, measured)
+      type(system_type), intent(inout), target :: system      !< equations of the step; d changes
+      type(solver_type), intent(inout) :: solver              !< linear solver
+      type(contacts_type), intent(inout), target :: contacts  !< contacts of this step
+      type(error_type), allocatable, intent(out) :: error     !< allocated on failure
+      real(wp), intent(in) :: reduction  !< tolerance as a fraction of the first residual
+      real(wp), intent(in), optional :: change(:,:)  !< [6,n] change of f̂ since the last solve, N
+      logical, intent(out), optional :: measured  !< gaps and slips are those of d
+      logical :: done
+
+      done = .false.
+      if (system%contact_terms%rebuild) call solve_unassembled(system, solver, contacts, done)
+      if (present(measured)) measured = done
+      if (done) return
+      call renew_matrix(system, solver, contacts, error)
+      if (allocated(error)) return
+      call lap(system%watch, phase_factorise)
+      if (.not. system%drifts) then
+         call solve_for(system%rhs, system%d)
+      else
+         associate (n => system%matrix%n)
+            system%reduced = system%rhs - system%drift_load
+            call subtract_contacts(system%reduced, system%drift, contacts)
+            call add_multiple(n, -1.0_wp, system%drift, system%d)
+            call solve_for(system%reduced, system%d)
+            call add_multiple(n, 1.0_wp, system%drift, system%d)
+         end associate
+      end if
+
+   contains
+
+      !> Solve with the matrix of the step, or for a change of f̂.
+      subroutine solve_for(b, x)
+         real(wp), intent(in) :: b(:,:)     !< [6,n] right-hand side, N
+         real(wp), intent(inout) :: x(:,:)  !< [6,n] first guess, becomes the solution, m
+
+         if (present(change)) then
+            call solve_change(solver, system%matrix, b, change, x, error, reduction)
+         else
+            call solve(solver, system%matrix, b, x, error, reduction)
+         end if
+      end subroutine solve_for
+   end subroutine solve_step_for
+
+   !> Solve with an earlier factor, if no contact has other springs than this.
+   subroutine solve_unassembled(system, solver, contacts, done)
+      type(system_type), intent(inout), target :: system      !< equations of the step; d changes
+      type(solver_type), intent(inout) :: solver              !< linear solver
+      type(contacts_type), intent(inout), target :: contacts  !< contacts of this step
+      logical, intent(out) :: done  !< d is the solution; otherwise K̂ is needed
+      type(step_equations_type) :: equations
+
+      done = .false.
+      if (system%contact_terms%spring_changes%n > 0 .or. system%drifts .or. &
+         allocated(contacts%imposed_spring)) return
+      equations%system => system
+      equations%contacts => contacts
+      call solve_kept(solver, equations, system%d, system%rounding, done)
+   end subroutine solve_unassembled
+
+   !> Assemble K̂ and f̂, and renew the solver if K̂ has changed.
+   subroutine renew_matrix(system, solver, contacts, error)
+      type(system_type), intent(inout) :: system    !< equations of the step
+      type(solver_type), intent(inout) :: solver    !< linear solver
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+
+      call assemble_terms(system, contacts)
+      associate (terms => system%contact_terms)
+         if (terms%other_matrix) call renew(solver, system%matrix, system%constant, &
+            terms%spring_changes, error)
+         terms%other_matrix = .false.
+         call forget_changes(terms%spring_changes)
+      end associate
+   end subroutine renew_matrix
+
+   !> Compute r = f̂ − K̂d from the parts of the equations; the contacts are measured at d.
+   subroutine residual(self, x, r)
+      class(step_equations_type), intent(in) :: self  !< equations
+      real(wp), intent(in), contiguous :: x(:,:)      !< [6,n] d, m
+      real(wp), intent(out), contiguous :: r(:,:)     !< [6,n] N
+      integer :: b
+
+      associate (system => self%system, contacts => self%contacts)
+         do b = 1, size(x, 2)
+            call multiply_diagonal(system, b, x(:, b), r(:, b))
+         end do
+         call multiply_lower(system%linear, x, r)
+         r = system%load - r
+         call add_assumed_forces(contacts, x, r)
+      end associate
+   end subroutine residual
+
+end module dda_step_solution
