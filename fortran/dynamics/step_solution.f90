@@ -21,7 +21,7 @@ module dda_step_solution
    use dda_system, only: multiply_diagonal, system_type
    implicit none
    private
-   public :: solve_step_for
+   public :: solve_step_for, find_residual
 
    !> Equations of a step whose matrix is not assembled.
    type, extends(equations_type) :: step_equations_type
@@ -111,21 +111,29 @@ contains
       end associate
    end subroutine renew_matrix
 
-   !> Compute r = f̂ − K̂d from the parts of the equations; the contacts are measured at d.
+   !> Residual of the equations of the step.
    subroutine residual(self, x, r)
       class(step_equations_type), intent(in) :: self  !< equations
       real(wp), intent(in), contiguous :: x(:,:)      !< [6,n] d, m
       real(wp), intent(out), contiguous :: r(:,:)     !< [6,n] N
+
+      call find_residual(self%system, self%contacts, x, r)
+   end subroutine residual
+
+   !> Compute r = f̂ − K̂d from the parts of the equations; the contacts are measured at d.
+   subroutine find_residual(system, contacts, d, r)
+      type(system_type), intent(in) :: system         !< equations of the step
+      type(contacts_type), intent(inout) :: contacts  !< in their assumed states
+      real(wp), intent(in), contiguous :: d(:,:)      !< [6,n] m
+      real(wp), intent(out), contiguous :: r(:,:)     !< [6,n] N
       integer :: b
 
-      associate (system => self%system, contacts => self%contacts)
-         do b = 1, size(x, 2)
-            call multiply_diagonal(system, b, x(:, b), r(:, b))
-         end do
-         call multiply_lower(system%linear, x, r)
-         r = system%load - r
-         call add_assumed_forces(contacts, x, r)
-      end associate
-   end subroutine residual
+      do b = 1, size(d, 2)
+         call multiply_diagonal(system, b, d(:, b), r(:, b))
+      end do
+      call multiply_lower(system%linear, d, r)
+      r = system%load - r
+      call add_assumed_forces(contacts, d, r)
+   end subroutine find_residual
 
 end module dda_step_solution

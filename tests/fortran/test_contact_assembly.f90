@@ -5,7 +5,7 @@ module test_contact_assembly
    use dda_kinds, only: wp
    !$ use omp_lib, only: omp_get_max_threads, omp_set_num_threads
    use dda_system, only: system_type
-   use dda_block_matrix, only: entry_of
+   use dda_block_matrix, only: entry_of, multiply
    use dda_compact_block, only: compact_size, expand
    use dda_contact, only: contact_open, contact_slide, contact_stick, contacts_type, reserve
    use dda_contact_assembly, only: add_to_rows, assemble_contacts
@@ -13,6 +13,7 @@ module test_contact_assembly
    use dda_friction, only: laws_type
    use dda_neighbours, only: neighbours_type
    use dda_rank_one, only: forget_changes, rank_one_type
+   use dda_step_solution, only: find_residual
    use models, only: random, random_vector
    use systems, only: pattern_of
    use testing, only: case, check, check_close
@@ -98,6 +99,30 @@ contains
       call check(all(got%matrix%diagonal == expected%matrix%diagonal), 'the diagonal blocks')
       call check(all(got%matrix%lower == expected%matrix%lower), 'the coupling blocks')
    end subroutine check_same
+
+   !> The residual without the matrix is that of the assembled equations, also if slip lifts.
+   subroutine without_the_matrix()
+      type(system_type) :: system
+      type(contacts_type) :: contacts
+      integer, parameter :: n = 40
+      real(wp) :: d(6, n), r(6, n), product(6, n)
+      integer :: round
+
+      do round = 1, 2
+         call case('residual without the matrix, lift: '//merge('yes', 'no ', round == 2))
+         call random_contacts(system, contacts, n)
+         if (round == 2) then
+            contacts%with_laws = .true.
+            contacts%tilt = spread(random_vector(contacts%n), 1, 2)
+         end if
+         call assemble_all(system, contacts)
+         d = reshape(random_vector(6*n), [6, n])
+         call multiply(system%matrix, d, product)
+         call find_residual(system, contacts, d, r)
+         call check_close(r, system%rhs - product, 'residual', absolute=1.0e-12_wp)
+         call check(maxval(abs(r)) > 1.0_wp, 'it is not zero')
+      end do
+   end subroutine without_the_matrix
 
    !> Springs along the rows of gap and slip, written out.
    subroutine against_dense_sums()
