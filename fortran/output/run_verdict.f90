@@ -75,10 +75,13 @@ contains
    pure subroutine add_joint_samples(verdict, values)
       type(run_verdict_type), intent(inout) :: verdict   !< verdict of the samples so far
       real(wp), intent(in) :: values(:,:)                !< [joints × columns, samples]
-      integer :: sample
+      integer :: sample, i, n
 
+      n = size(verdict%joints, 1)
       do sample = 1, size(values, 2)
-         verdict%joints = reshape(values(:, sample), shape(verdict%joints))
+         do i = 1, size(verdict%joints, 2)
+            verdict%joints(:, i) = values(n*(i - 1) + 1:n*i, sample)
+         end do
          verdict%joints_most = max(verdict%joints_most, abs(verdict%joints))
       end do
    end subroutine add_joint_samples

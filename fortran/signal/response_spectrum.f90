@@ -72,13 +72,17 @@ contains
       real(wp), intent(in) :: before, after  !< acceleration at the start and end of the step, m/s²
       real(wp), intent(in) :: step           !< time between them, s; 0: nothing is done
       real(wp) :: change, one, other, q(2)
-      integer :: i, part
+      integer :: i, last, part
 
       if (step <= 0.0_wp .or. step > coarsest) return
       if (abs(step - spectrum%step) > same_step*step) call set_step(spectrum, step)
+      last = periods
       associate (s => spectrum)
          do part = 1, s%parts(1)
-            do i = 0, count(s%parts >= part) - 1  ! the number of parts decreases with the period
+            do while (s%parts(last) < part)  ! the number of parts decreases with the period
+               last = last - 1
+            end do
+            do i = 0, last
                change = (after - before)*s%share(i)
                one = before + (part - 1)*change
                other = before + part*change

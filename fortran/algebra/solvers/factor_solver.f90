@@ -151,7 +151,7 @@ contains
    subroutine refine(self, equations, x, convergence)
       class(factor_solver_type), intent(inout) :: self  !< the solver
       class(equations_type), intent(in) :: equations    !< K x = b
-      real(wp), intent(inout) :: x(:,:)  !< [6,n] first guess, becomes the solution, m
+      real(wp), intent(inout), contiguous :: x(:,:)  !< [6,n] first guess, becomes the solution, m
       type(convergence_type), intent(inout) :: convergence  !< asked and reached
       real(wp) :: hidden(2), residual
       integer :: round
@@ -179,7 +179,7 @@ contains
    !> error is estimated from the ratio of two successive corrections.
    logical function will_do(self, x, round, hidden)  ! total
       class(factor_solver_type), intent(inout) :: self  !< the solver, with the correction in `work`
-      real(wp), intent(in) :: x(:,:)  !< [6,n] solution, m
+      real(wp), intent(in), contiguous :: x(:,:)  !< [6,n] solution, m
       integer, intent(in) :: round    !< number of the correction, from 1
       real(wp), intent(in) :: hidden  !< error of x that rounding hides, m
       real(wp) :: length
