@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Gap, slip and assumed forces of a contact, and their gradients in the coordinates q of its blocks.
+!> Gap, slip and assumed forces of a contact, and gradients in the coordinates q of its blocks.
 !>
 !> Of each row nᵀT and tᵀT (T: `shape_matrix` of dda_blocks) a list stores only the entries of the
 !> rotation and of the two axial strains.  The entries of the translation are n and t = (−n₂, n₁),
@@ -101,8 +101,8 @@ contains
    !> Measure all contacts at d, and add their assumed forces there to those of their blocks.
    pure subroutine add_assumed_forces(contacts, d, forces)
       type(contacts_type), intent(inout) :: contacts       !< contacts of this step
-      real(wp), intent(in), contiguous :: d(:,:)           !< [6,blocks] increments of the coordinates
-      real(wp), intent(inout), contiguous :: forces(:,:)   !< [6,blocks] N
+      real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
+      real(wp), intent(inout), contiguous :: forces(:,:)  !< [6,blocks] N
       real(wp) :: change(2), assumed(2)
       integer :: c
 

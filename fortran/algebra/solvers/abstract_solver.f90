@@ -109,7 +109,7 @@ contains
    subroutine solve_nothing(self, equations, x, convergence, done)
       class(linear_solver_type), intent(inout) :: self  !< the solver
       class(equations_type), intent(in) :: equations    !< of a matrix with nearly the same values
-      real(wp), intent(inout), contiguous :: x(:,:)     !< [6,n] first guess, becomes the solution, m
+      real(wp), intent(inout), contiguous :: x(:,:)  !< [6,n] first guess, becomes the solution, m
       type(convergence_type), intent(inout) :: convergence  !< asked and reached
       logical, intent(out) :: done  !< otherwise x is not the solution
 
