@@ -19,8 +19,7 @@ module dda_start
    use dda_friction, only: laws_type, set_laws
    use dda_history, only: prepare_history
    use dda_impact, only: prepare_impacts
-   use dda_model, only: model_type, half_size, contact_distance, force_noise, &
-      position_noise
+   use dda_model, only: model_type, half_size, contact_distance, force_noise
    use dda_kinematics, only: kinetic_energy, farthest_move
    use dda_original_rules, only: lock_touching
    use dda_scheme, only: scheme_named
@@ -124,7 +123,6 @@ contains
          iteration%relative_tolerance = contact%force_tolerance
          iteration%weight = norm2(model%control%gravity)*maxval(simulation%blocks%mass)
          iteration%noise = force_noise(model, 0.0_wp)
-         simulation%system%rounding = [position_noise(model), iteration%noise]
          simulation%laws%theta = simulation%scheme%theta
          simulation%laws%augmented = contact%penetration_tolerance > 0.0_wp
       end associate

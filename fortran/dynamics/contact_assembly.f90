@@ -15,7 +15,7 @@ module dda_contact_assembly
       is_dirty_stiffness, is_free
    use dda_friction, only: laws_type
    use dda_ordered_sums, only: share_of_thread
-   use dda_stopwatch, only: lap, phase_assemble, phase_iterate
+   use dda_stopwatch, only: lap, phase_assemble
    use dda_team, only: adjust_team
    implicit none
    private
@@ -41,7 +41,6 @@ contains
       type(contacts_type), intent(in) :: contacts  !< contacts of this step, with their terms
       integer :: n, first, last
 
-      call lap(system%watch, phase_iterate)
       if (system%contact_terms%rebuild) call index_contacts(system, contacts)
       n = system%matrix%n
       if (n < rows_from) then

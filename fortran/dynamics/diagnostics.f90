@@ -7,7 +7,7 @@ module dda_diagnostics
    use dda_errors, only: error_type, error_convergence, error_memory, fail
    use dda_joint_ends, only: bending_doubts
    use dda_maxima, only: of_strain, of_penetration_ratio
-   use dda_model, only: half_size, position_noise
+   use dda_model, only: half_size
    use dda_simulation, only: simulation_type, block_name
    use dda_text, only: short_text, to_text
    implicit none
@@ -186,7 +186,7 @@ contains
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       real(wp) :: places, mass
 
-      places = position_noise(simulation%model)
+      places = 16*epsilon(1.0_wp)*half_size(simulation%model%blocks)
       mass = sum(simulation%blocks%mass)
       rounding = real(simulation%step, wp)*places*norm2(simulation%model%control%gravity)*mass &
          + simulation%iteration%noise*simulation%path + 0.5_wp*mass*(places/simulation%time_step)**2

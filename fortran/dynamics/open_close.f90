@@ -24,7 +24,7 @@ module dda_open_close
       farthest_off, assume_next
    use dda_joint_lines, only: break_joint, drop_friction, has_bond, renew_lines
    use dda_step_solution, only: solve_step_for
-   use dda_stopwatch, only: lap, phase_solve
+   use dda_stopwatch, only: lap, phase_assemble, phase_iterate, phase_solve
    use dda_system, only: system_type
    implicit none
    private
@@ -295,8 +295,10 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       logical, intent(out), optional :: measured  !< gaps and slips are those of d
 
+      call lap(system%watch, phase_iterate)
       call update_contact_terms(system%contact_terms, contacts, laws)
       call copy_vector(size(system%d, 2), system%d, system%previous_d)
+      call lap(system%watch, phase_assemble)
       call solve_step_for(system, solver, contacts, error, iteration%reduction, measured=measured)
       call lap(system%watch, phase_solve)
    end subroutine solve_assumed

@@ -92,7 +92,7 @@ contains
          allocated(contacts%imposed_spring)) return
       equations%system => system
       equations%contacts => contacts
-      call solve_kept(solver, equations, system%d, system%rounding, done)
+      call solve_kept(solver, equations, system%d, done)
    end subroutine solve_unassembled
 
    !> Assemble K̂ and f̂, and renew the solver if K̂ has changed.

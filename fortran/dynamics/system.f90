@@ -34,7 +34,6 @@ module dda_system
       ! unsaved, computed in each step: linear, has_terms, terms, load, rhs
       ! unsaved, predicted at the start of each step: d
       ! unsaved, set before it is used: previous_d
-      ! unsaved, the input: rounding
       ! unsaved, a clock for measurements: watch
       ! unsaved, set in each step: drifts
       ! unsaved, set in each step if `drifts`: drift, drift_load
@@ -56,8 +55,6 @@ module dda_system
       real(wp), allocatable :: rhs(:,:)            !< [6,n] f̂
       real(wp), allocatable :: d(:,:)              !< [6,n] unknowns (paper eq. 2)
       real(wp), allocatable :: previous_d(:,:)     !< [6,n] unknowns of the last iteration
-      !> rounding of the coordinates, m, and of the forces of contacts, N
-      real(wp) :: rounding(2) = 0.0_wp
       logical :: drifts = .false.                  !< moving bodies in this step
       !> [6,n] d₀ of moving bodies, K̂d₀ of the linear part, and work space, see dda_body_drift
       real(wp), allocatable :: drift(:,:), drift_load(:,:), reduced(:,:)

@@ -21,7 +21,7 @@ module dda_model
    implicit none
    private
    public :: model_type, block_source_type, half_size, contact_distance, default_stiffness, &
-      force_noise, position_noise, run_steps, run_duration, block_sources, is_held, &
+      force_noise, run_steps, run_duration, block_sources, is_held, &
       drift_velocity
 
    !> A file of blocks.
@@ -153,19 +153,13 @@ contains
       end do
    end function block_sources
 
-   !> Rounding of positions, m.
-   pure real(wp) function position_noise(model)
-      type(model_type), intent(in) :: model  !< model as read from the input
-
-      position_noise = 16*epsilon(1.0_wp)*half_size(model%blocks)
-   end function position_noise
-
    !> Contact force due to rounding of positions, N/m.
    pure real(wp) function force_noise(model, stiffness)
       type(model_type), intent(in) :: model  !< model as read from the input
       real(wp), intent(in) :: stiffness  !< stiffness of joints that are stiffer than contacts, N/m
 
-      force_noise = position_noise(model)*max(model%contact%normal_stiffness, stiffness)
+      force_noise = 16*epsilon(1.0_wp)*half_size(model%blocks) &
+         *max(model%contact%normal_stiffness, stiffness)
    end function force_noise
 
    !> Default penalty: 40 × the largest Young's modulus × 1 m (paper §2.2).

@@ -22,8 +22,6 @@ module dda_abstract_solver
       real(wp) :: scale = 0.0_wp                 !< norm that residuals are compared with
       real(wp) :: reduction = 0.0_wp          !< sufficient fraction of the first residual, or 0
       real(wp) :: residual = 0.0_wp              !< ‖r‖/scale reached
-      !> root mean squares of an error of x, m, and of a residual, N, that rounding hides
-      real(wp) :: rounding(2) = 0.0_wp
       logical :: enough = .false.                !< the iteration has reached the tolerance
    end type convergence_type
 

@@ -153,21 +153,19 @@ contains
       class(equations_type), intent(in) :: equations    !< K x = b
       real(wp), intent(inout), contiguous :: x(:,:)  !< [6,n] first guess, becomes the solution, m
       type(convergence_type), intent(inout) :: convergence  !< asked and reached
-      real(wp) :: hidden(2), residual
       integer :: round
 
-      hidden = convergence%rounding*sqrt(real(size(x), wp))
       associate (work => self%work)
          do round = 1, most_rounds
             call solve_sparse(self%sparse, work%r, work%z)
             x = x + work%z
             self%iterations = merge(0, round, self%exact)
             call equations%residual(x, work%r)
-            residual = sqrt(inner_product(size(x, 2), work%r, work%r))
-            convergence%residual = residual/max(convergence%scale, tiny(1.0_wp))
+            convergence%residual = sqrt(inner_product(size(x, 2), work%r, work%r)) &
+               /max(convergence%scale, tiny(1.0_wp))
             if (self%exact .and. convergence%residual <= accuracy) return
             if (self%exact) cycle
-            self%kept = will_do(self, x, round, hidden(1)) .and. convergence%residual <= accuracy
+            self%kept = will_do(self, x, round) .and. convergence%residual <= accuracy
             if (self%kept) return
          end do
       end associate
@@ -177,11 +175,10 @@ contains
    !>
    !> A small residual alone is no proof for directions that only inertia restrains. The remaining
    !> error is estimated from the ratio of two successive corrections.
-   logical function will_do(self, x, round, hidden)  ! total
+   logical function will_do(self, x, round)  ! total
       class(factor_solver_type), intent(inout) :: self  !< the solver, with the correction in `work`
       real(wp), intent(in), contiguous :: x(:,:)  !< [6,n] solution, m
       integer, intent(in) :: round    !< number of the correction, from 1
-      real(wp), intent(in) :: hidden  !< error of x that rounding hides, m
       real(wp) :: length
 
       length = sqrt(inner_product(size(x, 2), self%work%z, self%work%z))
@@ -191,8 +188,7 @@ contains
          self%contraction = min(1.0_wp, length/max(self%last_correction, tiny(1.0_wp)))
       end if
       self%last_correction = length
-      will_do = self%contraction*length <= max(hidden, &
-         accuracy*sqrt(inner_product(size(x, 2), x, x)))
+      will_do = self%contraction*length <= accuracy*sqrt(inner_product(size(x, 2), x, x))
    end function will_do
 
    !> Save or restore the values of a factor whose matrix no longer exists.

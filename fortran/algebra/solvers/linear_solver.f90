@@ -221,18 +221,16 @@ contains
    end subroutine solve
 
    !> Solve K x = b with an earlier factor of nearly the same K, if there is one.
-   subroutine solve_kept(solver, equations, x, rounding, done)
+   subroutine solve_kept(solver, equations, x, done)
       type(solver_type), intent(inout) :: solver      !< solver and counts
       class(equations_type), intent(in) :: equations  !< K x = b
       real(wp), intent(inout), contiguous :: x(:,:)   !< [6,n] first guess, becomes the solution, m
-      real(wp), intent(in) :: rounding(2)             !< of x, m, and of a residual, N
       logical, intent(out) :: done                    !< otherwise x is not the solution
       type(convergence_type) :: convergence
 
       done = .false.
       if (.not. allocated(solver%active)) return
       convergence%scale = solver%loads
-      convergence%rounding = rounding
       call solver%active%solve_kept(equations, x, convergence, done)
       if (.not. done) return
       solver%solves = solver%solves + 1

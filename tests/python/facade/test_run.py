@@ -205,7 +205,8 @@ def test_phases_add_up_to_the_time_of_the_steps(write_input):
         run.advance(1500)
         passed = time.perf_counter() - begun
         spent = run.phase_times()
-    assert all(seconds > 0 for name, seconds in spent.items() if name != "search")
+    spared = ("search", "factorise")  # as neither neighbours nor states change
+    assert all(seconds > 0 for name, seconds in spent.items() if name not in spared)
     assert 0.3 * passed < sum(spent.values()) <= passed
 
 
