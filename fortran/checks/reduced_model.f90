@@ -180,7 +180,7 @@ contains
       weights%part = spread((0.0_wp, 0.0_wp), 1, instants)
    end function undamped_weights
 
-   !> Solve for the response to Σ load × force, in coordinates of the basis.
+   !> Solve for the response to Σ factor × force vector, in coordinates of the basis.
    subroutine solve_reduced(reduced, weights, load, y)
       type(reduced_model_type), intent(in) :: reduced  !< projected model
       type(weights_type), intent(in) :: weights  !< factors in steady vibration

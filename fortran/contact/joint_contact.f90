@@ -53,7 +53,7 @@ contains
       if (starts_at_centre(contacts, c)) state = law%slipped(state, -state%memory(net_slip), 0.0_wp)
    end function assumed_state
 
-   !> .true. if contact c is assumed to slip back to its centre first.
+   !> .true. if contact c is assumed to slip back to zero net slip before it slips further.
    pure logical function starts_at_centre(contacts, c)
       type(contacts_type), intent(in) :: contacts  !< list with joint laws
       integer, intent(in) :: c                     !< number of the contact
@@ -141,7 +141,7 @@ contains
          response%strength_ratio = excess(contacts, law, c, state, response, intact)
    end function joint_response
 
-   !> Largest friction, N/m, for a gap and a trial stretch, without rise and frozen bound.
+   !> Largest friction, N/m, for a gap and a trial stretch, without dilation and frozen bound.
    pure real(wp) function joint_bound(contacts, law, c, at) result(bound)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       class(joint_law_type), intent(in) :: law     !< of the contact
@@ -315,7 +315,7 @@ contains
       if (response%normal_force <= 0.0_wp) response = response_type(contact_open)
    end subroutine pass_centre
 
-   !> Force in excess of the strength that a contact loses by failure, over that strength.
+   !> Relative overload: (force − strength)/strength, of the strength that failure removes.
    pure real(wp) function excess(contacts, law, c, state, response, intact)
       type(contacts_type), intent(in) :: contacts     !< contacts of this step
       class(joint_law_type), intent(in) :: law        !< of the contact

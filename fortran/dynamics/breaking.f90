@@ -133,7 +133,7 @@ contains
       end do
    end subroutine release_stresses
 
-   !> Retain a fraction of the initial stress that face i left when it broke.
+   !> Reduce the initial stress that replaced face i when it broke to a fraction.
    subroutine keep_fraction(simulation, i, share)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: i                            !< broken face

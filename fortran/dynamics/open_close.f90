@@ -90,7 +90,7 @@ module dda_open_close
       integer :: overshoots = 0  !< successive short steps with sliding contacts
       logical :: shortened = .false.                  !< the last step was short
       logical, allocatable :: reversed(:)             !< [contacts] slip of the whole step reverses
-      !> residual at the last iteration of regions, N/m: repeated only if it has decreased
+      !> residual at the last call of `iterate_regions`, N/m; the next call requires a smaller one
       real(wp) :: region_residual = huge(1.0_wp)
       logical :: keeps_states = .false.  !< contacts within the tolerance retain their states
       real(wp) :: retained = 0.0_wp                   !< shear stiffness under sliding contacts
@@ -376,7 +376,7 @@ contains
          max(iteration%weight, given_force(system, contacts, laws))))
    end function tolerance_of
 
-   !> Applied forces of the step, N/m: loads and inertia of all blocks, and largest contact force.
+   !> Sum of the loads and inertia of all blocks and the largest contact force at the start, N/m.
    pure real(wp) function given_force(system, contacts, laws) result(given)
       type(system_type), intent(in) :: system  !< equations of the step
       type(contacts_type), intent(in) :: contacts  !< contacts of this step

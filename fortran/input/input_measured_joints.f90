@@ -54,7 +54,7 @@ contains
       if (any(one .and. other)) call input_error(error, group, 'block '//quoted(trim( &
          names(findloc(one .and. other, .true., 1))))//' is in both blocks and against')
       if (.not. any(other)) call input_error(error, group, &
-         'blocks selects all blocks: none is left for against')
+         '`blocks` selects all blocks, so none remains for `against`')
       new%side = merge(1, merge(2, 0, other), one)
    end subroutine read_measured_joint
 

@@ -135,7 +135,7 @@ contains
       run_duration = sum(model%stages%steps*model%stages%time_step)
    end function run_duration
 
-   !> Text of the block files and the checksums of their contents, one per line.
+   !> Text that lists each block file and the checksum of its content on a line.
    pure function block_sources(model) result(text)  ! total
       type(model_type), intent(in) :: model  !< model as read from the input
       character(len=:), allocatable :: text

@@ -370,7 +370,7 @@ class Model(Groups):
         return [self.folder / group.file for group in groups if group.file]
 
     def _files_from(self, folder: Path, prefix: str) -> dict[int, dict]:
-        """Variables of groups whose files have another name, seen from a folder."""
+        """Return the variables of groups whose files have other names relative to a folder."""
         found = {}
         for group in [*self["motion"], *self["blocks"]]:
             values = dict(group._values)

@@ -57,7 +57,7 @@ class Opening(schema.OpeningValues):
         if self.head == "arch" and self.rise > 0.5 * self.width * (1 + 1e-12):
             raise InputError(f"rise = {self.rise:g} is above half of the width")
         if self.head == "arch" and self.rise >= self.height:
-            raise InputError(f"rise = {self.rise:g} must be below its height")
+            raise InputError(f"rise = {self.rise:g} must be less than the height of the opening")
         left, bottom, right, top = self.box
         slack = _SAME * (wall.width + wall.height)
         inside = left >= wall.left - slack and right <= wall.left + wall.width + slack

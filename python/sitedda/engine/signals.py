@@ -360,7 +360,7 @@ def response_spectrum(
     if ground.size < 2:
         raise ValueError(f"acceleration must contain at least two samples, got {ground.size}")
     step = float(positive("time_step", time_step))
-    naturals = _naturals(periods, frequencies)
+    naturals = _natural_hz(periods, frequencies)
     if not np.all(naturals * step <= _FASTEST):
         raise ValueError(
             f"periods must be at least {step / _FASTEST:g} s, got {1 / naturals.max():g} s"
@@ -370,7 +370,7 @@ def response_spectrum(
     return ResponseSpectrum(naturals, *api.oscillator_peaks_of(ground, step, naturals, damping))
 
 
-def _naturals(periods: ArrayLike | None, frequencies: ArrayLike | None) -> NDArray[np.float64]:
+def _natural_hz(periods: ArrayLike | None, frequencies: ArrayLike | None) -> NDArray[np.float64]:
     """Return natural frequencies (Hz) from either periods or frequencies."""
     if (periods is None) == (frequencies is None):
         raise ValueError("give either periods or frequencies")
@@ -409,7 +409,7 @@ def spectral_acceleration(
     ValueError
         If an argument is not finite or out of range.
     """
-    longest = 1 / _naturals(periods, None).min()
+    longest = 1 / _natural_hz(periods, None).min()
     rest = np.zeros(int(np.ceil(longest / float(positive("time_step", time_step)))) + 1)
     ground = np.concatenate([_check_vector("acceleration", acceleration), rest])
     return response_spectrum(ground, time_step, periods, damping).pseudo_acceleration

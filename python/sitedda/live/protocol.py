@@ -17,7 +17,7 @@ def _is_text(value) -> bool:
     return isinstance(value, str) and len(value) <= _LONG and value.isprintable()
 
 
-def _is_whole(value) -> bool:
+def _is_integer(value) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and 0 < value < 2**31
 
 
@@ -40,18 +40,18 @@ COMMANDS = {
     "open": {"source": _is_text, "name": _is_text},
     "leave": {},
     "write": {"text": _is_long_text},
-    "set": {"group": _is_text, "number": _is_whole, "variable": _is_text, "value": _is_value},
+    "set": {"group": _is_text, "number": _is_integer, "variable": _is_text, "value": _is_value},
     "settle": {},
     "add": {"group": _is_text},
-    "take_out": {"group": _is_text, "number": _is_whole},
-    "record": {"number": _is_whole, "name": _is_text},
+    "take_out": {"group": _is_text, "number": _is_integer},
+    "record": {"number": _is_integer, "name": _is_text},
     "undo": {},
     "redo": {},
     "check": {},
     "rest": {},
     "run": {},
     "pause": {},
-    "step": {"steps": _is_whole},
+    "step": {"steps": _is_integer},
     "stop": {},
     "back": {},
     "change": {"values": _are_values},

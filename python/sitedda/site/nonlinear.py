@@ -130,16 +130,16 @@ class NonlinearResponse(SiteResponse):
 
     def _node_values(self, values: NDArray[np.float64], depth: float) -> NDArray[np.float64]:
         nodes = self.histories.interfaces
-        at = self._within(depth)
+        at = self._depth(depth)
         k = int(np.clip(np.searchsorted(nodes, at, side="right") - 1, 0, nodes.size - 2))
         share = (at - nodes[k]) / (nodes[k + 1] - nodes[k])
         return values[k] + share * (values[k + 1] - values[k])
 
     def _cells_at(self, depth: ArrayLike) -> NDArray[np.int64]:
-        found = np.searchsorted(self.histories.interfaces, self._within(depth), side="right") - 1
+        found = np.searchsorted(self.histories.interfaces, self._depth(depth), side="right") - 1
         return np.clip(found, 0, self.histories.strain.shape[0] - 1)
 
-    def _within(self, depth: ArrayLike) -> NDArray[np.float64]:
+    def _depth(self, depth: ArrayLike) -> NDArray[np.float64]:
         at = np.asarray(depth, dtype=float)
         if not np.all((at >= 0) & (at <= self.column.depth * (1 + 1e-9))):
             raise ValueError(f"depth must be in 0 … {self.column.depth:g} m, got {depth!r}")

@@ -152,7 +152,9 @@ def surface(
         [_peaks(one, step) / _peaks(felt, step) for one in series]
     )
     place = np.array([history.point_place.sel(point=name).values for name in names])
-    columns = _columns(history, scene, place, felt, step) if axis == "x" else [None] * len(names)
+    columns = [None] * len(names)
+    if axis == "x":
+        columns = _column_motions(history, scene, place, felt, step)
     return Surface(
         scene,
         names,
@@ -167,7 +169,7 @@ def surface(
     )  # fmt: skip
 
 
-def _columns(history: xr.Dataset, scene: Scene, place, felt, step: float) -> list:
+def _column_motions(history: xr.Dataset, scene: Scene, place, felt, step: float) -> list:
     """Compute accelerations of the columns below points under the reference motion, or None."""
     length, scheme = fast_length(2 * felt.size), run_scheme(history)
     bins = np.fft.rfftfreq(length, step)[:-1]

@@ -194,7 +194,8 @@ def pushover(
         If the model does not reach equilibrium under its weight.
     """
     if load not in LOADS or sense not in (1, -1):
-        raise InputError(f"load = {load!r}, sense = {sense!r}: use {', '.join(LOADS)}; 1 or -1")
+        raise InputError(f"load = {load!r} must be one of {', '.join(LOADS)}, "
+                         f"and sense = {sense!r} must be 1 or -1")  # fmt: skip
     COUNT.check("steps", steps)
     model = static_model(source, changes)
     pushed = _Pushed(model, point, load, sense, displacement, steps)

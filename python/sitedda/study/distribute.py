@@ -101,7 +101,7 @@ class _Loop:
         except Exception as trouble:
             if not isinstance(trouble, WorkerDied) and type(trouble).__name__ != "KilledWorker":
                 raise
-            return self._handle_death(key, trouble)
+            return self._retry_after_lost_worker(key, trouble)
         if found["status"] == "busy":
             self.busy.append(key)
             return None
@@ -111,7 +111,7 @@ class _Loop:
             raise OutputError(f"case {key}: {found['message']}")
         return found["status"]
 
-    def _handle_death(self, key: str, trouble: Exception) -> str | None:
+    def _retry_after_lost_worker(self, key: str, trouble: Exception) -> str | None:
         self.deaths[key] += 1
         if self.deaths[key] >= _DEATHS:
             return self._fail(key, str(trouble), "process")

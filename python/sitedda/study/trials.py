@@ -125,7 +125,8 @@ class Trials:
         """Return errors of the results by time step and penalty, and a warning."""
         from .error_bars import accuracy
 
-        errors, alone = [0.0] * len(self.names), "the error bar contains only the bracket"
+        errors = [0.0] * len(self.names)
+        alone = "the error bar includes only the width of the bracket"
         if self.task != "run" or callable(self.model):
             return errors, alone
         if not wanted:

@@ -143,7 +143,7 @@ class Cells:
                 yield end, None
 
     def _edges(self, cycle, k, near: float):
-        """Return points of edges on rays from corner k: along both sides, between them, upright."""
+        """Return where rays from corner k meet edges: along its sides, bisecting, perpendicular."""
         count = len(cycle)
         px, py = self.nodes[cycle[k]]
         before, after = (self.nodes[cycle[(k + step) % count]] for step in (-1, 1))
