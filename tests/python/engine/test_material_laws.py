@@ -64,7 +64,7 @@ def test_blocks_of_soil_stand_beside_three_analyses(tmp_path, capsys):
     low = both.strains[1][-1] / REFERENCE
     assert low == pytest.approx(5.95, abs=0.5)
     assert list(both.columns) == ["nonlinear", "equivalent-linear"]
-    assert "undamped on a rigid base" in str(both)
+    assert "without damping on a rigid base" in str(both)
     periods = [0.1, 0.2, 0.5, 1.0]
     spectra = [
         spectral_acceleration(one, 2e-3, periods) for one in (both.surface, both.column_surface)
