@@ -98,7 +98,7 @@ def test_a_joint_goes_on_after_a_checkpoint(tmp_path, same_bits, in_parts):
     [
         ({"blocks": "nothing"}, "blocks: nothing is named 'nothing'"),
         ({"blocks": "slider", "against": "s*"}, "'slider' is in both blocks and against"),
-        ({"blocks": "*"}, "none is left for against"),
+        ({"blocks": "*"}, "none remains for `against`"),
         ({"blocks": "slider", "against": "far"}, "no block of blocks touches one of against"),
     ],
 )

@@ -209,7 +209,7 @@ def test_a_study_names_nothing_that_slurm_executes_or_writes(study, main, line):
     study.write_text(f"{STUDY}\n[slurm]\n{line}\n")
     done = main("study", "plan", study)
     assert done.returncode == InputError.kind
-    words = "sitedda study plan --program" if line.startswith("program") else "on the command line of sbatch"
+    words = "sitedda study plan --program" if line.startswith("program") else "line of sbatch"
     assert words in done.stderr
     assert not (study.parent / "grid_study").exists()
 
