@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Gap, slip and assumed forces of a contact, and gradients in the coordinates q of its blocks.
+!> Gap and slip of a contact, and their gradients in the coordinates q of its blocks.
 !>
 !> Of each row nᵀT and tᵀT (T: `shape_matrix` of dda_blocks) a list stores only the entries of the
 !> rotation and of the two axial strains.  The entries of the translation are n and t = (−n₂, n₁),
@@ -10,7 +10,7 @@ module dda_contact_gradients
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    implicit none
    private
-   public :: rows_type, acting_rows, add_assumed_forces, assumed_forces, find_rows, &
+   public :: rows_type, acting_rows, add_forces, find_rows, &
       measure_contacts, measure_range, relative_motion, set_gradient, normal_row, shear_row
 
    !> Rows of a contact in the coordinates of its blocks: one for displacements, one for forces.
@@ -98,52 +98,22 @@ contains
       end do
    end subroutine measure_range
 
-   !> Measure all contacts at d, and add their assumed forces there to those of their blocks.
-   pure subroutine add_assumed_forces(contacts, d, forces)
-      type(contacts_type), intent(inout) :: contacts       !< contacts of this step
-      real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
-      real(wp), intent(inout), contiguous :: forces(:,:)  !< [6,blocks] N
-      real(wp) :: change(2), assumed(2)
-      integer :: c
-
-      do c = 1, contacts%n
-         associate (v => contacts%block_v(c), e => contacts%block_e(c))
-            change = relative_motion(contacts, c, d(:, v), d(:, e))
-            contacts%new_gap(c) = contacts%gap(c) + change(1)
-            contacts%slip(c) = change(2)
-            assumed = assumed_forces(contacts, c, change(1))
-            call add_forces(contacts%normal(:, c), contacts%gradient_v(:, c), assumed, &
-               forces(:, v))
-            call add_forces(contacts%normal(:, c), contacts%gradient_e(:, c), -assumed, &
-               forces(:, e))
-         end associate
-      end do
-   end subroutine add_assumed_forces
-
-   !> Add the forces of a contact on one block: N normal − T shear.
-   pure subroutine add_forces(normal, gradient, assumed, forces)
-      real(wp), intent(in) :: normal(2)     !< outward normal n of the edge
-      real(wp), intent(in) :: gradient(6)   !< as stored
-      real(wp), intent(in) :: assumed(2)    !< N and T, N/m
-      real(wp), intent(inout) :: forces(6)  !< of the block, N
-
-      forces = forces + (assumed(1)*normal_row(normal, gradient) &
-         - assumed(2)*shear_row(normal, gradient))
-   end subroutine add_forces
-
-   !> Normal and shear force that the solve assumed in contact c, measured at its solution, N/m.
-   pure function assumed_forces(contacts, c, opening) result(forces)
+   !> Add the forces of contact c on its blocks: N normal − T shear on that of the vertex.
+   pure subroutine add_forces(contacts, c, normal_force, shear_force, on_v, on_e)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c                     !< number of the contact
-      real(wp), intent(in) :: opening              !< change of its gap, m
-      real(wp) :: forces(2), along_rows
+      real(wp), intent(in) :: normal_force         !< N, compression, N/m
+      real(wp), intent(in) :: shear_force          !< T, resistance to slip, N/m
+      real(wp), intent(inout) :: on_v(6), on_e(6)  !< of the blocks of vertex and edge, N
 
-      along_rows = opening
-      if (contacts%with_laws) along_rows = along_rows - contacts%tilt(2, c)*contacts%slip(c)
-      forces(1) = contacts%free_force(1, c) - contacts%spring(1, c)*along_rows
-      forces(2) = contacts%free_force(2, c) + contacts%spring(2, c)*contacts%slip(c)
-      if (contacts%with_laws) forces(2) = forces(2) + contacts%tilt(2, c)*forces(1)
-   end function assumed_forces
+      associate (normal => contacts%normal(:, c), gradient_v => contacts%gradient_v(:, c), &
+         gradient_e => contacts%gradient_e(:, c))
+         on_v = on_v + (normal_force*normal_row(normal, gradient_v) &
+            - shear_force*shear_row(normal, gradient_v))
+         on_e = on_e - (normal_force*normal_row(normal, gradient_e) &
+            - shear_force*shear_row(normal, gradient_e))
+      end associate
+   end subroutine add_forces
 
    !> Changes of the gap and slip of contact c due to changes of the coordinates.
    pure function relative_motion(contacts, c, of_v, of_e) result(change)

@@ -4,14 +4,14 @@
 module dda_contact_evaluation
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
-   use dda_contact_gradients, only: assumed_forces, measure_range
+   use dda_contact_gradients, only: add_forces, measure_range
    use dda_friction, only: find_response, laws_type
    use dda_joint_contact, only: most_closings
    use dda_joint_law, only: response_type
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    implicit none
    private
-   public :: evaluate_contacts
+   public :: evaluate_contacts, add_assumed_forces, assumed_normal, assumed_shear
 
 contains
 
@@ -55,8 +55,9 @@ contains
       do c = first, last
          call find_response(contacts, laws, c, contacts%new_gap(c), &
             contacts%stretch(c) + contacts%slip(c), response)
-         contacts%force_residual(c) = maxval(abs([response%normal_force, response%shear_force] &
-            - assumed_forces(contacts, c, contacts%new_gap(c) - contacts%gap(c))))
+         contacts%force_residual(c) = max( &
+            abs(response%normal_force - assumed_normal(contacts, c)), &
+            abs(response%shear_force - assumed_shear(contacts, c)))
          residual = max(residual, contacts%force_residual(c))
          contacts%trial_state(c) = next_state(contacts, laws, response, c)
          if (contacts%with_net_slip) then
@@ -91,5 +92,40 @@ contains
       if (response%state == contact_stick .and. .not. laws%slot(contacts%joint(c))%law%flows) &
          next_state = contact_slide
    end function next_state
+
+   !> Measure all contacts at d, and add their assumed forces there to those of their blocks.
+   pure subroutine add_assumed_forces(contacts, d, forces)
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
+      real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
+      real(wp), intent(inout), contiguous :: forces(:,:)  !< [6,blocks] N
+      integer :: c
+
+      call measure_range(contacts, d, 1, contacts%n)
+      do c = 1, contacts%n
+         call add_forces(contacts, c, assumed_normal(contacts, c), assumed_shear(contacts, c), &
+            forces(:, contacts%block_v(c)), forces(:, contacts%block_e(c)))
+      end do
+   end subroutine add_assumed_forces
+
+   !> Normal force that the solve assumed in contact c, N/m.
+   pure real(wp) function assumed_normal(contacts, c)
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
+      integer, intent(in) :: c  !< number of the contact
+      real(wp) :: opening
+
+      opening = contacts%new_gap(c) - contacts%gap(c)
+      if (contacts%with_laws) opening = opening - contacts%tilt(2, c)*contacts%slip(c)
+      assumed_normal = contacts%free_force(1, c) - contacts%spring(1, c)*opening
+   end function assumed_normal
+
+   !> Shear force that the solve assumed in contact c, N/m.
+   pure real(wp) function assumed_shear(contacts, c)
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
+      integer, intent(in) :: c  !< number of the contact
+
+      assumed_shear = contacts%free_force(2, c) + contacts%spring(2, c)*contacts%slip(c)
+      if (contacts%with_laws) assumed_shear = assumed_shear &
+         + contacts%tilt(2, c)*assumed_normal(contacts, c)
+   end function assumed_shear
 
 end module dda_contact_evaluation

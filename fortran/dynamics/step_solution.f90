@@ -13,7 +13,7 @@ module dda_step_solution
    use dda_body_drift, only: subtract_contacts
    use dda_contact, only: contacts_type
    use dda_contact_assembly, only: assemble_terms
-   use dda_contact_gradients, only: add_assumed_forces
+   use dda_contact_evaluation, only: add_assumed_forces
    use dda_errors, only: error_type
    use dda_linear_solver, only: renew, solver_type, solve, solve_change, solve_kept
    use dda_rank_one, only: forget_changes

@@ -116,8 +116,12 @@ contains
 
       equations%matrix => matrix
       equations%b => b
-      if (self%exact) x = 0.0_wp
-      call equations%residual(x, self%work%r)
+      if (self%exact) then
+         x = 0.0_wp
+         self%work%r = b
+      else
+         call equations%residual(x, self%work%r)
+      end if
       call refine(self, equations, x, convergence)
    end subroutine refine_assembled
 
