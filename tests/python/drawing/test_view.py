@@ -94,6 +94,11 @@ def wait_until(page, done) -> None:
         page.wait_for_timeout(20)
 
 
+def wait_for_drawing(page) -> None:
+    """Wait until what was asked of the view before is drawn, and the frame after it has begun."""
+    page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+
 def place_in_view(page, x: float, y: float) -> list[float]:
     """Pixels of a point of the model."""
     return page.evaluate(
@@ -126,7 +131,7 @@ def test_a_report_shows_names_as_they_are_and_runs_none_of_them(pages, opened):
     text = page.inner_text("main")
     assert "&<'\"m" in text and "<b>j</b>" in text and "top<&" in text
     page.evaluate("blockViews[0].pick(1)")
-    page.wait_for_timeout(200)
+    wait_for_drawing(page)
     assert page.inner_text(".info h3") == EVIL
     assert page.complaints == []
 
@@ -149,7 +154,7 @@ def test_the_view_plays_and_a_block_is_picked_by_a_click(pages, opened, run):
     x, y = run.history.block_coordinates[-1, 2, :2].values
     x, y = place_in_view(page, float(x), float(y))
     page.mouse.click(x, y)
-    page.wait_for_timeout(300)
+    wait_for_drawing(page)
     assert page.evaluate("blockViews[0].state.picked") == "right"
     assert page.inner_text(".info h3") == "right"
     assert page.locator(".block-chart canvas").bounding_box()["width"] > 200
@@ -188,7 +193,7 @@ def test_bolts_in_the_view_are_those_of_the_output(bolted, opened, tmp_path):
             assert abs(places - other["places"]).max() <= 1e-5 * scene.size
             assert one["size"] == pytest.approx(other["force"], rel=1e-3)
     page.evaluate(f"blockViews[0].show({scene.frames - 1})")
-    page.wait_for_timeout(300)
+    wait_for_drawing(page)
     largest = max(one["force"] for one in scene.bolts(scene.frames - 1))
     assert f"bolt, largest force: {largest / 1e3:.4g} kN/m" in page.inner_text(".legend")
     assert page.complaints == []
@@ -227,7 +232,7 @@ def test_canvas_2d_draws_where_webgl_is_refused_and_says_why(run, pages, chromiu
     page.goto((pages / "view.html").as_uri())
     while not page.evaluate("blockViews[0].state.decoded"):
         time.sleep(0.05)
-    page.wait_for_timeout(200)
+    wait_for_drawing(page)
     assert page.evaluate("blockViews[0].state.renderer") == "Canvas 2D"
     assert "refuses WebGL 2" in page.inner_text(".note")
     colors = page.evaluate(
@@ -478,7 +483,7 @@ def test_axe_finds_nothing_on_report_and_view(pages, chromium, scheme):
             page.goto((pages / name).as_uri())
             wait_until_decoded(page)
             page.evaluate("(v => { v.setContacts('slip'); v.pick(1); })(blockViews[0])")
-            page.wait_for_timeout(200)
+            wait_for_drawing(page)
             page.evaluate(script)
             found = page.evaluate("axe.run().then((r) => r.violations.map((v) => v.id))")
             assert found == [], (name, width)
@@ -539,7 +544,7 @@ def test_water_in_the_view_is_that_of_the_output(opened, tmp_path):
         np.testing.assert_allclose([one["size"] for one in seen], pressure, rtol=1e-3)
     assert not full.all()
     page.evaluate(f"blockViews[0].show({scene.frames - 1})")
-    page.wait_for_timeout(300)
+    wait_for_drawing(page)
     most = pressure.max()
     assert f"water in joints, largest pressure: {most / 1e3:.4g} kPa" in page.inner_text(".legend")
     assert page.complaints == []
