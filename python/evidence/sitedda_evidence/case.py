@@ -77,13 +77,13 @@ def at_most(quantity, got, allowed, unit="") -> Row:
 
 
 def true(quantity, expected: bool, got: bool, words: str = "") -> Row:
-    """Return a row that is true or false: a model stands or slides, results are bit-identical."""
+    """Return a row that passes if a yes-or-no result is as expected."""
     wrong = float(expected != got)
     return Row(quantity, float(expected), float(got), wrong, 0.0, "yes or no", words=words)
 
 
 def reached(quantity: str, got: bool, words: str) -> Row:
-    """Return a row that must be true, with the measured result in words."""
+    """Return a row that passes if `got` is true, with the measured result in words."""
     return true(quantity, True, got, words)
 
 

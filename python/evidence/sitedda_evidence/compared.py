@@ -48,7 +48,7 @@ class Compared:
 
 
 def deviation(value: Value, reference: Value) -> float | None:
-    """Return the relative difference of a value from a number or the closer end of a range."""
+    """Return the relative difference of a value from a number or from the nearer end of a range."""
     if isinstance(value, str | tuple) or value is None or isinstance(reference, str | None):
         return None
     low, high = reference if isinstance(reference, tuple) else (reference, reference)

@@ -42,26 +42,33 @@ def row_cells(row: Row) -> list[str]:
     if row.kind == "yes or no":
         answer = {0.0: "no", 1.0: "yes"}
         expected = "" if row.words else answer[row.expected]
-        return [row.quantity, expected, row.words or answer[row.got], "", "", _judge(row)]
+        return [row.quantity, expected, row.words or answer[row.got], "", "", _verdict_text(row)]
     expected = "" if row.expected is None else number(row.expected) + unit
     if row.kind == "at most":
-        return [row.quantity, expected, small(row.got) + unit, "", _bound(row), _judge(row)]
+        return [
+            row.quantity,
+            expected,
+            small(row.got) + unit,
+            "",
+            _format_bound(row),
+            _verdict_text(row),
+        ]
     suffix = unit if row.kind == "absolute" else ""
     return [
         row.quantity,
         expected,
         number(row.got) + unit,
         small(row.error) + suffix,
-        _bound(row) + (suffix if row.allowed is not None else ""),
-        _judge(row),
+        _format_bound(row) + (suffix if row.allowed is not None else ""),
+        _verdict_text(row),
     ]
 
 
-def _bound(row: Row) -> str:
+def _format_bound(row: Row) -> str:
     return "" if row.allowed is None else small(row.allowed)
 
 
-def _judge(row: Row) -> str:
+def _verdict_text(row: Row) -> str:
     if row.allowed is None:
         return "shown"
     return "ok" if row.passed else "FAILS"
@@ -116,10 +123,10 @@ def report_page(collection: Collection, results: Iterable[Result]) -> Page:
     for result in results:
         seconds += result.seconds
         if result.outcome.compared:
-            stated += [_state_row(row) for row in result.rows]
+            stated += [_requirement_cells(row) for row in result.rows]
         else:
             judged.append(_summary_line(result))
-        page.add(result.case.title, *_chapter(result), anchor=result.case.name)
+        page.add(result.case.title, *_result_parts(result), anchor=result.case.name)
     if stated:
         summary.title, summary.anchor = "What it must reach", "requirements"
         summary.parts.append(Table(["", "requirement", "measured"], stated, markup=True))
@@ -130,7 +137,7 @@ def report_page(collection: Collection, results: Iterable[Result]) -> Page:
     return page
 
 
-def _state_row(row: Row) -> list[str]:
+def _requirement_cells(row: Row) -> list[str]:
     measured = row.words or f"{per_cent(row.error)}, allowed {per_cent(row.allowed)}"
     return ["reached" if row.passed else "not reached", row.quantity, measured]
 
@@ -143,7 +150,7 @@ def _summary_line(result: Result) -> list[str]:
     return [title, str(len(result.rows)), f"{worst:.2g}", f"{result.seconds:.1f}", verdict]
 
 
-def _chapter(result: Result) -> list[Part]:
+def _result_parts(result: Result) -> list[Part]:
     """Return the parts of a result: text, rows, comparison, pictures, tables and notes."""
     case, outcome = result.case, result.outcome
     texts = [case.formula, *outcome.text]

@@ -153,9 +153,9 @@ def test_probability_where_modes_cross():
     """ln p has kinks there, and no local curvature: the evidence is that of draws of the prior."""
     from sitedda.calibration.measured import Observations
     from sitedda.calibration.posterior import Posterior
-    from sitedda_evidence.validation.calibrated import _column
+    from sitedda_evidence.validation.calibrated import _random_column
 
-    model, modes, priors, _ = _column(124, (1, 4), (2, 5))
+    model, modes, priors, _ = _random_column(124, (1, 4), (2, 5))
     found = calibrate(model, modes, priors, discrepancy=0.0)
     mean, spread = np.log(list(priors.values())).mean(1), np.log(3) / 1.6449
     family = family_of(model, dict(zip(priors, np.exp(mean), strict=True)))

@@ -70,7 +70,7 @@ _TURN_ON = {1e-3: 6.0, 1e-2: 2.0}  # s of gravity before the load
 def tasks(quick: bool = False) -> list[Task]:
     """Return the runs of the study; `quick` omits those not needed for the requirements."""
     todo = [
-        Task(("gravity", step, k), _settle, {"k": k, "step": step}, 0.4e-3 / step)
+        Task(("gravity", step, k), _simulate_settling, {"k": k, "step": step}, 0.4e-3 / step)
         for step, printed in _TABLE_IV.items()
         for k in printed
     ]
@@ -84,18 +84,21 @@ def tasks(quick: bool = False) -> list[Task]:
             for k in _TABLE_V
         }
         todo += [
-            Task(("uneven", step, size, rules), _uneven_columns,
+            Task(("uneven", step, size, rules), _count_collapses,
                  {"step": step, "size": size, "rules": rules}, 5e-3 / step)
             for step in _STEPS
             for size in _UNEVEN
             for rules in ("original", "consistent")
         ]  # fmt: skip
         todo += [
-            Task(("rules", 1e-3, k), _vibrate,
+            Task(("rules", 1e-3, k), _simulate_free_vibration,
                  {"case": ("static", 1e-3, k, _USUAL["static"]), "rules": "original"}, 0.4)
             for k in _TABLE_V
         ]  # fmt: skip
-    return todo + [Task(case, _vibrate, {"case": case}, 0.4e-3 / case[1]) for case in sorted(cases)]
+    return todo + [
+        Task(case, _simulate_free_vibration, {"case": case}, 0.4e-3 / case[1])
+        for case in sorted(cases)
+    ]
 
 
 # ---------------------------------------------------------------------------------------------
@@ -103,8 +106,8 @@ def tasks(quick: bool = False) -> list[Task]:
 # ---------------------------------------------------------------------------------------------
 
 
-def _settle(k: float, step: float) -> dict:
-    """Apply gravity; return when the top drum has settled, and its final position."""
+def _simulate_settling(k: float, step: float) -> dict:
+    """Apply gravity; return the settling time of the top drum and its final position."""
     history = run(
         input_file(_INPUT),
         time_step=step,
@@ -115,16 +118,18 @@ def _settle(k: float, step: float) -> dict:
     motion = history.displacement.sel(point="top").values
     time = history.time.values
     return {
-        "settled": _settled_at(time, motion[:, 1]),
-        "loosely": _settled_at(time, motion[:, 1], _LOOSE),
+        "settled": _settling_time(time, motion[:, 1]),
+        "loosely": _settling_time(time, motion[:, 1], _LOOSE),
         "sideways": float(abs(motion[:, 0]).max()),
         "time": time[:: max(1, int(1e-2 / step))],
         "sag": motion[:: max(1, int(1e-2 / step)), 1],
     }
 
 
-def _settled_at(time: np.ndarray, sag: np.ndarray, tolerance: float = _TOLERANCE) -> float | None:
-    """Return when a history stays within a tolerance of its final mean; None if never."""
+def _settling_time(
+    time: np.ndarray, sag: np.ndarray, tolerance: float = _TOLERANCE
+) -> float | None:
+    """Return from when a history stays within a tolerance of its final mean; None if never."""
     late = time > 0.9 * time[-1]
     rest = sag[late].mean()
     outside = np.flatnonzero(abs(sag - rest) > tolerance * abs(rest))
@@ -132,18 +137,18 @@ def _settled_at(time: np.ndarray, sag: np.ndarray, tolerance: float = _TOLERANCE
     return None if last >= np.flatnonzero(late)[0] else float(time[last])
 
 
-def _uneven_columns(step: float, size: float, rules: str) -> list[int]:
-    """Return the number of uneven columns that collapse under gravity, for each penalty."""
+def _count_collapses(step: float, size: float, rules: str) -> list[int]:
+    """Return, per penalty, how many columns with uneven drums collapse under gravity."""
     return [
         sum(_has_fallen(k, step, size, rules, seed) for seed in _SEEDS) for k in _UNEVEN_PENALTIES
     ]
 
 
 def _has_fallen(k: float, step: float, size: float, rules: str, seed: int) -> bool:
-    """Return whether the top drum leaves its place or a contact never closes."""
+    """Return whether the top drum falls or a contact never closes."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / _INPUT
-        file.write_text(_uneven_input(size, seed))
+        file.write_text(_uneven_drums_input(size, seed))
         try:
             with Simulation(
                 file,
@@ -163,8 +168,8 @@ def _has_fallen(k: float, step: float, size: float, rules: str, seed: int) -> bo
     return False
 
 
-def _uneven_input(size: float, seed: int) -> str:
-    """Return the input with drums whose bases are slightly uneven."""
+def _uneven_drums_input(size: float, seed: int) -> str:
+    """Return the input of a column of drums whose bases are slightly uneven."""
     random = np.random.default_rng(seed)
     lines = []
     for line in input_file(_INPUT).read_text().splitlines():
@@ -181,7 +186,7 @@ def _uneven_input(size: float, seed: int) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _vibrate(case: tuple, rules: str = "consistent") -> dict:
+def _simulate_free_vibration(case: tuple, rules: str = "consistent") -> dict:
     """Return the free vibration of the top after an impulse at the foot or a push at the top."""
     kind, step, k, load = case
     start = _TURN_ON[step]
@@ -221,7 +226,7 @@ def _vibrate(case: tuple, rules: str = "consistent") -> dict:
 
 
 @cache
-def _model(k: float, drums: tuple[float, float, float] | None = None) -> DiscreteModel:
+def _closed_column(k: float, drums: tuple[float, float, float] | None = None) -> DiscreteModel:
     """Return the column with all joints closed; `drums`: widths at foot and top, height, m."""
     changes = {"contact": {"normal_stiffness": k}}
     if drums is not None:
@@ -237,7 +242,7 @@ def _leaning_frequency(k: float) -> float:
     Each drum sinks by (Δu)²/2h where the column leans by Δu over a height h; in the mode φ the
     weight above takes g Σ m (Δu)²/h from ω² (Rayleigh).
     """
-    model = _model(k)
+    model = _closed_column(k)
     shape = model.mode(0)
     sideways = np.concatenate([[0.0], shape[6::6]])
     heights = np.concatenate([[0.5], np.ones(_DRUMS - 1)]) * _HEIGHT
@@ -247,39 +252,40 @@ def _leaning_frequency(k: float) -> float:
     return float(np.sqrt(model.omega[0] ** 2 - lost) / (2 * np.pi))
 
 
-def _theory_settled(k: float, step: float) -> float | None:
-    """Apply the settling criterion to the linear column under sudden gravity."""
-    model = _model(k)
+def _theoretical_settling_time(k: float, step: float) -> float | None:
+    """Return the settling time of the linear column under sudden gravity; None if never."""
+    model = _closed_column(k)
     weight = -_GRAVITY * model.mass[:, 1::6].sum(1)
     steps = round(_GRAVITY_TIME / step)
     sag = model.loaded(model.row("top", 1), weight, np.ones(steps), step)
-    return _settled_at(step * np.arange(1, steps + 1), sag)
+    return _settling_time(step * np.arange(1, steps + 1), sag)
 
 
-def _best_height(widths: tuple[float, float]) -> float:
-    """Return the height of drums that fits the low end of table V best, m."""
-    wanted = np.mean([np.log(np.mean(_all_printed(k)) / np.sqrt(k)) for k in _LOW])
+def _best_drum_height(widths: tuple[float, float]) -> float:
+    """Return the drum height that best reproduces the low end of table V, m."""
+    wanted = np.mean([np.log(np.mean(_printed_frequencies(k)) / np.sqrt(k)) for k in _LOW])
 
     def miss(height: float) -> float:
-        model = _model(_LOW[0], (*widths, height))
+        model = _closed_column(_LOW[0], (*widths, height))
         return (np.log(model.frequencies[0] / np.sqrt(_LOW[0])) - wanted) ** 2
 
     return float(minimize_scalar(miss, bounds=(0.2, 0.5), method="bounded").x)
 
 
-def _all_printed(k: float) -> tuple[float, ...]:
-    """Return all ends of the ranges of table V at a penalty, Hz."""
+def _printed_frequencies(k: float) -> tuple[float, ...]:
+    """Return both ends of each range of table V at a penalty, Hz."""
     return tuple(value for printed in _TABLE_V[k].values() for value in printed)
 
 
 def _printed(k: float) -> tuple[float, float]:
-    return min(_all_printed(k)), max(_all_printed(k))
+    """Return the range of table V at a penalty, Hz."""
+    return min(_printed_frequencies(k)), max(_printed_frequencies(k))
 
 
-def _series_fit() -> tuple[float, float]:
+def _fit_springs_in_series() -> tuple[float, float]:
     """Fit 1/f² = 1/(a²k) + 1/f∞² to table V; return f at k = 1e8 without f∞, and f∞, Hz."""
     penalties = np.array(list(_TABLE_V))
-    squares = np.array([np.mean(_all_printed(k)) for k in penalties]) ** -2.0
+    squares = np.array([np.mean(_printed_frequencies(k)) for k in penalties]) ** -2.0
     weights = 1 / squares
     matrix = np.stack([1e8 / penalties, np.ones_like(penalties)], axis=1)
     soft, stiff = np.linalg.lstsq(matrix * weights[:, None], squares * weights, rcond=None)[0]
@@ -297,12 +303,12 @@ def _series_fit() -> tuple[float, float]:
 def avdat(found: dict) -> Outcome:
     """Compose rows, requirements, tables and pictures from the runs."""
     done = Outcome(text=_describe_study())
-    _drum_table(done)
-    _gravity_table(done, found)
-    _uneven_table(done, found)
-    _frequency_rows(done, found)
-    _load_table(done, found)
-    _high_end(done, found)
+    _add_drum_table(done)
+    _add_gravity_table(done, found)
+    _add_uneven_table(done, found)
+    _add_frequency_rows(done, found)
+    _add_load_table(done, found)
+    _explain_high_end(done, found)
     done.pictures = _make_pictures(found)
     return done
 
@@ -319,7 +325,7 @@ def _describe_study() -> list[str]:
     ]
 
 
-def _drum_table(done: Outcome) -> None:
+def _add_drum_table(done: Outcome) -> None:
     """Tabulate sets of drums within the printed bounds that fit the low end of table V."""
     sets = {
         "uniform 0.6 m": (0.6, 0.6),
@@ -331,8 +337,8 @@ def _drum_table(done: Outcome) -> None:
     }
     cells = []
     for name, drums in sets.items():
-        drums = drums if len(drums) == 3 else (*drums, _best_height(drums))
-        values = [_model(k, drums).frequencies[0] for k in _TABLE_V]
+        drums = drums if len(drums) == 3 else (*drums, _best_drum_height(drums))
+        values = [_closed_column(k, drums).frequencies[0] for k in _TABLE_V]
         shown = [f"{drums[2]:.3f}", *(f"{v:.2f}" for v in values)]
         off = [deviation(float(v), _printed(k)) for v, k in zip(values, _TABLE_V, strict=True)]
         cells.append([name, *shown, per_cent(max(off, key=abs), sign=True)])
@@ -344,13 +350,13 @@ def _drum_table(done: Outcome) -> None:
     )
 
 
-def _gravity_table(done: Outcome, found: dict) -> None:
+def _add_gravity_table(done: Outcome, found: dict) -> None:
     """Compare the results with table IV."""
     cells, wrong, late = [], [], []
     for step, printed in _TABLE_IV.items():
         for k, paper in printed.items():
             result = found[("gravity", step, k)]
-            settled, theory = result["settled"], _theory_settled(k, step)
+            settled, theory = result["settled"], _theoretical_settling_time(k, step)
             agrees = (settled is None) == isinstance(paper, str)
             if not agrees:
                 wrong.append((k, step))
@@ -359,7 +365,7 @@ def _gravity_table(done: Outcome, found: dict) -> None:
             cells.append(
                 [
                     f"{step:g}", f"{k:.0e}",
-                    paper if isinstance(paper, str) else show(_pick_single(paper)),
+                    paper if isinstance(paper, str) else show(_single_or_range(paper)),
                     *("not in 15 s" if t is None else f"{t:.3g}" for t in (theory, settled)),
                     f"{100 * result['sideways']:.1e}",
                     "yes" if agrees else "no",
@@ -390,15 +396,15 @@ def _gravity_table(done: Outcome, found: dict) -> None:
         + show(100 * max(found[("gravity", *c)]["sideways"] for c in settled_in_paper), 2)
         + " cm",
     )
-    _gravity_notes(done, found, wrong)
+    _add_gravity_notes(done, found, wrong)
 
 
-def _pick_single(paper: tuple) -> float | tuple:
+def _single_or_range(paper: tuple) -> float | tuple:
     return paper[0] if paper[0] == paper[1] else paper
 
 
-def _uneven_table(done: Outcome, found: dict) -> None:
-    """Tabulate the results of the original rules for imperfect columns."""
+def _add_uneven_table(done: Outcome, found: dict) -> None:
+    """Tabulate how many uneven columns collapse with the original rules."""
     if ("uneven", _STEPS[0], _UNEVEN[0], "original") not in found:
         return
     cells = [
@@ -426,8 +432,8 @@ def _uneven_table(done: Outcome, found: dict) -> None:
     )
 
 
-def _gravity_notes(done: Outcome, found: dict, wrong: list) -> None:
-    """Explain why verdicts and times differ."""
+def _add_gravity_notes(done: Outcome, found: dict, wrong: list) -> None:
+    """Add notes on why verdicts and settling times differ from table IV."""
     names = ", ".join(f"{k:.0e} at {step:g} s" for k, step in wrong)
     band = _DEAD_BAND * (_DRUMS * _HEIGHT + 1.0) / 2
     sag = -found[("gravity", 1e-3, 5e9)]["sag"][-1]
@@ -466,7 +472,7 @@ def _gravity_notes(done: Outcome, found: dict, wrong: list) -> None:
     ]
 
 
-def _frequency_rows(done: Outcome, found: dict) -> None:
+def _add_frequency_rows(done: Outcome, found: dict) -> None:
     """Compare the results with table V."""
     worst, trend = 0.0, []
     for k in _TABLE_V:
@@ -481,11 +487,11 @@ def _frequency_rows(done: Outcome, found: dict) -> None:
             done.compare(
                 f"dominant frequency at k = {k:.0e} N/m, {kind} load (Hz)",
                 "Table V",
-                _pick_single(paper),
+                _single_or_range(paper),
                 theory,
                 fine,
                 f"Δt = 1 ms; {coarse:.3f} at 10 ms (theory of the scheme {expected:.3f});"
-                f" without the weight {_model(k).frequencies[0]:.3f}",
+                f" without the weight {_closed_column(k).frequencies[0]:.3f}",
             )
     done.notes.append(
         "Table V, low end: the height of the drums was chosen to meet it, so that its agreement"
@@ -505,18 +511,18 @@ def _frequency_rows(done: Outcome, found: dict) -> None:
     )
     done.require(
         "Table V: static and dynamic load give one frequency",
-        max(_spread_of(found, k) for k in _TABLE_V) < 0.005,
-        f"they differ by {per_cent(max(_spread_of(found, k) for k in _TABLE_V))} at most",
+        max(_relative_spread(found, k) for k in _TABLE_V) < 0.005,
+        f"they differ by {per_cent(max(_relative_spread(found, k) for k in _TABLE_V))} at most",
     )
 
 
-def _spread_of(found: dict, k: float) -> float:
+def _relative_spread(found: dict, k: float) -> float:
     both = [found[(kind, 1e-3, k, _USUAL[kind])]["frequency"] for kind in _USUAL]
     return float(np.ptp(both) / np.mean(both))
 
 
-def _load_table(done: Outcome, found: dict) -> None:
-    """Tabulate the sensitivity to the load over the printed ranges."""
+def _add_load_table(done: Outcome, found: dict) -> None:
+    """Tabulate the frequencies over the printed ranges of the load."""
     cells = []
     for kind, loads in _LOADS.items():
         for step in _STEPS:
@@ -537,9 +543,9 @@ def _load_table(done: Outcome, found: dict) -> None:
     )  # fmt: skip
 
 
-def _high_end(done: Outcome, found: dict) -> None:
-    """Explain whether the high-k end can be reached, and by which effect."""
-    soft, stiff = _series_fit()
+def _explain_high_end(done: Outcome, found: dict) -> None:
+    """Add notes on whether a column can reach the high end of table V."""
+    soft, stiff = _fit_springs_in_series()
     length = 5.0
     beam = 0.5596 * np.sqrt(_YOUNG * _WIDTH**2 / 12 / (_DENSITY * length**4))
     shear = np.sqrt(_YOUNG / 2 / (1 + _POISSON) / _DENSITY) / (4 * _DRUMS * _HEIGHT)
@@ -610,7 +616,7 @@ def _make_pictures(found: dict) -> list[Picture]:
 def _draw_gravity(drawing, found) -> None:
     with small_axes(drawing, 1, 2, size=(8.0, 3.6), sharey=True) as axes:
         for axis, (step, printed) in zip(axes, _TABLE_IV.items(), strict=True):
-            theory = {k: _theory_settled(k, step) for k in printed}
+            theory = {k: _theoretical_settling_time(k, step) for k in printed}
             theory = {k: t for k, t in theory.items() if t}
             axis.loglog(list(theory), list(theory.values()), color=RED, lw=1, label="theory")
             ours = {k: found[("gravity", step, k)]["settled"] for k in printed}
@@ -628,7 +634,7 @@ def _draw_gravity(drawing, found) -> None:
         axes[0].legend(loc="lower left")
 
 
-def _draw_bands(axis, along: str) -> None:
+def _shade_measured_bands(axis, along: str) -> None:
     for low, high in _FIELD:
         span = axis.axhspan if along == "x" else axis.axvspan
         span(low, high, color=FIELD, alpha=0.22, lw=0)
@@ -636,7 +642,7 @@ def _draw_bands(axis, along: str) -> None:
 
 def _draw_frequencies(drawing, found) -> None:
     with small_axes(drawing, size=(6.4, 3.9)) as axis:
-        _draw_bands(axis, "x")
+        _shade_measured_bands(axis, "x")
         line = np.geomspace(0.9e8, 1.15e9, 12)
         axis.plot(line, [_leaning_frequency(k) for k in line], color=RED, lw=1, label="theory")
         for step, mark in zip(_STEPS, ("o", "s"), strict=True):
@@ -647,7 +653,7 @@ def _draw_frequencies(drawing, found) -> None:
         for k in _TABLE_V:
             axis.plot([k, k], _printed(k), "_-", color=INK, ms=12, lw=2)
         axis.plot([], [], "_-", color=INK, ms=12, lw=2, label="paper")
-        soft, stiff = _series_fit()
+        soft, stiff = _fit_springs_in_series()
         axis.plot(line, (1e8 / line / soft**2 + stiff**-2) ** -0.5, ":", color=INK, lw=1,
                   label=f"with a compliance of {stiff:.1f} Hz in series")  # fmt: skip
         axis.set_xscale("log")
@@ -673,7 +679,7 @@ def _draw_response(drawing, found) -> None:
                           lw=0.8)  # fmt: skip
             name = f"{kind}, {_USUAL[kind] / 1e3:g} kN " + ("1 s" if kind == "static" else "1 ms")
             response.set(ylabel="u of the top (mm)", title=name, xlim=(-0.5, 5))
-            _draw_bands(spectrum, "y")
+            _shade_measured_bands(spectrum, "y")
             frequency, size = _compute_spectrum(result, 1e-3, velocity=True)
             low = (frequency > 1) & (frequency < 10)
             spectrum.plot(frequency[low], size[low] / size[low].max(), color=BLUE)
@@ -684,7 +690,7 @@ def _draw_response(drawing, found) -> None:
 
 def _draw_spectra(drawing, found) -> None:
     with small_axes(drawing, size=(6.6, 3.6)) as axis:
-        _draw_bands(axis, "y")
+        _shade_measured_bands(axis, "y")
         for k, color in zip(_TABLE_V, COLORS, strict=False):
             result = found[("static", 1e-3, k, _USUAL["static"])]
             frequency, size = _compute_spectrum(result, 1e-3)

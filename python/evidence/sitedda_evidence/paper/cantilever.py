@@ -76,8 +76,10 @@ def kinetic_damping_roots(omega: float, time_step: float, factor: float) -> np.n
     return np.roots([inertia + square, square * factor - inertia * (1 + factor), inertia * factor])
 
 
-def _theory_tip(model: DiscreteModel, time: np.ndarray, step: float, factor: float = 1.0):
-    """Compute the tip displacement of the linear model under the impulse step by step."""
+def _linear_tip_displacement(
+    model: DiscreteModel, time: np.ndarray, step: float, factor: float = 1.0
+):
+    """Compute step by step the tip displacement of the linear model under the impulse."""
     steps = round(time[-1] / step)
     force = np.interp(step * np.arange(1, steps + 1), [0.0, 0.01, 0.02], [0.0, -1e4, 0.0])
     row = model.row(model.loads[0], axis=1)
@@ -85,7 +87,7 @@ def _theory_tip(model: DiscreteModel, time: np.ndarray, step: float, factor: flo
     return tip[np.rint(time / step).astype(int)]
 
 
-def _decay(result: dict, model: DiscreteModel):
+def _measure_decrement(result: dict, model: DiscreteModel):
     """Return the decrement of the free vibration after the impulse."""
     free = result["time"] > _END_OF_LOAD
     first, second = model.frequencies[:2]
@@ -99,10 +101,10 @@ def cantilever(found: dict) -> Outcome:
     """Compose rows, requirements and pictures from the runs."""
     done = Outcome(text=_describe_study())
     found[("penalty", 40)] = found[("step", 1e-5)]
-    worst = _damping_rows(done, found)
-    _kinetic_row(done, found)
-    worst = max(worst, _penalty_rows(done, found))
-    _sensitivity_rows(done, found)
+    worst = _add_damping_rows(done, found)
+    _add_kinetic_row(done, found)
+    worst = max(worst, _add_penalty_rows(done, found))
+    _add_sensitivity_rows(done, found)
     done.require(
         "Damping from decaying vibration within 1 % of the closed form in every case"
         f" ({len(_STEPS) + len(_PENALTIES)} cases)",
@@ -140,13 +142,13 @@ def _shear_frequency() -> float:
     return np.sqrt(_YOUNG / 2.5 / 2643.0) / 40.0
 
 
-def _damping_rows(done: Outcome, found: dict) -> float:
+def _add_damping_rows(done: Outcome, found: dict) -> float:
     """Compare the two time steps with figure 5."""
     model = _make_model()
     omega = model.omega[0]
     worst = 0.0
     for step in _STEPS:
-        decay = _decay(found[("step", step)], model)
+        decay = _measure_decrement(found[("step", step)], model)
         free = Scheme().vibration(omega / 2 / np.pi, step)
         theory = float(free.damping)
         worst = max(worst, abs(decay.damping_exact / theory - 1))
@@ -184,7 +186,7 @@ def _damping_rows(done: Outcome, found: dict) -> float:
     return worst
 
 
-def _kinetic_row(done: Outcome, found: dict) -> None:
+def _add_kinetic_row(done: Outcome, found: dict) -> None:
     """Compare 1 % kinetic damping at 1e-5 s with figure 4."""
     result, full = found[("kinetic", 0.99)], found[("step", 1e-5)]
     roots = kinetic_damping_roots(_make_model().omega[0], 1e-5, 0.99)
@@ -208,35 +210,37 @@ def _kinetic_row(done: Outcome, found: dict) -> None:
         "largest displacement, 1 % kinetic damping over full dynamic",
         "Fig. 4",
         None,
-        _ratio_of_largest_theory(),
+        _theoretical_peak_ratio(),
         float(abs(result["tip"]).max() / abs(full["tip"]).max()),
         "linear model marched step by step",
         4,
     )
 
 
-def _ratio_of_largest_theory() -> float:
+def _theoretical_peak_ratio() -> float:
     time = np.arange(5001) * _SAMPLING
-    damped, full = (_theory_tip(_make_model(), time, 1e-5, factor) for factor in (0.99, 1.0))
+    damped, full = (
+        _linear_tip_displacement(_make_model(), time, 1e-5, factor) for factor in (0.99, 1.0)
+    )
     return float(abs(damped).max() / abs(full).max())
 
 
-def _penalty_rows(done: Outcome, found: dict) -> float:
-    """Compare frequency, damping and largest displacement over the penalty with figure 6."""
+def _add_penalty_rows(done: Outcome, found: dict) -> float:
+    """Compare frequency, damping and largest displacement for several penalties with figure 6."""
     worst = 0.0
     for factor in _PENALTIES:
         model, result = _make_model(factor), found[("penalty", factor)]
-        omega, decay = model.omega[0], _decay(result, model)
+        omega, decay = model.omega[0], _measure_decrement(result, model)
         theory = float(Scheme().vibration(omega / 2 / np.pi, 1e-5).damping)
         worst = max(worst, abs(decay.damping_exact / theory - 1))
-        tip = _theory_tip(model, result["time"], 1e-5)
+        tip = _linear_tip_displacement(model, result["time"], 1e-5)
         place = "Fig. 6"
         done.compare(f"frequency at k = {factor} E (Hz)", place, None, float(omega / 2 / np.pi),
             decay.frequency, "discrete theory K x = ω² M x", 5)  # fmt: skip
         done.compare(f"damping ratio at k = {factor} E", place, None, theory, decay.damping_exact)
         done.compare(f"largest displacement at k = {factor} E (mm)", place, None,
             1e3 * float(abs(tip).max()), 1e3 * float(abs(result["tip"]).max()))  # fmt: skip
-    first, last = (_decay(found[("penalty", f)], _make_model(f)) for f in (1, 100))
+    first, last = (_measure_decrement(found[("penalty", f)], _make_model(f)) for f in (1, 100))
     rise = last.damping_exact / last.frequency / (first.damping_exact / first.frequency)
     done.compare(
         "damping ratio per hertz, k = 100 E over k = E",
@@ -256,7 +260,7 @@ def _penalty_rows(done: Outcome, found: dict) -> float:
     return worst
 
 
-def _sensitivity_rows(done: Outcome, found: dict) -> None:
+def _add_sensitivity_rows(done: Outcome, found: dict) -> None:
     forces = [force for kind, force in found if kind == "force"]
     if forces:
         compliance = [abs(found[("force", f)]["tip"]).max() / f for f in forces]
@@ -332,7 +336,7 @@ def _draw_steps(drawing, found) -> None:
 
 
 def _draw_penalty(drawing, found) -> None:
-    decays = [_decay(found[("penalty", f)], _make_model(f)) for f in _PENALTIES]
+    decays = [_measure_decrement(found[("penalty", f)], _make_model(f)) for f in _PENALTIES]
     lines = np.geomspace(1, 100, 30)
     omegas = np.array([_make_model(float(k)).omega[0] for k in lines])
     with small_axes(drawing, 1, 3, size=(8.4, 3.0)) as (low, middle, high):

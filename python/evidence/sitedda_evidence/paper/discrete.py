@@ -69,26 +69,26 @@ class DiscreteModel:
             polygons = [np.array(polygon) for polygon in simulation.polygons]
             contacts = simulation.contacts
             names = simulation.block_names
-        moments = [_moments(polygon) for polygon in polygons]
+        moments = [_area_moments(polygon) for polygon in polygons]
         centroids = np.array([m[1] for m in moments])
         n = len(polygons)
         mass, stiffness = np.zeros((6 * n, 6 * n)), np.zeros((6 * n, 6 * n))
-        for b, material in enumerate(_materials(parsed, n)):
+        for b, material in enumerate(_block_materials(parsed, n)):
             here = slice(6 * b, 6 * b + 6)
-            mass[here, here] = _mass(material, *moments[b])
-            stiffness[here, here] += _elastic(material, moments[b][0])
-        shape = partial(_shape, centroids)
+            mass[here, here] = _mass_matrix(material, *moments[b])
+            stiffness[here, here] += _strain_stiffness(material, moments[b][0])
+        shape = partial(_shape_matrix, centroids)
         normal = parsed["contact"][0]["normal_stiffness"]
         shear = normal / parsed["contact"][0].get("shear_ratio", 2.5)
         _add_contacts(stiffness, polygons, contacts, shape, (normal, shear))
         ratio = parsed["contact"][0].get("fixed_point_ratio", 100.0)
-        supports, axes = _supports(parsed, polygons, names, shape)
+        supports, axes = _support_rows(parsed, polygons, names, shape)
         points = {
-            group["name"]: (_block_of(group, polygons, names), (group["x"], group["y"]))
+            group["name"]: (_block_at_point(group, polygons, names), (group["x"], group["y"]))
             for group in parsed.get("measured_point", [])
         }
         loads = [
-            (_block_of(group, polygons, names), (group["x"], group["y"]))
+            (_block_at_point(group, polygons, names), (group["x"], group["y"]))
             for group in parsed.get("load", [])
         ]
         scheme = Scheme.of_control(parsed["control"][0])
@@ -100,18 +100,18 @@ class DiscreteModel:
         """Return K with the springs of the supports, shape (6n, 6n)."""
         return self.elastic + self.support_stiffness * self.supports.T @ self.supports
 
-    def _dashpot(self, time_step: float) -> float:
-        """Return the dashpot of each support on the velocity at the end of the step, N s/m."""
+    def _support_dashpot(self, time_step: float) -> float:
+        """Return the dashpot of each support for the velocity at the end of a step, N s/m."""
         return (1 - self.scheme.chi) * self.support_stiffness * time_step
 
-    def _pushed(self, axis: int) -> np.ndarray:
+    def _sum_support_rows(self, axis: int) -> np.ndarray:
         """Return the sum of the support rows along an axis, shape (6n,)."""
         return self.supports[self.support_axes == axis].sum(0)
 
     def row(self, place, axis: int = 0) -> np.ndarray:
         """Return the row of the displacement of a point, by name or (block, place), on an axis."""
         block, where = self.points[place] if isinstance(place, str) else place
-        return _shape(self.centroids, block, where)[axis]
+        return _shape_matrix(self.centroids, block, where)[axis]
 
     @cached_property
     def _solve_modes(self) -> tuple[np.ndarray, np.ndarray]:
@@ -120,16 +120,16 @@ class DiscreteModel:
 
     @property
     def omega(self) -> np.ndarray:
-        """Undamped angular frequencies, ascending, rad/s."""
+        """Return the undamped angular frequencies, ascending, rad/s."""
         return self._solve_modes[0]
 
     @property
     def frequencies(self) -> np.ndarray:
-        """Undamped frequencies, ascending, Hz."""
+        """Return the undamped frequencies, ascending, Hz."""
         return self.omega / (2 * np.pi)
 
     def mode(self, number: int) -> np.ndarray:
-        """Mass-normalised shape of a mode, shape (6n,)."""
+        """Return the mass-normalised shape of a mode, shape (6n,)."""
         return self._solve_modes[1][:, number]
 
     def share(self, axis: int) -> np.ndarray:
@@ -164,11 +164,11 @@ class DiscreteModel:
         factors = self.scheme.steady(frequency, time_step)
         spring = (
             self.support_stiffness * factors.end_stiffness
-            + self._dashpot(time_step) * factors.end_dashpot
+            + self._support_dashpot(time_step) * factors.end_dashpot
         )
         held = self.supports.T @ self.supports
         if loading == "displacement":
-            force = spring[:, None] * self._pushed(0)
+            force = spring[:, None] * self._sum_support_rows(0)
         else:
             unit = np.zeros(len(self.mass))
             unit[0::6] = 1.0
@@ -207,7 +207,7 @@ class DiscreteModel:
         -------
         ndarray, shape (steps,)
         """
-        return self._march(row, force, series, np.zeros(len(self.mass)), time_step, factor)
+        return self._step_modes(row, force, series, np.zeros(len(self.mass)), time_step, factor)
 
     def shaken(self, row: np.ndarray, motion, rate, time_step: float) -> np.ndarray:
         """Return the displacement after each step when all fixed points move along x.
@@ -225,25 +225,31 @@ class DiscreteModel:
         -------
         ndarray, shape (steps,)
         """
-        chi, dashpot = self.scheme.chi, self._dashpot(time_step)
+        chi, dashpot = self.scheme.chi, self._support_dashpot(time_step)
         motion, rate = np.array(motion, dtype=float), np.array(rate, dtype=float)
         if chi > 0.5:  # the velocity of supports follows from their displacement, as that of blocks
             for n, moved in enumerate(np.diff(motion)):
                 rate[n + 1] = moved / (chi * time_step) - (1 / chi - 1) * rate[n]
-        push = self._pushed(0)
+        push = self._sum_support_rows(0)
         # the supports have the initial velocity from the first step on
         weight = (1 - chi) * dashpot * time_step
         moving = np.linalg.solve(
             self.mass + weight * self.supports.T @ self.supports, weight * rate[0] * push
         )
         series = self.support_stiffness * motion[1:] + dashpot * rate[1:]
-        return self._march(row, push, series, moving, time_step, 1.0)
+        return self._step_modes(row, push, series, moving, time_step, 1.0)
 
-    def _march(self, row, force, series, velocity, time_step: float, factor: float) -> np.ndarray:
-        """Compute steps in modal coordinates, in which M and K are diagonal."""
+    def _step_modes(
+        self, row, force, series, velocity, time_step: float, factor: float
+    ) -> np.ndarray:
+        """Compute the steps in modal coordinates, in which M and K are diagonal."""
         square, shapes = self.omega**2, self._solve_modes[1]
         theta, chi = self.scheme.theta, self.scheme.chi
-        rows, k, c = self.supports @ shapes, self.support_stiffness, self._dashpot(time_step)
+        rows, k, c = (
+            self.supports @ shapes,
+            self.support_stiffness,
+            self._support_dashpot(time_step),
+        )
         momentum, back = 1 / (chi * time_step), (1 / chi - 1) * factor
         flexibility = 1 / (momentum / time_step + theta * square)
         # K - k RᵀR acts at θ, the spring k and the dashpot c at the end
@@ -264,15 +270,15 @@ class DiscreteModel:
         return result
 
 
-def _shape(centroids: np.ndarray, block: int, place) -> np.ndarray:
-    """The shape matrix T of eq. 4 of the paper in the unknowns of all blocks."""
+def _shape_matrix(centroids: np.ndarray, block: int, place) -> np.ndarray:
+    """Return the matrix T of eq. 4 of the paper for a point, in the unknowns of all blocks."""
     x, y = np.asarray(place) - centroids[block]
     rows = np.zeros((2, 6 * len(centroids)))
     rows[:, 6 * block : 6 * block + 6] = [[1, 0, -y, x, 0, y / 2], [0, 1, x, 0, y, x / 2]]
     return rows
 
 
-def _materials(parsed, count: int) -> list:
+def _block_materials(parsed, count: int) -> list:
     """Return the material of each block, in the order of the groups."""
     materials = parsed.get("material", [])
     if len(materials) == 1:
@@ -287,7 +293,7 @@ def _materials(parsed, count: int) -> list:
     ]
 
 
-def _moments(polygon: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+def _area_moments(polygon: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
     """Return area, centroid and ∫(r - c)(r - c)ᵀ of a polygon, by triangles."""
     origin = polygon[0]
     a, b = polygon[1:-1] - origin, polygon[2:] - origin
@@ -300,7 +306,7 @@ def _moments(polygon: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
     return area, centre + origin, second - area * np.outer(centre, centre)
 
 
-def _mass(material, area: float, _centre, second: np.ndarray) -> np.ndarray:
+def _mass_matrix(material, area: float, _centre, second: np.ndarray) -> np.ndarray:
     """Return the mass matrix ρ ∫TᵀT about the centroid."""
     (xx, xy), (_, yy) = second
     matrix = np.zeros((6, 6))
@@ -312,7 +318,7 @@ def _mass(material, area: float, _centre, second: np.ndarray) -> np.ndarray:
     return material["density"] * (matrix + np.triu(matrix, 1).T)
 
 
-def _elastic(material, area: float) -> np.ndarray:
+def _strain_stiffness(material, area: float) -> np.ndarray:
     """Return the stiffness of the strains, area × D of plane stress."""
     young, nu = material["young_modulus"], material["poisson_ratio"]
     matrix = np.zeros((6, 6))
@@ -337,11 +343,11 @@ def _add_contacts(stiffness, polygons, contacts, shape, springs) -> None:
             stiffness += spring * np.outer(row, row)
 
 
-def _supports(parsed, polygons, names, shape) -> tuple[np.ndarray, np.ndarray]:
+def _support_rows(parsed, polygons, names, shape) -> tuple[np.ndarray, np.ndarray]:
     """Return the rows of the fixed directions of all fixed points, and the directions."""
     rows, axes = [], []
     for group in parsed.get("fixed_point", []):
-        both = shape(_block_of(group, polygons, names), (group["x"], group["y"]))
+        both = shape(_block_at_point(group, polygons, names), (group["x"], group["y"]))
         for axis, letter in enumerate("xy"):
             if letter in group.get("direction", "xy"):
                 rows.append(both[axis])
@@ -349,7 +355,7 @@ def _supports(parsed, polygons, names, shape) -> tuple[np.ndarray, np.ndarray]:
     return np.array(rows).reshape(-1, 6 * len(polygons)), np.array(axes, dtype=int)
 
 
-def _block_of(group, polygons, names) -> int:
+def _block_at_point(group, polygons, names) -> int:
     """Return the block of a point: by name, or the first block that contains the point."""
     if group.get("block"):
         return names.index(group["block"])

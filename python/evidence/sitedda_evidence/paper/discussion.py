@@ -26,10 +26,10 @@ _RECOMMENDED = {"1/12 [14]": 1 / 12, "1/16 [8]": 1 / 16, "1/20 [10, 19]": 1 / 20
 
 def tasks(quick: bool = False) -> list[Task]:
     """Return the tasks: frequencies of the column from the engine's springs, without time steps."""
-    return [Task(k, _spectrum, {"k": k}, 0.3) for k in _PENALTIES]
+    return [Task(k, _extreme_frequencies, {"k": k}, 0.3) for k in _PENALTIES]
 
 
-def _spectrum(k: float) -> dict:
+def _extreme_frequencies(k: float) -> dict:
     """Return first and highest undamped angular frequency with closed joints, rad/s."""
     omega = _make_column(k).omega
     held = _make_column(k, 1.0).omega
@@ -46,9 +46,9 @@ def _make_column(k: float, ratio: float = 100.0) -> DiscreteModel:
 def discussion(found: dict) -> Outcome:
     """Compose rows, tables and pictures."""
     done = Outcome(text=_describe_study())
-    _resolution_rows(done, found)
-    _size_rows(done)
-    _penalty_rows(done)
+    _add_resolution_rows(done, found)
+    _add_size_rows(done)
+    _add_penalty_rows(done)
     done.pictures = [
         picture("discussion_damping", "Damping ratio by the scheme over frequency, and where a mode"
                 " stops swinging (ωΔt = 4, eq. 13).", _draw_damping),
@@ -65,7 +65,7 @@ def _describe_study() -> list[str]:
     ]
 
 
-def _resolution_rows(done: Outcome, found: dict) -> None:
+def _add_resolution_rows(done: Outcome, found: dict) -> None:
     """Evaluate equations 13 and 14."""
     at_best = found[_BEST["column"]]
     highest = at_best["highest"] / (2 * np.pi)
@@ -107,7 +107,7 @@ def _resolution_rows(done: Outcome, found: dict) -> None:
     )  # fmt: skip
 
 
-def _size_rows(done: Outcome) -> None:
+def _add_size_rows(done: Outcome) -> None:
     """Evaluate equation 12."""
     modulus = _YOUNG / 2 / (1 + _POISSON)
     length = _PERIOD * np.sqrt(modulus / _DENSITY)
@@ -122,7 +122,7 @@ def _size_rows(done: Outcome) -> None:
         f" 3–6 Hz of the column η is {_SIDE * 6.3 / np.sqrt(modulus / _DENSITY):.1e}")  # fmt: skip
 
 
-def _penalty_rows(done: Outcome) -> None:
+def _add_penalty_rows(done: Outcome) -> None:
     """Compare best-fit penalties with Shi's k = E·L."""
     shi = _YOUNG * _DIAMETER
     layers = 4.788e9 * 15.0

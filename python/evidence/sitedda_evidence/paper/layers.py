@@ -83,7 +83,7 @@ def _discrete_peak(table: int, point: str, loading: str = "displacement"):
     )
 
 
-def _amplify(result: dict, point: str, ground: dict | None = None):
+def _measure_amplification(result: dict, point: str, ground: dict | None = None):
     """Return the amplification of a point over the base, and its peak."""
     above, below = result[point], result["base"]
     if ground is not None:  # in the frame of the base: add its motion
@@ -98,8 +98,8 @@ def _shake_column(column: Column, damping: float, convention: str = "shake") -> 
     return Column([replace(layer, damping=damping) for layer in column.layers], "rigid", convention)
 
 
-def _damping(table: int) -> float:
-    """Return the damping ratio for SHAKE: printed, or rounded from the scheme at the peak."""
+def _printed_damping(table: int) -> float:
+    """Return the damping ratio for SHAKE: as printed, otherwise that of the scheme, rounded."""
     printed = _TABLES[table]["damping"]
     return printed or round(float(scheme_damping(_TABLES[table]["dda"][0], _STEP)), 3)
 
@@ -110,11 +110,11 @@ def layers(found: dict) -> Outcome:
     ground = found.pop("ground")
     done = Outcome(text=_describe_study())
     for table in _TABLES:
-        _dda_rows(done, table, found)
-        _shake_rows(done, table, found[(table, "displacement")]["column"])
-        _loading_row(done, table, found, ground)
-    _sensitivity_rows(done, found)
-    _write_notes(done, found)
+        _add_dda_rows(done, table, found)
+        _add_shake_rows(done, table, found[(table, "displacement")]["column"])
+        _add_loading_row(done, table, found, ground)
+    _add_sensitivity_rows(done, found)
+    _add_notes(done, found)
     done.pictures = _make_pictures(found, ground)
     return done
 
@@ -129,7 +129,7 @@ def _describe_study() -> list[str]:
     ]
 
 
-def _dda_rows(done: Outcome, table: int, found: dict) -> None:
+def _add_dda_rows(done: Outcome, table: int, found: dict) -> None:
     case = _TABLES[table]
     result = found[(table, "displacement")]
     printed = dict(zip(("frequency", "amplitude"), case["dda"], strict=True))
@@ -138,14 +138,14 @@ def _dda_rows(done: Outcome, table: int, found: dict) -> None:
         "surface": "M2 on the surface: the top half layer amplifies a little more",
     }
     for point, why in reasons.items():
-        theory, peak = _discrete_peak(table, point), _amplify(result, point)[2]
+        theory, peak = _discrete_peak(table, point), _measure_amplification(result, point)[2]
         place = f"{case['figure']}, DDA"
         at = "mid-layer" if point == "middle" else "surface"
         done.compare(f"resonance, {case['where']}, {at} (Hz)", place, printed["frequency"],
             theory.frequency, peak.frequency, why, 5)  # fmt: skip
         done.compare(f"amplification, {case['where']}, {at}", place, printed["amplitude"],
             theory.amplitude, peak.amplitude, "", 5)  # fmt: skip
-    peak = _amplify(result, "middle")[2]
+    peak = _measure_amplification(result, "middle")[2]
     for what, limit in zip(("frequency", "amplitude"), _DDA_LIMITS, strict=True):
         done.rows.append(
             relative(f"{case['figure']}: DDA {what} within {per_cent(limit)} of the paper",
@@ -153,9 +153,9 @@ def _dda_rows(done: Outcome, table: int, found: dict) -> None:
         )  # fmt: skip
 
 
-def _shake_rows(done: Outcome, table: int, column: Column) -> None:
+def _add_shake_rows(done: Outcome, table: int, column: Column) -> None:
     case = _TABLES[table]
-    damping = _damping(table)
+    damping = _printed_damping(table)
     peak = _shake_column(column, damping).peak()
     other = _shake_column(column, damping, "shake91").peak()
     closed = _closed_form_peak(column, damping)
@@ -186,11 +186,13 @@ def _closed_form_peak(column: Column, damping: float):
     return refined_peak(lambda f: damped_amplification(f, column.depth, speed, damping), (5, 25))
 
 
-def _loading_row(done: Outcome, table: int, found: dict, ground: dict) -> None:
+def _add_loading_row(done: Outcome, table: int, found: dict, ground: dict) -> None:
     """Compare loading by base displacement with loading by base acceleration."""
     case = _TABLES[table]
-    frequency, by_force, peak = _amplify(found[(table, "acceleration")], "middle", ground)
-    _, by_motion, reference = _amplify(found[(table, "displacement")], "middle")
+    frequency, by_force, peak = _measure_amplification(
+        found[(table, "acceleration")], "middle", ground
+    )
+    _, by_motion, reference = _measure_amplification(found[(table, "displacement")], "middle")
     theory = _discrete_peak(table, "middle", "acceleration")
     strong = (frequency >= _BAND[0]) & (frequency <= _BAND[1])
     apart = np.max(abs(by_force - by_motion)[strong] / by_motion[strong])
@@ -211,8 +213,10 @@ def _loading_row(done: Outcome, table: int, found: dict, ground: dict) -> None:
     )
 
 
-def _sensitivity_rows(done: Outcome, found: dict) -> None:
-    peaks = [_amplify(found[(1, kind)], "middle")[2] for kind in ("displacement", "noise")]
+def _add_sensitivity_rows(done: Outcome, found: dict) -> None:
+    peaks = [
+        _measure_amplification(found[(1, kind)], "middle")[2] for kind in ("displacement", "noise")
+    ]
     done.compare(
         "sensitivity: amplification under a made-up motion (white noise)",
         "assumed",
@@ -225,10 +229,10 @@ def _sensitivity_rows(done: Outcome, found: dict) -> None:
     )
 
 
-def _write_notes(done: Outcome, found: dict) -> None:
+def _add_notes(done: Outcome, found: dict) -> None:
     uniform, column = (found[(table, "displacement")]["column"] for table in _TABLES)
-    turned = _shake_column(replace(column, layers=column.layers[::-1]), _damping(2))
-    right = _shake_column(column, _damping(2)).peak()
+    turned = _shake_column(replace(column, layers=column.layers[::-1]), _printed_damping(2))
+    right = _shake_column(column, _printed_damping(2)).peak()
     stiff = DiscreteModel.of(input_file(_TABLES[1]["input"]), contact={"normal_stiffness": 1.5e15})
     done.notes += [
         "DDA resonates lower than SHAKE because the contact springs, two at each of 15 joints, add"
@@ -286,17 +290,17 @@ def _draw_motion(drawing, ground) -> None:
 def _draw_spectrum(drawing, table, found, ground) -> None:
     case = _TABLES[table]
     result = found[(table, "displacement")]
-    frequency, ratio, peak = _amplify(result, "middle")
+    frequency, ratio, peak = _measure_amplification(result, "middle")
     band = (frequency >= _BAND[0]) & (frequency <= _BAND[1])
     band[::2] = False
-    shake = _shake_column(result["column"], _damping(table))
+    shake = _shake_column(result["column"], _printed_damping(table))
     with small_axes(drawing, size=(6.8, 3.9)) as axis:
         axis.plot(frequency[band], ratio[band], color=BLUE, lw=2, label="sitedda, displacement")
-        _, other, _ = _amplify(found[(table, "acceleration")], "middle", ground)
+        _, other, _ = _measure_amplification(found[(table, "acceleration")], "middle", ground)
         axis.plot(frequency[band], other[band], ":", color=COLORS[1], lw=1.6,
                   label="sitedda, acceleration")  # fmt: skip
         axis.plot(frequency[band], abs(shake.transfer(frequency[band])), "--", color=RED,
-                  lw=1.2, label=f"SHAKE twin, D = {per_cent(_damping(table))}")  # fmt: skip
+                  lw=1.2, label=f"SHAKE twin, D = {per_cent(_printed_damping(table))}")  # fmt: skip
         for (x, y), name, face in ((case["dda"], "DDA", BLUE), (case["shake"], "SHAKE", "w")):
             axis.plot(x, y, "o", ms=7, mfc=face, mec=INK, label=f"paper, {name}: {y} at {x} Hz")
         axis.set(xlabel="frequency (Hz)", ylabel="spectral amplification", xlim=_BAND,

@@ -35,12 +35,18 @@ _RIGID = {"normal_stiffness": 1e12, "penetration_tolerance": 1e-10}
 def tasks(quick: bool = False) -> list[Task]:
     """Return the runs of the study."""
     waves = [(kind, ratio, 0.004 / n) for kind in "SP" for ratio in _RATIOS for n in _PER_PERIOD]
-    todo = [Task(("wave", *one), _send, {"case": one}, 0.3) for one in waves]
-    todo += [Task(("wave", "S", 8, step), _send, {"case": ("S", 8, step)}, 4.0) for step in _FRONT]
+    todo = [Task(("wave", *one), _simulate_wave, {"case": one}, 0.3) for one in waves]
+    todo += [
+        Task(("wave", "S", 8, step), _simulate_wave, {"case": ("S", 8, step)}, 4.0)
+        for step in _FRONT
+    ]
     todo += [Task(("fine", k), _pushed_frequency, {"k": k}, 2.0) for k in _PRINTED_V]
     todo += [Task(("bent", k), _bending_frequencies, {"k": k}, 4.0) for k in (4e8, 1e9)]
-    todo += [Task(("noise", f), _noise_peak, {"frequency": f}, 1.0) for f in _BANDS]
-    todo += [Task(("solver", one), _layers, {"solver": one}, 2.0) for one in ("direct", "sor")]
+    todo += [Task(("noise", f), _noise_peak_ratio, {"frequency": f}, 1.0) for f in _BANDS]
+    todo += [
+        Task(("solver", one), _layer_accelerations, {"solver": one}, 2.0)
+        for one in ("direct", "sor")
+    ]
     return [*todo, Task("rigid", _rigid_frequency, {}, 1.0)]
 
 
@@ -49,8 +55,8 @@ def tasks(quick: bool = False) -> list[Task]:
 # ---------------------------------------------------------------------------------------------
 
 
-def _send(case: tuple) -> dict:
-    """Run the triangle of figure 8 as shear or pressure wave; return its loss at M1 and ripple."""
+def _simulate_wave(case: tuple) -> dict:
+    """Simulate the triangle of figure 8 as S or P wave; return its loss at M1 and its ripple."""
     kind, ratio, step = case
     changes = shear_wave.wave_changes(("triangle", ratio, step, 100.0, 0.004))
     if kind == "P":
@@ -65,15 +71,15 @@ def _send(case: tuple) -> dict:
 
 def _pushed_frequency(k: float) -> float:
     """Return the frequency of the column after a push, with a time step of 1e-4 s, Hz."""
-    return _free_vibration(1e-4, 5.0, {"normal_stiffness": k}, (0.5, 20.0))
+    return _free_vibration_frequency(1e-4, 5.0, {"normal_stiffness": k}, (0.5, 20.0))
 
 
 def _rigid_frequency() -> float:
-    """Return this frequency with joints made rigid by an augmented Lagrangian."""
-    return _free_vibration(1e-4, 0.4, _RIGID, (5.0, 200.0))
+    """Return the pushed frequency with joints made rigid by an augmented Lagrangian, Hz."""
+    return _free_vibration_frequency(1e-4, 0.4, _RIGID, (5.0, 200.0))
 
 
-def _free_vibration(step: float, duration: float, contact: dict, band: tuple) -> float:
+def _free_vibration_frequency(step: float, duration: float, contact: dict, band: tuple) -> float:
     push = {"time": [0, 0, 0.02, 0.02], "force_x": [0.0, 1e3, 1e3, 0.0], "force_y": [0.0] * 4}
     history = run(input_file("avdat.nml"), time_step=step, max_displacement_ratio=1e-3, settle=True,
                   duration=duration, contact=contact, load=push).history  # fmt: skip
@@ -81,7 +87,7 @@ def _free_vibration(step: float, duration: float, contact: dict, band: tuple) ->
     return float(dominant_frequency(moved[history.time.values > 0.021], step, band))
 
 
-def _column(stiffness: float, size: float = 0.0) -> Model:
+def _avdat_column(stiffness: float, size: float = 0.0) -> Model:
     """Return the column with joints of a stiffness (Pa/m) and drums meshed with a size (m)."""
     model = Model("Avdat", time_step=_NOISE["step"], steps=_NOISE["steps"], gravity=(0, -9.81))
     model.contact(normal_stiffness=4e8)
@@ -107,15 +113,15 @@ def _bending_frequencies(k: float) -> tuple[float, float]:
     for parts in (1, 3):
         x = np.linspace(-0.5, 0.5, parts + 1) * _WIDTH
         turning = (_WIDTH / parts) * (np.sum(x**2) - x[0] ** 2)
-        model = _column(k * _WIDTH**2 / 2 / turning, _WIDTH / parts if parts > 1 else 0.0)
+        model = _avdat_column(k * _WIDTH**2 / 2 / turning, _WIDTH / parts if parts > 1 else 0.0)
         model.boundary(kind="fixed", blocks="base", side="bottom")
         found.append(float(modes(model, 1).frequency[0]))
     return found[0], found[1]
 
 
-def _noise_peak(frequency: float) -> float:
-    """Return the peak of the top spectrum over the base spectrum under base noise, Hz."""
-    model = _column(2.12e8 / (_WIDTH / 2) * (frequency / _BANDS[0]) ** 2)
+def _noise_peak_ratio(frequency: float) -> float:
+    """Return the peak ratio of the spectra of top and base under noise at the base."""
+    model = _avdat_column(2.12e8 / (_WIDTH / 2) * (frequency / _BANDS[0]) ** 2)
     values = np.random.default_rng(1).standard_normal(_NOISE["steps"]) * 1e-3
     model.motion("noise", quantity="acceleration", unit="m/s2", time_step=_NOISE["step"],
                  values=values.tolist())  # fmt: skip
@@ -130,7 +136,7 @@ def _noise_peak(frequency: float) -> float:
     return float(frequency[at][np.argmax(ratio["top"] / ratio["base"])])
 
 
-def _layers(solver: str) -> np.ndarray:
+def _layer_accelerations(solver: str) -> np.ndarray:
     """Return the acceleration of the top layer of table I during 5 s, m/s²."""
     history = run(input_file("layers_table1.nml"), solver=solver, steps=5000).history
     return history.acceleration.sel(point="middle").isel(axis=0).values
@@ -142,21 +148,21 @@ def _layers(solver: str) -> np.ndarray:
 
 
 @cache
-def _peak(k: float):
+def _exact_peak(k: float):
     """Return the peak of the exact transfer function of the layers of table I at a penalty."""
     model = DiscreteModel.of(input_file("layers_table1.nml"), contact={"normal_stiffness": k})
     return refined_peak(lambda f: model.transfer(f, 1e-3, "middle", "base", "displacement"),
                         (11.0, 15.5), 30)  # fmt: skip
 
 
-def _material_peak(step: float):
-    """Return this peak with 2.2 % damping by the material and none by the scheme."""
-    return _engine_peak({"time_step": step, "integration": "midpoint",
+def _material_damping_peak(step: float):
+    """Return the transfer peak with 2.2 % damping by the material and none by the scheme."""
+    return _engine_transfer_peak({"time_step": step, "integration": "midpoint",
                          "material.damping_ratio": 0.022,
                          "material.reference_frequency": 14.0})  # fmt: skip
 
 
-def _engine_peak(changes: dict):
+def _engine_transfer_peak(changes: dict):
     """Return the peak of the engine's transfer function of the layers of table I."""
     return refined_peak(
         lambda f: transfer(input_file("layers_table1.nml"), f, "middle", changes=changes),
@@ -170,7 +176,7 @@ def _first_frequency(k: float) -> float:
     return float(DiscreteModel.of(input_file("avdat.nml"), contact=contact).frequencies[0])
 
 
-def _chain(stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _spring_chain(stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return K and M of equal masses on springs, with half the mass at the top."""
     size = len(stiffness)
     matrix = np.diag(stiffness + np.append(stiffness[1:], 0.0))
@@ -178,10 +184,12 @@ def _chain(stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return matrix, np.diag(np.append(np.ones(size - 1), 0.5))
 
 
-def _non_classical() -> tuple[float, float]:
-    """Return the damping ratio of soft on stiff layers by energies and by complex eigenvalue."""
+def _non_classical_damping() -> tuple[float, float]:
+    """Return the damping ratio of soft on stiff layers by energies and by complex eigenvalues."""
     soft = np.arange(15) >= 10
-    parts = [_chain(np.where(soft == one, 0.1 if one else 1.0, 0.0)) for one in (False, True)]
+    parts = [
+        _spring_chain(np.where(soft == one, 0.1 if one else 1.0, 0.0)) for one in (False, True)
+    ]
     stiffness, mass = parts[0][0] + parts[1][0], parts[0][1]
     squares, shapes = eigh(stiffness, mass)
     omega, shape = np.sqrt(squares[0]), shapes[:, 0]
@@ -194,8 +202,8 @@ def _non_classical() -> tuple[float, float]:
     return float(shape @ damping @ shape / (2 * omega)), float(-first.real / abs(first))
 
 
-def _rebounds(omega: float) -> np.ndarray:
-    """Return restitutions of a mass on a penalty spring in DDA, over impact times in a step."""
+def _restitutions(omega: float) -> np.ndarray:
+    """Return the restitution of a mass on a penalty spring in DDA for each ωΔt."""
     found = []
     for start in (np.arange(20) + 0.5) / 20:
         gap, velocity = start, -1.0
@@ -219,25 +227,25 @@ def _rebounds(omega: float) -> np.ndarray:
 def remarks(found: dict) -> Outcome:
     """Compose a row for each remark."""
     done = Outcome()
-    _contact_rows(done, found)
-    _damping_rows(done)
-    _wave_rows(done, found)
-    _field_rows(done, found)
+    _add_contact_rows(done, found)
+    _add_damping_rows(done)
+    _add_wave_rows(done, found)
+    _add_field_rows(done, found)
     done.pictures = [picture("remarks_rebound", "Restitution of a penalty contact over Ω = Δt"
                              " √(k/m): mean and range over the time of impact within a step.",
-                             _draw_rebounds)]  # fmt: skip
+                             _draw_restitutions)]  # fmt: skip
     return done
 
 
-def _contact_rows(done: Outcome, found: dict) -> None:
+def _add_contact_rows(done: Outcome, found: dict) -> None:
     stiff = DiscreteModel.of(input_file("avdat.nml"), contact={"normal_stiffness": 1e14})
     direct, sor = (found["solver", name] for name in ("direct", "sor"))
     apart = float(abs(sor - direct).max() / abs(direct).max())
     product = _YOUNG * _LAYER
-    crossing = np.exp(brentq(lambda log: _peak(np.exp(log) * product).amplitude - _SHAKE[1],
+    crossing = np.exp(brentq(lambda log: _exact_peak(np.exp(log) * product).amplitude - _SHAKE[1],
                              np.log(15), np.log(80), xtol=1e-3))  # fmt: skip
-    low, high = _peak(10 * product), _peak(100 * product)
-    engine = _engine_peak({"contact.normal_stiffness": float(crossing * product)})
+    low, high = _exact_peak(10 * product), _exact_peak(100 * product)
+    engine = _engine_transfer_peak({"contact.normal_stiffness": float(crossing * product)})
     done.compare("first frequency of the column, joints made rigid by augmented Lagrange (Hz)",
         "section 1", "“beyond the scope”", float(stiff.frequencies[0]), found["rigid"],
         "only the shear of the drums is left: the penalty of Tables IV and V is the stiffness"
@@ -245,11 +253,11 @@ def _contact_rows(done: Outcome, found: dict) -> None:
     done.compare("layers, “SOR, factor 1.5” against the direct solver: largest difference",
         "Table I", None, 0.0, apart, "of the acceleration of the top layer, 5 s", 2)  # fmt: skip
     done.compare(f"amplification of the layers at k = {crossing:.1f} E L, by theory that of SHAKE",
-        "section 5, k = 21 E L", _SHAKE[1], _peak(crossing * product).amplitude,
+        "section 5, k = 21 E L", _SHAKE[1], _exact_peak(crossing * product).amplitude,
         engine.amplitude, f"f rises from {low.frequency:.2f} to"
         f" {high.frequency:.2f} Hz and A falls from {low.amplitude:.2f} to"
         f" {high.amplitude:.2f} between 10 and 100 E L: an optimum by crossing, at"
-        f" {_peak(crossing * product).frequency:.2f} Hz", 3)  # fmt: skip
+        f" {_exact_peak(crossing * product).frequency:.2f} Hz", 3)  # fmt: skip
     done.require("Rigid joints leave the frequency of the drums' shear",
             abs(found["rigid"] / stiff.frequencies[0] - 1) < 0.02,
             f"{found['rigid']:.1f} Hz")  # fmt: skip
@@ -258,12 +266,12 @@ def _contact_rows(done: Outcome, found: dict) -> None:
             abs(engine.amplitude / _SHAKE[1] - 1) < 1e-3, f"{engine.amplitude:.3f}")  # fmt: skip
 
 
-def _damping_rows(done: Outcome) -> None:
-    stiffness, mass = _chain(np.ones(15))
+def _add_damping_rows(done: Outcome) -> None:
+    stiffness, mass = _spring_chain(np.ones(15))
     chain = float(np.sqrt(eigh(stiffness, mass, eigvals_only=True)[0]))
     kh = np.pi / 2 / 15
-    fine, coarse = (_material_peak(step) for step in (1e-3, 5e-3))
-    energies, exact = _non_classical()
+    fine, coarse = (_material_damping_peak(step) for step in (1e-3, 5e-3))
+    energies, exact = _non_classical_damping()
     done.compare("15 lumped masses: frequency below that of the wave equation (%)", "eq. 8", None,
         100 * kh**2 / 24, 100 * (1 - chain / kh),
         "(kh)²/24; SHAKE itself solves the wave equation with complex moduli", 3)  # fmt: skip
@@ -282,7 +290,7 @@ def _damping_rows(done: Outcome) -> None:
         f"{fine.amplitude:.2f} and {coarse.amplitude:.2f}")  # fmt: skip
 
 
-def _wave_rows(done: Outcome, found: dict) -> None:
+def _add_wave_rows(done: Outcome, found: dict) -> None:
     cells = [
         [f"1/{ratio}", *(f"{100 * found['wave', kind, ratio, 0.004 / n]['loss']:.1f}"
                          for kind in "SP" for n in _PER_PERIOD)]
@@ -303,11 +311,11 @@ def _wave_rows(done: Outcome, found: dict) -> None:
         shear = _YOUNG / 2.5 * _LAYER / (2 * 1.5e12 / 2.5 * thickness)
         done.compare(f"layers of {thickness:g} m at k = 1500 GN/m: first frequency (Hz)",
             "section 2.2, k > 100 E", None, float(_SPEED / 60 / np.sqrt(1 + shear)),
-            _joint_damping(thickness),
+            _layered_frequency(thickness),
             "v/4H over √(1 + GW/2k_sΔx): joints per metre count as the penalty does")  # fmt: skip
 
 
-def _joint_damping(thickness: float) -> float:
+def _layered_frequency(thickness: float) -> float:
     count = round(15 / thickness)
     changes = {"layers.layer": {"thickness": thickness, "count": count},
                "measured_point.middle": {"y": 15 - thickness / 2, "block": f"layer_{count}"},
@@ -315,7 +323,7 @@ def _joint_damping(thickness: float) -> float:
     return float(modes(input_file("layers_table1.nml"), 1, changes=changes).frequency[0])
 
 
-def _field_rows(done: Outcome, found: dict) -> None:
+def _add_field_rows(done: Outcome, found: dict) -> None:
     for k, printed in _PRINTED_V.items():
         done.compare(f"dominant frequency at k = {k:.0e} N/m, Δt = 1e-4 s (Hz)", "Table V, “not"
             " shown”", printed, _first_frequency(k), found["fine", k],
@@ -349,9 +357,9 @@ def _field_rows(done: Outcome, found: dict) -> None:
             ", ".join(f"{found['noise', f]:.2f} Hz" for f in _BANDS))  # fmt: skip
 
 
-def _draw_rebounds(drawing) -> None:
+def _draw_restitutions(drawing) -> None:
     omega = np.geomspace(0.02, 30, 25)
-    values = np.array([_rebounds(one) for one in omega])
+    values = np.array([_restitutions(one) for one in omega])
     with small_axes(drawing, size=(5.8, 3.2)) as axis:
         axis.fill_between(omega, values.min(1), values.max(1), color=BLUE, alpha=0.25, lw=0)
         axis.semilogx(omega, values.mean(1), color=BLUE, label="mean; shaded: all times of impact")

@@ -39,16 +39,19 @@ def tasks(quick: bool = False) -> list[Task]:
     if not quick:
         cases += [("sine", _SLOWER, 1e-5, p, _PERIOD) for p in _PENALTIES]
         cases += [("triangle", 32, s, _PENALTY, p) for s in _STEPS for p in _PERIODS[1:]]
-        cases += [_wide_case(ratio, step) for ratio in _WIDE["ratios"] for step in _STEPS]
-    return [Task(case, _run_case, {"case": case}, _cost_of(case)) for case in dict.fromkeys(cases)]
+        cases += [_wide_stack_case(ratio, step) for ratio in _WIDE["ratios"] for step in _STEPS]
+    return [
+        Task(case, _run_case, {"case": case}, _estimated_cost(case))
+        for case in dict.fromkeys(cases)
+    ]
 
 
-def _wide_case(ratio: int, step: float) -> tuple:
+def _wide_stack_case(ratio: int, step: float) -> tuple:
     """Return the case of a wider stack with the same stiffness per metre of width."""
     return ("wide triangle", ratio, step, _WIDE["penalty"], _PERIOD)
 
 
-def _cost_of(case: tuple) -> float:
+def _estimated_cost(case: tuple) -> float:
     _, ratio, step, _, period = case
     return _case_duration(ratio, period) / step * 2e-4
 
@@ -57,7 +60,7 @@ def _case_duration(ratio: float, period: float) -> float:
     return (1.3 * _DISTANCE / (ratio * _SIZE) + 1 + _AFTER) * period
 
 
-def _young(ratio: float, period: float) -> float:
+def _young_modulus(ratio: float, period: float) -> float:
     """Return Young's modulus for a wavelength of ratio × Δx by eq. 17: λ = T √(G/ρ)."""
     return 2 * (1 + _POISSON) * _DENSITY * (ratio * _SIZE / period) ** 2
 
@@ -80,7 +83,7 @@ def wave_changes(case: tuple) -> dict:
     """Return the changes of the input: shape, λ/Δx, Δt (s), penalty (E), period (s)."""
     shape, ratio, step, penalty, period = case
     values, spacing = _pulse(shape, period)
-    young = _young(ratio, period)
+    young = _young_modulus(ratio, period)
     return _width_changes(shape) | {
         "time_step": step,
         "duration": _case_duration(ratio, period),
@@ -105,9 +108,9 @@ def _run_case(case: tuple) -> dict:
 
 
 @cache
-def _model(penalty: float = _PENALTY, shape: str = "") -> DiscreteModel:
+def _stack_model(penalty: float = _PENALTY, shape: str = "") -> DiscreteModel:
     """Return the stack with λ/Δx = 1 in 1 s; its stiffness scales with ρ (λ/T)²."""
-    young = _young(1.0, 1.0)
+    young = _young_modulus(1.0, 1.0)
     return DiscreteModel.of(
         input_file(_INPUT),
         contact={"normal_stiffness": penalty * young},
@@ -116,25 +119,25 @@ def _model(penalty: float = _PENALTY, shape: str = "") -> DiscreteModel:
     )
 
 
-def _theory(case: tuple, time: np.ndarray, point: str = "M1") -> np.ndarray:
+def _exact_motion(case: tuple, time: np.ndarray, point: str = "M1") -> np.ndarray:
     """Return the displacement of a point by the exact discrete theory at the times of a run, m."""
-    return _exact(case, point, time.size - 1)
+    return _scaled_displacement(case, point, time.size - 1)
 
 
 @cache
-def _exact(case: tuple, point: str, steps: int) -> np.ndarray:
-    """Compute the exact displacement with a single model and scaled time."""
+def _scaled_displacement(case: tuple, point: str, steps: int) -> np.ndarray:
+    """Return the displacement at unit period, which `_exact_motion` scales in time."""
     shape, ratio, step, penalty, period = case
-    model = _model(penalty, shape if shape.startswith("wide") else "")
+    model = _stack_model(penalty, shape if shape.startswith("wide") else "")
     values, spacing = _pulse(shape, period)
     time, samples = step * np.arange(steps + 1), spacing * np.arange(values.size)
     motion = np.interp(time, samples, values)
-    rate = np.interp(time, samples, _slopes(values, spacing), right=0.0)
+    rate = np.interp(time, samples, _backward_velocity(values, spacing), right=0.0)
     moved = model.shaken(model.row(point), motion, rate * period / ratio, step * ratio / period)
     return np.concatenate([[0.0], moved])
 
 
-def _slopes(values: np.ndarray, spacing: float) -> np.ndarray:
+def _backward_velocity(values: np.ndarray, spacing: float) -> np.ndarray:
     """Return the velocity at samples of a displacement by the differences of the engine."""
     slope = np.gradient(values, spacing, edge_order=2)
     slope[2:-2] = (values[:-4] - 8 * values[1:-3] + 8 * values[3:-1] - values[4:]) / (12 * spacing)
@@ -142,7 +145,7 @@ def _slopes(values: np.ndarray, spacing: float) -> np.ndarray:
     return slope
 
 
-def _closed_form(ratio: float, step: float, period: float) -> float:
+def _continuum_loss(ratio: float, step: float, period: float) -> float:
     """Return the fraction of the amplitude lost by a triangle in a continuous column.
 
     The scheme attenuates exp(-ω²Δt x/4v): a smoothing by a Gaussian of variance Δt x/2v, which
@@ -152,7 +155,7 @@ def _closed_form(ratio: float, step: float, period: float) -> float:
     return float(np.sqrt(4 * step * _DISTANCE / (np.pi * period * ratio * _SIZE)))
 
 
-def _speed_loss(penalty: float) -> float:
+def _speed_fraction(penalty: float) -> float:
     """Return the long-wave speed over √(G/ρ): springs add W/(2 k_s) to Δx/G of each layer."""
     shear = 1 / (2 * (1 + _POISSON))
     return float(1 / np.sqrt(1 + shear * _WIDTH / (2 * penalty / 2.5 * _SIZE)))
@@ -172,12 +175,12 @@ def _amplitude_error(result: dict) -> float:
 def shear_wave(found: dict) -> Outcome:
     """Compose rows, requirements and pictures from the runs."""
     done = Outcome(text=_describe_study())
-    _amplitude_rows(done, found)
-    _step_effect(done, found)
-    _shape_rows(done, found)
-    _speed_rows(done, found)
-    _period_rows(done, found)
-    _width_rows(done, found)
+    _add_amplitude_rows(done, found)
+    _add_step_rows(done, found)
+    _add_shape_rows(done, found)
+    _add_speed_rows(done, found)
+    _add_period_rows(done, found)
+    _add_width_rows(done, found)
     done.pictures = _make_pictures(found)
     return done
 
@@ -192,14 +195,14 @@ def _describe_study() -> list[str]:
     ]
 
 
-def _amplitude_rows(done: Outcome, found: dict) -> None:
+def _add_amplitude_rows(done: Outcome, found: dict) -> None:
     """Compare the results with figure 9."""
     for step in _STEPS:
         errors = []
         for ratio in _RATIOS:
             case = ("triangle", ratio, step, _PENALTY, _PERIOD)
             result = found[case]
-            theory = _amplitude_error({"M1": _theory(case, result["time"])})
+            theory = _amplitude_error({"M1": _exact_motion(case, result["time"])})
             errors.append(_amplitude_error(result))
             done.compare(
                 f"amplitude error at λ/Δx = {ratio}, Δt = {step:g} s (%)",
@@ -207,7 +210,7 @@ def _amplitude_rows(done: Outcome, found: dict) -> None:
                 None,
                 100 * theory,
                 100 * errors[-1],
-                f"continuous column: {100 * _closed_form(ratio, step, _PERIOD):.2f} %",
+                f"continuous column: {100 * _continuum_loss(ratio, step, _PERIOD):.2f} %",
             )
         falls = bool(np.all(np.diff(errors) < 0))
         at = errors[_RATIOS.index(32)]
@@ -219,16 +222,16 @@ def _amplitude_rows(done: Outcome, found: dict) -> None:
         )
 
 
-def _step_effect(done: Outcome, found: dict) -> None:
-    """Return the effect of the larger step by run, exact theory and closed form."""
+def _add_step_rows(done: Outcome, found: dict) -> None:
+    """Compare the effect of the larger step in run, exact theory and closed form."""
     cells, worst, simple = [], 0.0, {}
     for ratio in _RATIOS:
         cases = [("triangle", ratio, step, _PENALTY, _PERIOD) for step in _STEPS]
         measured = np.subtract(*[_amplitude_error(found[case]) for case in reversed(cases)])
         exact = np.subtract(
-            *[_amplitude_error({"M1": _theory(c, found[c]["time"])}) for c in reversed(cases)]
+            *[_amplitude_error({"M1": _exact_motion(c, found[c]["time"])}) for c in reversed(cases)]
         )
-        closed = np.subtract(*[_closed_form(ratio, s, _PERIOD) for s in reversed(_STEPS)])
+        closed = np.subtract(*[_continuum_loss(ratio, s, _PERIOD) for s in reversed(_STEPS)])
         worst = max(worst, abs(measured - exact) / exact)
         simple[ratio] = closed / measured
         cells.append([f"{ratio}", *(f"{100 * v:.2f}" for v in (measured, exact, closed))])
@@ -254,13 +257,13 @@ def _step_effect(done: Outcome, found: dict) -> None:
     )
 
 
-def _shape_rows(done: Outcome, found: dict) -> None:
+def _add_shape_rows(done: Outcome, found: dict) -> None:
     """Compare the results with figures 10 and 11."""
     fits = []
     for ratio in _PRINTED:
         case = ("sine", ratio, 1e-4, _PENALTY, _PERIOD)
         result = found[case]
-        theory = _theory(case, result["time"])
+        theory = _exact_motion(case, result["time"])
         crest, trough = result["M1"].max(), -result["M1"].min()
         fits.append(_largest_correlation(result))
         done.compare(f"one-cycle sine at λ/Δx = {ratio}: crest (mm)", "Fig. 11", None,
@@ -286,7 +289,7 @@ def _largest_correlation(result: dict) -> float:
     return float(correlate(wave, incident).max() / np.sqrt(np.sum(wave**2) * np.sum(incident**2)))
 
 
-def _speed_rows(done: Outcome, found: dict) -> None:
+def _add_speed_rows(done: Outcome, found: dict) -> None:
     """Compare the wave speed for several penalties."""
     losses = []
     for penalty in _PENALTIES:
@@ -294,16 +297,16 @@ def _speed_rows(done: Outcome, found: dict) -> None:
         if case not in found:
             return
         result = found[case]
-        losses.append(1 - _speed(result))
-        theory = {"time": result["time"], "base": _theory(case, result["time"], "base"),
-                  "M1": _theory(case, result["time"])}  # fmt: skip
+        losses.append(1 - _measure_speed(result))
+        theory = {"time": result["time"], "base": _exact_motion(case, result["time"], "base"),
+                  "M1": _exact_motion(case, result["time"])}  # fmt: skip
         done.compare(
             f"loss of wave speed at k = {penalty:g} E (%)",
             "section 2.2",
             {40.0: "typical", 100.0: "better accuracy above"}.get(penalty),
-            100 * (1 - _speed(theory)),
+            100 * (1 - _measure_speed(theory)),
             100 * losses[-1],
-            f"long waves: 1 - 1/√(1 + GW/2k_sΔx) = {100 * (1 - _speed_loss(penalty)):.3g} %",
+            f"long waves: 1 - 1/√(1 + GW/2k_sΔx) = {100 * (1 - _speed_fraction(penalty)):.3g} %",
             3,
         )
     falls = bool(np.all(np.diff(losses) < 0))
@@ -311,8 +314,8 @@ def _speed_rows(done: Outcome, found: dict) -> None:
         f"loss {per_cent(losses[0])} … {per_cent(losses[-1])}")  # fmt: skip
 
 
-def _speed(result: dict) -> float:
-    """Return the speed between base and M1 over √(G/ρ) by the delay of best correlation."""
+def _measure_speed(result: dict) -> float:
+    """Return the wave speed between base and M1 over √(G/ρ), by the delay of best correlation."""
     time = result["time"]
     step = time[1] - time[0]
     likeness = correlate(result["M1"], result["base"])
@@ -321,7 +324,7 @@ def _speed(result: dict) -> float:
     return _DISTANCE / delay / (_SLOWER * _SIZE / _PERIOD)
 
 
-def _period_rows(done: Outcome, found: dict) -> None:
+def _add_period_rows(done: Outcome, found: dict) -> None:
     """Compare periods, because the paper does not print its period."""
     for period in _PERIODS[1:]:
         cases = [("triangle", 32, step, _PENALTY, period) for step in _STEPS]
@@ -333,18 +336,18 @@ def _period_rows(done: Outcome, found: dict) -> None:
                 f"sensitivity: error at λ/Δx = 32, T = {period:g} s, Δt = {step:g} s (%)",
                 "assumed",
                 None,
-                100 * _amplitude_error({"M1": _theory(case, result["time"])}),
+                100 * _amplitude_error({"M1": _exact_motion(case, result["time"])}),
                 100 * _amplitude_error(result),
-                f"√(4Δt·x/πTλ) = {100 * _closed_form(32, step, period):.2f} %:"
+                f"√(4Δt·x/πTλ) = {100 * _continuum_loss(32, step, period):.2f} %:"
                 " only Δt/T and x/λ count",
             )
 
 
-def _width_rows(done: Outcome, found: dict) -> None:
-    """Compare widths and longer waves."""
+def _add_width_rows(done: Outcome, found: dict) -> None:
+    """Compare wider stacks and longer waves."""
     for ratio in _WIDE["ratios"]:
         for step in _STEPS:
-            case = _wide_case(ratio, step)
+            case = _wide_stack_case(ratio, step)
             if case not in found:
                 return
             result = found[case]
@@ -353,16 +356,16 @@ def _width_rows(done: Outcome, found: dict) -> None:
                 f" Δt = {step:g} s (%)",
                 "assumed",
                 None,
-                100 * _amplitude_error({"M1": _theory(case, result["time"])}),
+                100 * _amplitude_error({"M1": _exact_motion(case, result["time"])}),
                 100 * _amplitude_error(result),
-                f"√(4Δt·x/πTλ) = {100 * _closed_form(ratio, step, _PERIOD):.2f} %",
+                f"√(4Δt·x/πTλ) = {100 * _continuum_loss(ratio, step, _PERIOD):.2f} %",
             )
     narrow = ("triangle", 128, 1e-5, _PENALTY, _PERIOD)
     time = np.arange(0.0, _case_duration(128, _PERIOD), 1e-5)
-    excess = _theory(narrow, time).max() / _AMPLITUDE - 1
+    excess = _exact_motion(narrow, time).max() / _AMPLITUDE - 1
     bent, straight = (
         100 * _amplitude_error(found[case])
-        for case in (("triangle", 64, 1e-5, _PENALTY, _PERIOD), _wide_case(64, 1e-5))
+        for case in (("triangle", 64, 1e-5, _PENALTY, _PERIOD), _wide_stack_case(64, 1e-5))
     )
     done.notes.append(
         "A stack of 15 m width is one-dimensional only for waves that are not much longer: at"
@@ -384,7 +387,7 @@ def _make_pictures(found: dict) -> list[Picture]:
         picture("shear_wave_fig9", "Figures 8 and 9: triangular wave and relative error of its"
                 " amplitude at M1; the faint points lie beyond the paper's.", _draw_errors, found),
         picture("shear_wave_fig11", "Figures 10 and 11: one-cycle sine at M1, Δt = 1e-4 s,"
-                " with the incident wave delayed by the true travel time.", _draw_forms, found),
+                " with the incident wave delayed by the true travel time.", _draw_waves, found),
     ]  # fmt: skip
     if ("sine", _SLOWER, 1e-5, 1.0, _PERIOD) in found:
         pictures.append(
@@ -402,12 +405,14 @@ def _draw_errors(drawing, found) -> None:
         pulse.set(xlabel="time (ms)", ylabel="u (mm)", title="Fig. 8, period assumed")
         for step, color in zip(_STEPS, COLORS, strict=False):
             cases = [("triangle", r, step, _PENALTY, _PERIOD) for r in _RATIOS]
-            exact = [100 * _amplitude_error({"M1": _theory(c, found[c]["time"])}) for c in cases]
+            exact = [
+                100 * _amplitude_error({"M1": _exact_motion(c, found[c]["time"])}) for c in cases
+            ]
             errors.plot(_RATIOS, exact, "-", color=color, lw=1)
             measured = [100 * _amplitude_error(found[c]) for c in cases]
             errors.plot(_RATIOS[4:], measured[4:], "o", color=color, alpha=0.4)
             errors.plot(_PRINTED, measured[:4], "o", color=color, label=f"Δt = {step:g} s")
-            closed = [100 * _closed_form(r, step, _PERIOD) for r in _RATIOS]
+            closed = [100 * _continuum_loss(r, step, _PERIOD) for r in _RATIOS]
             errors.plot(_RATIOS, closed, ":", color=color, lw=1.2)
         errors.plot([], [], "-", color=INK, lw=1, label="exact discrete theory")
         errors.plot([], [], ":", color=INK, lw=1.2, label="scheme alone, continuous column")
@@ -417,7 +422,7 @@ def _draw_errors(drawing, found) -> None:
         errors.legend()
 
 
-def _draw_forms(drawing, found) -> None:
+def _draw_waves(drawing, found) -> None:
     with small_axes(drawing, 2, 2, size=(7.4, 4.6), sharey=True) as axes:
         for axis, ratio in zip(axes.flat, _PRINTED, strict=True):
             result = found[("sine", ratio, 1e-4, _PENALTY, _PERIOD)]
@@ -436,10 +441,10 @@ def _draw_forms(drawing, found) -> None:
 
 
 def _draw_speed(drawing, found) -> None:
-    measured = [_speed(found[("sine", _SLOWER, 1e-5, p, _PERIOD)]) for p in _PENALTIES]
+    measured = [_measure_speed(found[("sine", _SLOWER, 1e-5, p, _PERIOD)]) for p in _PENALTIES]
     line = np.geomspace(0.7, 1500, 80)
     with small_axes(drawing, size=(5.6, 3.2)) as axis:
-        axis.semilogx(line, [_speed_loss(p) for p in line], color=RED, lw=1,
+        axis.semilogx(line, [_speed_fraction(p) for p in line], color=RED, lw=1,
                       label="1/√(1 + GW/2k$_s$Δx)")  # fmt: skip
         axis.semilogx(_PENALTIES, measured, "o", color=BLUE, label=f"sitedda, λ/Δx = {_SLOWER}")
         for value, name in ((40, "40 E, typical"), (100, "100 E, advised")):

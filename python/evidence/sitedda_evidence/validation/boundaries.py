@@ -16,7 +16,7 @@ DENSITY, SPEED, POISSON = 1800.0, 200.0, 0.25  # soil: kg/m³, m/s, –
 ROCK = {"density": 2200.0, "shear_velocity": 800.0, "pressure_velocity": 1500.0}
 
 
-def _stack(layers: int, height: float, penalty: float, time_step: float) -> Model:
+def _layered_model(layers: int, height: float, penalty: float, time_step: float) -> Model:
     """Return layers of soil on rollers above a half-space of rock."""
     young = 2 * DENSITY * SPEED**2 * (1 + POISSON)
     control = {"integration": "midpoint", "analysis": "plane_strain"}
@@ -51,7 +51,7 @@ def half_space(short: bool) -> Outcome:
     axes.plot(frequencies, exact, color=BLUE, label="closed form")
     rows, errors = [], []
     for layers, allowed in ((10, 0.01), (20, 3e-3), (40, 1e-3)):
-        found = abs(transfer(_stack(layers, height, 2e5, 1e-4), frequencies, base=None))
+        found = abs(transfer(_layered_model(layers, height, 2e5, 1e-4), frequencies, base=None))
         errors.append(max(abs(found - exact)) / max(exact))
         rows.append(at_most(f"{layers} layers: error over the peak", errors[-1], allowed))
     for before, after in pairwise(errors):
@@ -60,31 +60,31 @@ def half_space(short: bool) -> Outcome:
     axes.set(xlabel="frequency (Hz)", ylabel="surface over outcrop")
     for length in (8, 20) if short else (8, 12, 20, 32):
         number = 2 * np.pi / length
-        turn = np.exp(1j * _discrete(number))
-        there, back = (_force(number, one) + 1j * number for one in (turn, 1 / turn))
+        turn = np.exp(1j * _discrete_phase(number))
+        there, back = (_face_force(number, one) + 1j * number for one in (turn, 1 / turn))
         found = _reflection(length)
         rows.append(relative(f"reflection at λ/h = {length}", abs(there / back), found, 0.01))
     return Outcome(rows, figure)
 
 
-def _discrete(number):
-    """Return the wave number times thickness of the blocks for that of the continuum."""
+def _discrete_phase(number):
+    """Return k_d h of the blocks for k h of the continuum (wave number times thickness)."""
     return np.arccos((6 - 2 * number**2) / (6 + number**2))
 
 
-def _force(number: float, turn: complex) -> complex:
-    """Return the force on the outer face of a block over G/h and the displacement."""
+def _face_force(number: float, turn: complex) -> complex:
+    """Return the force on the outer face of a block over G/h times its displacement."""
     return 1 - turn - number**2 * (2 + turn) / 6
 
 
 def _reflection(length: float, layers: int = 80) -> float:
-    """Return the reflection of matched dashpots by the ripple of the surface over a wavelength."""
-    model = _stack(layers, float(layers), 2e5, 1e-6)
+    """Return the reflection of matched dashpots, from the ripple of the surface amplitude."""
+    model = _layered_model(layers, float(layers), 2e5, 1e-6)
     model["boundary"][0](density=DENSITY, shear_velocity=SPEED, pressure_velocity=None)
     centre, width = SPEED / length, SPEED / 2 / layers
     frequencies = centre + width * np.linspace(-0.5, 0.5, 41)
     found = abs(transfer(model, frequencies, base=None))
-    phase = 2 * layers * _discrete(2 * np.pi * frequencies / SPEED)
+    phase = 2 * layers * _discrete_phase(2 * np.pi * frequencies / SPEED)
     share = frequencies / centre
     terms = [share**2 * np.cos(phase), share**2 * np.sin(phase), np.ones_like(share), share - 1]
     ripple = np.linalg.lstsq(np.column_stack(terms), found, rcond=None)[0]

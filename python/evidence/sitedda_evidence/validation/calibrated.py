@@ -89,8 +89,8 @@ _COMPARED = {True: 1, False: 6}  # columns that are also solved by the sampler
 _TOGETHER = 10  # columns of a task
 
 
-def _column(seed: int, unknowns: tuple[int, int], measured: tuple[int, int]) -> tuple:
-    """Draw a column, priors, and true values with noisy frequencies."""
+def _random_column(seed: int, unknowns: tuple[int, int], measured: tuple[int, int]) -> tuple:
+    """Return a random column, its priors, true values, and modes with noisy frequencies."""
     random = np.random.default_rng(seed)
     model = Model("column", time_step=1e-3, steps=1)
     model.contact(normal_stiffness=1e9)
@@ -110,20 +110,20 @@ def _column(seed: int, unknowns: tuple[int, int], measured: tuple[int, int]) -> 
     return model, [MeasuredMode(f, _NOISE * f) for f in noisy.tolist()], priors, true
 
 
-def _bands(first: int, count: int) -> dict:
+def _check_coverage(first: int, count: int) -> dict:
     """Return whether the band of each unknown contains its true value, and processor time, s."""
     begin, inside = time.process_time(), []
     for seed in range(first, first + count):
-        model, seen, priors, true = _column(seed, (1, 4), (2, 5))
+        model, seen, priors, true = _random_column(seed, (1, 4), (2, 5))
         found = calibrate(model, seen, priors, discrepancy=0.0, seed=seed)
         value = np.array(list(true.values()))
         inside += ((found.low <= value) & (value <= found.high)).tolist()
     return {"inside": inside, "seconds": time.process_time() - begin}
 
 
-def _two_ways(seed: int) -> float:
+def _compare_samplers(seed: int) -> float:
     """Return the largest relative difference of medians and bounds between both samplers."""
-    model, seen, priors, _ = _column(seed, (1, 2), (4, 5))
+    model, seen, priors, _ = _random_column(seed, (1, 2), (4, 5))
     one, two = (calibrate(model, seen, priors, discrepancy=0.0, samples=4000, sampler=sampler)
                 for sampler in ("laplace", "ensemble"))  # fmt: skip
     bounds = [np.array([found.low, found.median, found.high]) for found in (one, two)]
@@ -132,10 +132,13 @@ def _two_ways(seed: int) -> float:
 
 
 def _coverage_tasks(short: bool) -> list[Task]:
-    todo = [Task(("bands", first), _bands, {"first": first, "count": _TOGETHER}, 4.0)
+    todo = [Task(("bands", first), _check_coverage, {"first": first, "count": _TOGETHER}, 4.0)
             for first in range(0, _COLUMNS[short], _TOGETHER)]  # fmt: skip
     if find_spec("emcee"):
-        todo += [Task(("sampler", s), _two_ways, {"seed": s}, 4.0) for s in range(_COMPARED[short])]
+        todo += [
+            Task(("sampler", s), _compare_samplers, {"seed": s}, 4.0)
+            for s in range(_COMPARED[short])
+        ]
     return todo
 
 

@@ -67,7 +67,7 @@ def arch_by_friction(short: bool) -> Outcome:
 
 
 def _find_thinnest(cuts: str, friction: float, stones: int, between, tolerance: float):
-    """Return a bracket of the smallest stable t/R."""
+    """Return a bracket of the smallest t/R at which the arch is stable."""
     return bisect(lambda t: _is_stable(t, cuts, friction, stones), *between, tolerance)
 
 
@@ -144,7 +144,7 @@ def block_on_slope(short: bool) -> Outcome:
     """Check every published state and the displacement of the sliding block."""
     rows, (figure, axes) = [], canvas(3, size=(9, 3))
     for axis, ((height, friction), wanted) in zip(axes, STATES.items(), strict=True):
-        way, turn, polygons = _released_block(height, friction, 1.0 if short else 2.0)
+        way, turn, polygons = _run_released_block(height, friction, 1.0 if short else 2.0)
         found = "topples" if turn > 0.05 else "slides" if way > 1.0 else "stable"
         rows.append(true(f"y {height:g} m, φ {friction:g}°: {wanted}", True, found == wanted))
         if wanted == "slides":
@@ -157,7 +157,7 @@ def block_on_slope(short: bool) -> Outcome:
     return Outcome(rows, figure)
 
 
-def _released_block(height: float, friction: float, duration: float):
+def _run_released_block(height: float, friction: float, duration: float):
     """Run a released block; return displacement down the plane (m), rotation (rad), outlines."""
     gravity = (-10.0 * np.sin(PSI), -10.0 * np.cos(PSI))
     model = Model("slope", time_step=1e-3, gravity=gravity)
@@ -189,7 +189,10 @@ def rocking_share(short: bool) -> Outcome:
     rows, (figure, axes) = [], canvas(2, size=(6, 3))
     for axis, (slenderness, measured) in zip(axes, MEASURED.items(), strict=True):
         alpha = np.arctan(1 / slenderness)
-        wanted, (got, time, angle) = 1 - 1.5 * np.sin(alpha) ** 2, _velocity_fraction(slenderness)
+        wanted, (got, time, angle) = (
+            1 - 1.5 * np.sin(alpha) ** 2,
+            _simulate_first_impact(slenderness),
+        )
         rows.append(relative(f"height of {slenderness} widths: share", wanted, got, 1.5e-3))
         rows.append(
             at_most(f"{slenderness}: above the measured one", got / wanted - measured, 0.06)
@@ -199,7 +202,7 @@ def rocking_share(short: bool) -> Outcome:
     return Outcome(rows, figure)
 
 
-def _velocity_fraction(slenderness: int):
+def _simulate_first_impact(slenderness: int):
     """Return the velocity ratio of the first impact, times (s) and angles (rad)."""
     width, alpha = 1.0 / slenderness, np.arctan(1 / slenderness)
     tilt = 0.5 * alpha

@@ -21,7 +21,7 @@ FEW = 10  # steps between two values of gravity, and of a history
 SMALL_SLOPE = ((0.0, 0.0), (16.0, 0.0), (16.0, 8.0), (5.0, 8.0))  # m
 
 
-def _row_on_row(rng: np.random.Generator) -> tuple[Model, tuple[float, float], float]:
+def _crossed_rows(rng: np.random.Generator) -> tuple[Model, tuple[float, float], float]:
     """Return a row of blocks on a fixed row with the same cross joints, in plane axes.
 
     Returns the model, gravity with the slope, and by how much the upper row slides down in `SLIDE`.
@@ -50,8 +50,8 @@ def _row_on_row(rng: np.random.Generator) -> tuple[Model, tuple[float, float], f
     return model, gravity, 0.5 * GRAVITY * pull * SLIDE**2
 
 
-def _slip_of(model: Model, gravity: tuple[float, float], rest: bool) -> float:
-    """Return the slip of the upper row after a static stage on level ground, or at once, m."""
+def _simulate_slip(model: Model, gravity: tuple[float, float], rest: bool) -> float:
+    """Return the slip of the upper row, with a static stage on level ground first or without, m."""
     if rest:
         model.control(gravity=(0.0, gravity[1]))
         model.stage(name="rest", kind="static")
@@ -77,8 +77,8 @@ def crossings(short: bool) -> Outcome:
     count = 4 if short else 60
     found = np.empty((count, 3))
     for one in found:
-        model, gravity, one[0] = _row_on_row(rng)
-        one[1:] = [_slip_of(model.copy(), gravity, rest) for rest in (True, False)]
+        model, gravity, one[0] = _crossed_rows(rng)
+        one[1:] = [_simulate_slip(model.copy(), gravity, rest) for rest in (True, False)]
     begins = ("after a static stage", "released at once")
     figure, axes = canvas(1, size=(6, 4))
     rows = []
@@ -114,8 +114,8 @@ def _small_slope() -> Model:
     return model
 
 
-def _shipped_slope(folder: Path) -> Model:
-    """The slope of the examples, with impacts that do not rebound by chance."""
+def _example_slope(folder: Path) -> Model:
+    """Return the slope of the examples, with restitution 0 in all joints."""
     model = Model.read(copy_example("slope", folder)[0])
     model.control(duration=None, settle=None, time_step=1e-3)
     model.output(block_interval=None)
@@ -164,7 +164,7 @@ def gravity_ramp(short: bool) -> Outcome:
     ):
         for offset in offsets:
             with tempfile.TemporaryDirectory() as folder:
-                model = _small_slope() if short else _shipped_slope(Path(folder))
+                model = _small_slope() if short else _example_slope(Path(folder))
                 model["joint.bedding"].friction_angle += offset
                 slip = np.linalg.norm(_shaken_slip(model, seconds, duration), axis=1)
             label = begin if not found else None

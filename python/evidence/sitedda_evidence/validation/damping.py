@@ -44,7 +44,7 @@ def free_decay(short: bool) -> Outcome:
     for ratio, color in zip(ratios, COLORS, strict=False):
         for frequency in frequencies:
             body = {"damping_ratio": ratio, "reference_frequency": frequency}
-            time, strain, left_over = _free_swing(frequency, body)
+            time, strain, left_over = _simulate_free_decay(frequency, body)
             found = _decrement(time, strain)
             share = 2 / np.pi * np.arcsin(found)
             asked = 0.5 * np.tan(np.pi * share / (1 + share))
@@ -64,7 +64,7 @@ def free_decay(short: bool) -> Outcome:
     for frequency in probed:
         omega = 2 * np.pi * frequency
         exact = 0.5 * (rayleigh.alpha / omega + rayleigh.beta * omega)
-        time, strain, left_over = _free_swing(frequency, values)
+        time, strain, left_over = _simulate_free_decay(frequency, values)
         found.append(_decrement(time, strain))
         rows += [
             relative(f"Rayleigh, {frequency:g} Hz", exact, found[-1], 0.005),
@@ -78,7 +78,7 @@ def free_decay(short: bool) -> Outcome:
     return Outcome(rows, figure)
 
 
-def _free_swing(frequency: float, damping: dict) -> tuple[np.ndarray, np.ndarray, float]:
+def _simulate_free_decay(frequency: float, damping: dict) -> tuple[np.ndarray, np.ndarray, float]:
     """Return times (s) and shear strain of a free block, and the remaining energy."""
     shear = (2 * np.pi * frequency) ** 2 * DENSITY / 24
     step, steps = 1 / (400 * frequency), 2800
@@ -134,7 +134,7 @@ def material_damping(short: bool) -> Outcome:
         amplitude, frequency = PEAKS[ratio]
         for step in steps:
             label = f"ζ {100 * ratio:g} %, Δt {1e3 * step:g} ms"
-            peak, stepped, left_over, curve = _peaks(ratio, step)
+            peak, stepped, left_over, curve = _transfer_peaks(ratio, step)
             # the midpoint rule lowers frequencies: tan(ωΔt/2) is that of 1 ms at the same ω̃
             warped = np.tan(np.pi * frequency * 1e-3) / 1e-3
             own = np.arctan(warped * step) / (np.pi * step)
@@ -148,13 +148,13 @@ def material_damping(short: bool) -> Outcome:
             left.plot(*curve, color=color, lw=0.9, label=label)
     layers = 30 if short else 120
     for ratio, color in zip((0.05,) if short else (0.01, 0.05, 0.1), COLORS, strict=False):
-        frequencies, engine, same, hysteretic = _beside_shake(ratio, layers)
+        frequencies, engine, same, hysteretic = _curves_beside_shake(ratio, layers)
         label = f"ζ {100 * ratio:g} %"
         apart = abs(abs(engine) / abs(same) - 1).max()
         rows.append(at_most(f"{label}, curve against the column", apart, 5e-3))
         shown = abs(abs(engine).max() / abs(hysteretic).max() - 1)
         rows.append(at_most(f"{label}, peak against K (1 + 2iζ)", shown, 5e-3))
-        worst = _rayleigh_beside_shake(ratio, layers)
+        worst = _rayleigh_error(ratio, layers)
         label_rayleigh = f"{label}, Rayleigh, curve against SHAKE91's modulus, 1–25 Hz"
         rows.append(at_most(label_rayleigh, worst, 5e-3))
         right.semilogy(frequencies, abs(engine), color=color, label=label)
@@ -164,8 +164,8 @@ def material_damping(short: bool) -> Outcome:
     return Outcome(rows, figure)
 
 
-def _peaks(ratio: float, step: float):
-    """Return peaks by `transfer` and time stepping, remaining energy, and stepped curve."""
+def _transfer_peaks(ratio: float, step: float):
+    """Return peaks by `transfer` and by time steps, remaining energy, and the stepped curve."""
     body = {"damping_ratio": ratio, "reference_frequency": REFERENCE}
     text = column_text(15, ROCK, (step, round(60 / step)), recorded("shaking"), body=body,
                        penalty=1.5e12, integration="midpoint")  # of Table I  # fmt: skip
@@ -179,15 +179,15 @@ def _peaks(ratio: float, step: float):
     return peak, stepped, nml.residual(history), (found.frequency, found.ratio)
 
 
-def _beside_shake(ratio: float, layers: int):
+def _curves_beside_shake(ratio: float, layers: int):
     """Curves of a stack with stiff joints, of the column with its modulus, and of SHAKE's."""
-    engine = _stiff_stack(layers, damping_ratio=ratio, reference_frequency=REFERENCE)
+    engine = _stiff_stack_transfer(layers, damping_ratio=ratio, reference_frequency=REFERENCE)
     same = _uniform_column(ConstantRatio(ratio, REFERENCE)).transfer(FREQUENCIES)
     hysteretic = _uniform_column(ratio, convention="shake").transfer(FREQUENCIES)  # K (1 + 2iζ)
     return FREQUENCIES, engine, same, hysteretic
 
 
-def _rayleigh_beside_shake(ratio: float, layers: int) -> float:
+def _rayleigh_error(ratio: float, layers: int) -> float:
     """Largest relative error of the amplitude of a stack whose Rayleigh damping touches the ratio
     a little above the first mode, against the column with the modulus of SHAKE91.
 
@@ -195,20 +195,22 @@ def _rayleigh_beside_shake(ratio: float, layers: int) -> float:
     least at ω: there both have the ratio.
     """
     omega = 2 * np.pi * REFERENCE * (1 + ratio)
-    engine = _stiff_stack(layers, rayleigh_alpha=ratio * omega, rayleigh_beta=ratio / omega)
+    engine = _stiff_stack_transfer(
+        layers, rayleigh_alpha=ratio * omega, rayleigh_beta=ratio / omega
+    )
     exact = _uniform_column(ratio, convention="shake91").transfer(FREQUENCIES)
     return float(abs(abs(engine) / abs(exact) - 1).max())
 
 
 def _uniform_column(damping, **options) -> Column:
-    """Table I's rock as one layer."""
+    """Return table I's rock as a column of one layer."""
     density, young, poisson = ROCK
     shear = young / (2 * (1 + poisson))
     return Column([Layer(HEIGHT, density=density, shear_modulus=shear, damping=damping)], **options)
 
 
-def _stiff_stack(layers: int, **body: float):
-    """Transfer function of Table I's rock in so many layers with stiff joints, at `FREQUENCIES`."""
+def _stiff_stack_transfer(layers: int, **body: float):
+    """Return the transfer function of a stack of stiffly jointed layers of table I's rock."""
     still = nml.motion("shaking", np.zeros(3), 1.0)
     text = column_text(layers, ROCK, (1e-4, 10), still, HEIGHT, STIFF_JOINTS * ROCK[1], body,
                        integration="midpoint")  # fmt: skip

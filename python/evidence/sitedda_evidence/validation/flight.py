@@ -39,11 +39,11 @@ def bounce(short: bool) -> Outcome:
     stiffness = 1e8
     omega = np.sqrt(2 * stiffness / DENSITY)
     steps = (1e-4,) if short else (8e-4, 4e-4, 2e-4, 1e-4, 5e-5)
-    runs = {dt: _dropped_block(dt, stiffness) for dt in steps}
+    runs = {dt: _drop_block(dt, stiffness) for dt in steps}
     rows, table = [], []
     for dt, (time, height, total, audit) in runs.items():
-        expected = _restitution(omega * dt) ** 2
-        peak = _rebound(time, height)
+        expected = _scheme_restitution(omega * dt) ** 2
+        peak = _rebound_height(time, height)
         table.append((dt, omega * dt, peak, expected, abs(peak / expected - 1), 1 - peak))
         if dt == 1e-4:
             fall = time < 0.4
@@ -59,23 +59,23 @@ def bounce(short: bool) -> Outcome:
     return Outcome(rows, _draw_bounce(runs, table), tables)
 
 
-def _restitution(step: float) -> float:
-    """Return the restitution of half a period with the damping of the scheme, Ω = ωΔt."""
+def _scheme_restitution(step: float) -> float:
+    """Return the restitution of half a period of contact with the damping of the scheme."""
     phase = np.arccos((4 - step**2) / (2 * (2 + step**2)) * np.sqrt(1 + step**2 / 2))
     decay = 0.5 * np.log(1 + step**2 / 2)
     return float(np.exp(-np.pi * decay / phase))
 
 
-def _rebound(time, height) -> float:
-    """Return the height of the flight after the first contact, m, by a parabola."""
+def _rebound_height(time, height) -> float:
+    """Return the greatest height after the first contact, m, from a fitted parabola."""
     first = int(np.argmax(height < 0))
     after = first + int(np.argmax(height[first:] > 0))
     top = after + int(np.argmax(height[after:]))
     return float(height[top]) if top < len(height) - 1 else np.nan
 
 
-def _dropped_block(time_step: float, stiffness: float):
-    """Time (s), gap under the block (m), total energy (J/m) and audit residual over m g h."""
+def _drop_block(time_step: float, stiffness: float):
+    """Return time (s), gap below the block (m), energy (J/m) and audit residual over m g h."""
     body = nml.rectangle(-0.5, 1.0, 1.0, 1.0)
     text = nml.text(
         nml.control(time_step, round(1.6 / time_step), max_displacement_ratio=0.02),
@@ -116,7 +116,7 @@ def _draw_bounce(runs, table):
     steps, loss = [line[0] for line in table], [line[-1] for line in table]
     fine = np.geomspace(min(steps) / 2, max(steps) * 1.5)
     omega = table[0][1] / table[0][0]
-    theory = [1 - _restitution(omega * dt) ** 2 for dt in fine]
+    theory = [1 - _scheme_restitution(omega * dt) ** 2 for dt in fine]
     right.loglog(fine, theory, color=INK, lw=1, label="closed form")
     right.loglog(steps, loss, "o", color=BLUE, label="engine")
     right.set(xlabel="Δt (s)", ylabel="height lost at the first bounce (m)")
@@ -215,8 +215,8 @@ def _draw_spin(pictures):
 def edge(short: bool) -> Outcome:
     """Place, angle and time of landing; then at rest on the floor."""
     steps = (1e-4,) if short else (4e-4, 2e-4, 1e-4)
-    truth = _tipping_block()
-    runs = {dt: _slide_off(dt) for dt in steps}
+    truth = _integrate_tipping_block()
+    runs = {dt: _run_sliding_block(dt) for dt in steps}
     run = runs[steps[-1]]
     landing = truth["t"][-1]
     x, y, angle = (np.interp(landing, run["time"], run[key]) for key in ("x", "y", "angle"))
@@ -233,14 +233,14 @@ def edge(short: bool) -> Outcome:
     ends = [np.interp(landing, one["time"], one["angle"]) for one in runs.values()]
     errors = [abs(end / truth["angle"][-1] - 1) for end in ends]
     table = convergence("Relative error of the angle at landing by Δt.", "Δt (s)", steps, errors)
-    return Outcome(rows, _draw_edge(run, truth), [] if short else [table])
+    return Outcome(rows, _draw_landing(run, truth), [] if short else [table])
 
 
 WIDTH, HEIGHT, SPEED, TABLE = 1.0, 0.4, 2.0, 2.0  # m, m, m/s, m
 
 
-def _slide_off(time_step: float) -> dict:
-    """A stiff block slides at 2 m/s off a table 2 m high; friction only on the floor."""
+def _run_sliding_block(time_step: float) -> dict:
+    """Run a stiff block that slides at 2 m/s off a table of 2 m; only the floor has friction."""
     body = nml.rectangle(-1.0, TABLE, WIDTH, HEIGHT)
     text = nml.text(
         nml.control(time_step, round(3.0 / time_step), max_displacement_ratio=0.02),
@@ -274,7 +274,7 @@ def _slide_off(time_step: float) -> dict:
     return found
 
 
-def _tipping_block() -> dict:
+def _integrate_tipping_block() -> dict:
     """Rigid block on a smooth edge at (0, TABLE): slide, tip, fly until a corner is at y = 0.
 
     While it tips the edge P touches the bottom face at distance s before the middle, so the
@@ -330,7 +330,7 @@ def _tipping_block() -> dict:
     }
 
 
-def _draw_edge(run, truth):
+def _draw_landing(run, truth):
     figure, (left, right) = canvas(width_ratios=[3, 2])
     draw_blocks(left, [nml.rectangle(-2, 0, 2, TABLE), nml.rectangle(-2, -0.3, 6, 0.3)], GROUND)
     shown = [int(i) for i in np.linspace(0, np.searchsorted(run["time"], truth["t"][-1]), 10)]

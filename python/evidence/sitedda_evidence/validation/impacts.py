@@ -85,7 +85,7 @@ def rocking_times(short: bool) -> Outcome:
     figure, (axes,) = canvas(1, size=(8, 4))
     for penalty in penalties:
         for time_step in steps:
-            time, angle, audit = _run_rock(penalty, time_step)
+            time, angle, audit = _run_rocking(penalty, time_step)
             times = np.array(zero_times(time, angle)[:4])
             error = abs(times / theory - 1).max() if len(times) == 4 else np.inf
             name = f"k_n {penalty:g} N/m, Δt {1e3 * time_step:g} ms"
@@ -97,21 +97,21 @@ def rocking_times(short: bool) -> Outcome:
         axes.axvline(t, color=INK, lw=0.8, ls="--")
     axes.set(xlabel="time (s)", ylabel="angle (rad)", title="dashed: Housner's impacts")
     if not short:
-        times = np.array(zero_times(*_run_rock(1e10, 5e-4, scale=2.0)[:2])[:4])
+        times = np.array(zero_times(*_run_rocking(1e10, 5e-4, scale=2.0)[:2])[:4])
         error = abs(times / (np.sqrt(2) * theory) - 1).max()
         rows.append(at_most("twice the size: largest error of four impact times", error, 0.02))
     for ratio, pulse in ((3.0, 0.107748),) if short else ((1.5, 0.290795), (3.0, 0.107748)):
         for share, falls in ((0.98, False), (1.02, True)):
             pushed = {"duration": 2.5, "angle": 0.0, "pulse": (ratio, share * pulse)}
-            _, angle, _ = _run_rock(1e10, 5e-4, **pushed)
+            _, angle, _ = _run_rocking(1e10, 5e-4, **pushed)
             fell = bool(abs(angle).max() > 1.0)
             rows.append(true(f"a/(g tan α) {ratio:g}, {share:g} of the pulse: falls", falls, fell))
     head = ("k_n (N/m)", "Δt (s)", "first (s)", "second", "third", "fourth")
     return Outcome(rows, figure, [Table("Impact times.", head, table)])
 
 
-def _run_rock(penalty, time_step, duration=1.9, angle=None, pulse=None, scale=1.0):
-    """Time (s), angle (rad) and audit of a block that rocks from an angle, or by a pulse."""
+def _run_rocking(penalty, time_step, duration=1.9, angle=None, pulse=None, scale=1.0):
+    """Return time (s), angle (rad) and audit of a block rocking from an angle or by a pulse."""
     width, height = 0.25 * scale, 1.0 * scale
     slender = np.arctan2(width, height)
     angle = 0.5 * slender if angle is None else angle
@@ -146,9 +146,9 @@ def corner_impacts(short: bool) -> Outcome:
     random, count = np.random.default_rng(97), 40 if short else 200
     found = []
     while len(found) < count:
-        corner = _Corner.drawn(random, near_limit=len(found) % 2 == 1)
+        corner = _Corner.random_corner(random, near_limit=len(found) % 2 == 1)
         if corner is not None:
-            found.append((corner, *corner.hit(random)))
+            found.append((corner, *corner.impact_error(random)))
     figure, (axes,) = canvas(1, size=(7, 4))
     rows, table = [], []
     for i, kind in enumerate(("stick", "slip")):
@@ -182,8 +182,8 @@ class _Corner:
     kind: str
 
     @classmethod
-    def drawn(cls, random, near_limit: bool) -> "_Corner | None":
-        """Draw a corner impact; None if it hardly descends or the law has several solutions."""
+    def random_corner(cls, random, near_limit: bool) -> "_Corner | None":
+        """Return a random corner impact; None if it hardly descends or has several solutions."""
         size, tilt = random.uniform(0.3, 2.0, 2), np.radians(random.uniform(3.0, 87.0))
         before = np.array([random.uniform(-1, 1), -random.uniform(0.3, 1.5), random.uniform(-1, 1)])
         restitution = float(random.choice([0.0, 0.0, 0.3, 0.8]))
@@ -212,11 +212,11 @@ class _Corner:
         return np.diag([1 / mass, 1 / mass, 12 / (mass * np.sum(self.size**2))])
 
     def outline(self) -> np.ndarray:
-        """Vertices about the centre of mass."""
+        """Return the vertices relative to the centre of mass, m."""
         return nml.turned(nml.rectangle(*(-0.5 * self.size), *self.size), self.tilt)
 
     def contact(self) -> tuple[np.ndarray, np.ndarray]:
-        """Rows n, t of the velocities of the lowest corner, and its 2 × 2 matrix of softness."""
+        """Return the rows n, t of the velocity of the lowest corner, and its 2 × 2 compliance."""
         outline = self.outline()
         x, y = outline[np.argmin(outline[:, 1])]
         rows = np.array([[0.0, 1.0, x], [1.0, 0.0, -y]])
@@ -236,8 +236,8 @@ class _Corner:
                 answers.append(("slip", slip))
         return answers
 
-    def hit(self, random) -> tuple[float, float]:
-        """Error of the velocity after the impact in the engine, over the speed before; audit."""
+    def impact_error(self, random) -> tuple[float, float]:
+        """Return error of the velocity after impact in the engine, over the speed before; audit."""
         time_step, omega = 2e-5, 10 ** random.uniform(-1, 1.5)
         penalty = DENSITY * np.prod(self.size) * (omega / time_step) ** 2
         modulus = min(1e17, 1e2 * penalty)

@@ -74,7 +74,7 @@ def soil_column_text(time_step: float, duration: float, **more) -> str:
     return column_text(30, (density, young, poisson), steps, recorded("shaking"), **more)
 
 
-def _accelerations(history) -> tuple[np.ndarray, np.ndarray]:
+def _surface_and_base(history) -> tuple[np.ndarray, np.ndarray]:
     """Return the accelerations of surface and base along x, m/s²."""
     values = history.acceleration.isel(axis=0)
     return values.sel(point="surface").values, values.sel(point="base").values
@@ -129,14 +129,14 @@ def with_transfer(text: str):
         near = largest(1.5, 20.0)[0]
         exact = largest(near - 0.06, near + 0.06)
     step = float(history.time[1] - history.time[0])
-    frequency, ratio = amplification(*_accelerations(history), step, 8)
+    frequency, ratio = amplification(*_surface_and_base(history), step, 8)
     return history, exact, find_peak(frequency, abs(ratio), 1.5, 20.0)
 
 
 def base_and_record(history):
     """Accelerations of the base and of the record averaged over each step (m/s²), and the root mean
     square of the base after the record over its peak."""
-    time, base = history.time.values, _accelerations(history)[1][1:]
+    time, base = history.time.values, _surface_and_base(history)[1][1:]
     record = read_record(record_file(), format="smc", unit="cm/s2")
     velocity = np.interp(time, record.time.values, record.velocity.values, right=0.0)
     after = time[1:] > float(record.time[-1]) + 10 * (time[1] - time[0])
@@ -188,7 +188,7 @@ def transfer_error(changes: dict) -> tuple:
     pulse = np.exp(-0.5 * ((time - 0.03) / 0.0025) ** 2) * np.sin(2 * np.pi * 60 * (time - 0.03))
     shaking = nml.motion("shaking", pulse, step)
     with nml.written(column_text(5, ROCK, (step, 3000), shaking, **changes)) as file:
-        frequency, found = amplification(*_accelerations(run(file).history), step, 1)
+        frequency, found = amplification(*_surface_and_base(run(file).history), step, 1)
         inside = (frequency >= BAND[0]) & (frequency <= BAND[1])
         frequency, found = frequency[inside], found[inside]
         exact = transfer(file, frequency)

@@ -102,8 +102,8 @@ class Bar:
         return data, *(data.velocity.sel(point=p).values[:, axis] for p in ("before", "after"))
 
 
-def _step_of(bar: Bar, width: float):
-    """A displacement of Gaussian velocity, e^(−½) at `width` blocks, and its sampling interval."""
+def _smooth_step(bar: Bar, width: float):
+    """Return a displacement of Gaussian velocity, e^(−½) at `width` blocks; sampling interval."""
     duration = 8 * width * bar.size / bar.speed
     time = np.linspace(0, duration, 401)
     spread = width * bar.size / bar.speed
@@ -116,16 +116,16 @@ def _compute_spectrum(values: np.ndarray) -> np.ndarray:
 
 @functools.cache
 def _incident_wave(bar: Bar, width: float):
-    """Time and velocities of the bar without joints."""
-    way, spacing = _step_of(bar, width)
+    """Return time and velocities of the bar without joints."""
+    way, spacing = _smooth_step(bar, width)
     steps = int(2.45 * min(bar.before, bar.after) / PER_STEP)
     data, before, after = bar.run(steps, way - way[0], spacing)
     return data.time.values, before, after
 
 
-def _coefficients(bar: Bar, width: float, joints: Sequence[int], stiffness: float):
+def _transmission(bar: Bar, width: float, joints: Sequence[int], stiffness: float):
     """Angular frequencies (rad/s), T and R (complex) of elastic joints, and the history."""
-    way, spacing = _step_of(bar, width)
+    way, spacing = _smooth_step(bar, width)
     time, before, after = _incident_wave(bar, width)
     stiff = {"normal_stiffness_per_area": stiffness, "shear_stiffness_per_area": stiffness}
     data, at, beyond = bar.run(len(time) - 1, way - way[0], spacing, joints, **GLUE, **stiff)
@@ -154,7 +154,7 @@ def elastic_joint(short: bool) -> Outcome:
     largest = 1.0 if short else 3.0
     for wave in "P" if short else "PS":
         bar = Bar(wave, before=110, after=110) if short else Bar(wave)
-        found, data = _one_joint(bar, largest, 7.0)
+        found, data = _scan_stiffness(bar, largest, 7.0)
         drawn[wave] = found
         marks = (0.1, 0.5, 1.0) if short else (0.1, 0.2, 0.5, 1.0, 2.0, 3.0)
         for mark in marks:
@@ -165,7 +165,7 @@ def elastic_joint(short: bool) -> Outcome:
             rows.append(relative(f"|R|, {name}", abs(xi * theory), abs(back), 1e-2))
             rows.append(relative(f"ωτ, {name}", np.arctan(xi.real), -np.angle(passed), 1e-2))
         rows.append(at_most(f"audit, {wave}", nml.residual(data), 1e-6))
-    tables = [] if short else [_block_sizes()]
+    tables = [] if short else [_tabulate_block_sizes()]
     figure, axes = canvas()
     for wave, (xi, passed, back) in drawn.items():
         for axis, values, theory in (
@@ -179,21 +179,21 @@ def elastic_joint(short: bool) -> Outcome:
     return Outcome(rows, figure, tables)
 
 
-def _one_joint(bar: Bar, largest: float, width: float, shortest: float = 20.0):
+def _scan_stiffness(bar: Bar, largest: float, width: float, shortest: float = 20.0):
     """ξ, T, R (rows) from ξ = 0.1 to its largest, at a wave of `shortest` blocks; the history."""
     stiffness = np.pi * bar.speed / (shortest * bar.size) * bar.impedance / largest
-    omega, passed, back, data = _coefficients(bar, width, (bar.before,), stiffness)
+    omega, passed, back, data = _transmission(bar, width, (bar.before,), stiffness)
     xi = omega * bar.impedance / (2 * stiffness)
     band = (xi > 0.09) & (xi < 1.02 * largest)
     return np.array([xi[band], passed[band], back[band]]), data
 
 
-def _block_sizes() -> Table:
+def _tabulate_block_sizes() -> Table:
     """Error at ξ = 1 by the number of blocks in a wave."""
     counts, errors = (10, 20, 40), []
     for count in counts:
         bar = Bar("P", before=3 * count + 60, after=3 * count + 60)
-        found, _ = _one_joint(bar, 1.0, 0.35 * count, count)
+        found, _ = _scan_stiffness(bar, 1.0, 0.35 * count, count)
         xi, passed, back = found[:, np.argmin(np.abs(found[0].real - 1.0))]
         theory = 1 / (1 + 1j * xi)
         errors.append((abs(passed / theory - 1), abs(abs(back / (xi * theory)) - 1)))
@@ -226,10 +226,10 @@ def joints_in_series(short: bool) -> Outcome:
         for count in (2, 4):
             blocks = round(spacing * wave)
             joints = tuple(bar.before + i * blocks for i in range(count))
-            omega, passed, _, data = _coefficients(bar, 0.14 * wave, joints, stiffness)
+            omega, passed, _, data = _transmission(bar, 0.14 * wave, joints, stiffness)
             kept[spacing, count] = omega * bar.size * wave / (2 * np.pi * bar.speed), passed
             at = np.argmin(np.abs(kept[spacing, count][0] - 1))
-            theory = _series(0.5, 2 * np.pi * spacing, count)
+            theory = _series_transmission(0.5, 2 * np.pi * spacing, count)
             name = f"|T|, {count} joints, d/λ = {spacing:g}"
             rows.append(relative(name, theory, abs(passed[at]), 2e-2))
             if spacing == spacings[0] and count == 2:
@@ -247,7 +247,12 @@ def joints_in_series(short: bool) -> Outcome:
             ratio, passed = kept[spacing, count]
             band = (ratio > 0.1) & (ratio < 2.0)
             angle = 2 * np.pi * spacing * ratio[band]
-            axis.plot(ratio[band], _series(0.5 * ratio[band], angle, count), color="0.7", lw=3)
+            axis.plot(
+                ratio[band],
+                _series_transmission(0.5 * ratio[band], angle, count),
+                color="0.7",
+                lw=3,
+            )
             axis.plot(ratio[band], np.abs(passed[band]), color=color, label=f"{count} joints")
         axis.set(
             xlabel="ω/ω(ξ = ½)", ylabel="|T|", title=f"d/λ = {spacing:g} at ξ = ½; grey: theory"
@@ -256,7 +261,7 @@ def joints_in_series(short: bool) -> Outcome:
 
 
 def _stop_band(two, four) -> tuple[float, float]:
-    """Ends of the longest band, ω/ω(ξ = ½), in which cos² 2Φ > 1, so that Φ is not real.
+    """Return the longest band, ω/ω(ξ = ½), in which cos² 2Φ > 1, so that Φ is not real.
 
     With X_N = |T_N|⁻² − 1 of two and four joints, X₄/X₂ = 4 cos² 2Φ.  Each argument holds
     ω/ω(ξ = ½) and T.
@@ -270,8 +275,8 @@ def _stop_band(two, four) -> tuple[float, float]:
     return float(ratio[turns[first]]), float(ratio[turns[first + 1]])
 
 
-def _series(xi, angle, count: int):
-    """|T| of `count` joints, kd = `angle`."""
+def _series_transmission(xi, angle, count: int):
+    """Return |T| of `count` joints with kd = `angle`."""
     phase = np.arccos((np.cos(angle) - xi * np.sin(angle)).astype(complex))
     return 1 / np.sqrt(1 + np.real((xi * np.sin(count * phase) / np.sin(phase)) ** 2))
 
@@ -386,7 +391,7 @@ def closing_joint(short: bool) -> Outcome:
 
 
 def _transmitted_velocity(bar: Bar, speed: float, period: float, stiffness: float, closure: float):
-    """The transmitted velocity by the differential equation."""
+    """Integrate the differential equation of the transmitted velocity."""
 
     def rate(t, v):
         incident = speed * np.sin(2 * np.pi * t / period)

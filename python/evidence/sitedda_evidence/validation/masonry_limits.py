@@ -64,11 +64,11 @@ def arch_friction(short: bool) -> Outcome:
     high = rest_of(arch(0.40, 0.112))
     rows = [
         true("t/R 0.112 stands at μ 0.40", True, high is not None and high.moved < 1e-3),
-        true("t/R 0.112 stands at μ 0.30", False, _arch_rests(rest_of(arch(0.30, 0.112)))),
+        true("t/R 0.112 stands at μ 0.30", False, _is_at_rest(rest_of(arch(0.30, 0.112)))),
     ]
     if not short:
         rows.append(
-            true("t/R 0.105 stands at μ 0.40", False, _arch_rests(rest_of(arch(0.4, 0.105))))
+            true("t/R 0.105 stands at μ 0.40", False, _is_at_rest(rest_of(arch(0.4, 0.105))))
         )
     figure, axes = canvas(1, size=(6, 3.6))
     draw_blocks(axes[0], high.polygons if high else [], STONE)
@@ -76,13 +76,13 @@ def arch_friction(short: bool) -> Outcome:
     return Outcome(rows, figure)
 
 
-def _arch_rests(rest: Rest | None) -> bool:
+def _is_at_rest(rest: Rest | None) -> bool:
     """Return whether the arch is in equilibrium and no vertex has moved by 5 mm."""
     return rest is not None and rest.moved < 5e-3
 
 
-def _stands(bricks: int, courses: int, angle: float) -> bool:
-    return _arch_rests(rest_of(tilted_wall(bricks, courses, angle)))
+def _wall_stands(bricks: int, courses: int, angle: float) -> bool:
+    return _is_at_rest(rest_of(tilted_wall(bricks, courses, angle)))
 
 
 @case(
@@ -98,7 +98,7 @@ def tilting_wall(short: bool) -> Outcome:
     for at, (size, limit) in zip(axes, TILT.items(), strict=True):
         if short and size != (3, 6):
             continue
-        holds = partial(_stands, *size)
+        holds = partial(_wall_stands, *size)
         low, high = 0.95 * limit, limit
         if short:
             low, high = (low if holds(low) else 0.0), (2 * limit if holds(high) else high)
@@ -108,7 +108,7 @@ def tilting_wall(short: bool) -> Outcome:
         rows.append(at_most(f"{words}: angle over its upper limit", high / limit, 1.0))
         rows.append(at_most(f"{words}: shortfall of it", 1.0 - low / limit, 0.06))
         rest = rest_of(tilted_wall(*size, low))
-        rows.append(true(f"{words}: rests at the lower angle", True, _arch_rests(rest)))
+        rows.append(true(f"{words}: rests at the lower angle", True, _is_at_rest(rest)))
         if rest is None:
             continue
         turn = math.radians(low)

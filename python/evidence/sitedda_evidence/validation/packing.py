@@ -83,8 +83,8 @@ def deepest_overlap(shapes: list[np.ndarray]) -> float:
 def packing(short: bool) -> Outcome:
     """Drop the polygons twice."""
     count, columns, duration = (60, 8, 4.0) if short else (1000, 50, 5.0)
-    first = _dropped_packing(count, columns, duration)
-    second = _dropped_packing(count, columns, duration if short else 1.5)
+    first = _run_packing(count, columns, duration)
+    second = _run_packing(count, columns, duration if short else 1.5)
     same = second["marks"] == first["marks"][: len(second["marks"])]
     rows = [
         at_most("kinetic energy at the end over the work of gravity", first["rest"], 1e-6),
@@ -120,8 +120,8 @@ def pile_text(count: int, columns: int, duration: float, **more) -> str:
     )
 
 
-def _dropped_packing(count: int, columns: int, duration: float) -> dict:
-    """Run the packing and record it twenty times a second."""
+def _run_packing(count: int, columns: int, duration: float) -> dict:
+    """Run the packing and record it 20 times per second."""
     keys = ("time", "kinetic", "total", "work", "balance", "depth", "marks")
     found: dict = {key: [] for key in keys}
     with nml.simulation(pile_text(count, columns, duration)) as pile:

@@ -28,8 +28,8 @@ def _ground(title: str, poisson: float, **control) -> Model:
     return model
 
 
-def _wavelet(frequency: float, time):
-    """A Ricker wavelet of displacement around t = 0, m, and its second derivative."""
+def _ricker_wavelet(frequency: float, time):
+    """Return a Ricker wavelet of displacement centred at t = 0, m, and its second derivative."""
     rate = np.pi * frequency
     square = (rate * np.asarray(time)) ** 2
     fade = AMPLITUDE * np.exp(-square)
@@ -47,7 +47,7 @@ def free_square(short: bool) -> Outcome:
     exact = SPEED / np.sqrt(2)
     counts = (8, 16) if short else (8, 16, 32)
     ratios = (POISSON, 0.4999)
-    errors = np.array([[_lame(n, ratio) / exact - 1 for n in counts] for ratio in ratios])
+    errors = np.array([[_lame_frequency(n, ratio) / exact - 1 for n in counts] for ratio in ratios])
     rows = [
         relative(f"{counts[-1]} × {counts[-1]} cells, ν = {ratio:g}", exact,
                  exact * (1 + error[-1]), 0.003, "Hz")
@@ -67,8 +67,8 @@ def free_square(short: bool) -> Outcome:
     return Outcome(rows, figure, [Table("Cells do not lock", head, lines)])
 
 
-def _lame(count: int, poisson: float) -> float:
-    """Frequency of the mode of n × n cells in a square of 1 m that is nearest to Lamé's, Hz."""
+def _lame_frequency(count: int, poisson: float) -> float:
+    """Return the frequency nearest to Lamé's mode of n × n cells in a square of 1 m, Hz."""
     model = _ground("square", poisson, time_step=1e-6, steps=1)
     side = 1.0 / count
     for j in range(count):
@@ -94,7 +94,7 @@ def ridge(short: bool) -> Outcome:
     """Check crest and faces of a prism as high as a wavelength."""
     rows, series, lines = [], [], []
     for length, poisson in ((12, 0.25),) if short else ((12, 0.25), (12, 0.4), (24, 0.25)):
-        place, found, exact, crest = _prism(length, poisson)
+        place, found, exact, crest = _run_prism(length, poisson)
         series.append((length, place, found, exact))
         label = f"λ = {length} cells, ν = {poisson:g}"
         shares = crest / _LARGEST, abs(found - exact).max() / _LARGEST
@@ -112,8 +112,8 @@ def ridge(short: bool) -> Outcome:
     return Outcome(rows, figure, [Table("Shares of the largest amplitude", head, lines)])
 
 
-def _prism(length: int, poisson: float):
-    """Distances from the crest (m), amplitudes of cells and closed form there, and the crest's.
+def _run_prism(length: int, poisson: float):
+    """Return distances from the crest (m), amplitudes by cells and closed form; the crest's.
 
     The response is looked at for a frequency with a small negative imaginary part, for which the
     closed form holds as well, so that what still rings at the end does not count.
@@ -125,7 +125,10 @@ def _prism(length: int, poisson: float):
     time = np.arange(0.0, duration + step, step) - delay
 
     def motion(name: str, before: float) -> None:
-        values = _wavelet(frequency, time + before)[1] - _wavelet(frequency, time - before)[1]
+        values = (
+            _ricker_wavelet(frequency, time + before)[1]
+            - _ricker_wavelet(frequency, time - before)[1]
+        )
         model.motion(name, values.tolist(), step, "acceleration", drift_order=0)
 
     for j in range(length):
@@ -147,7 +150,7 @@ def _prism(length: int, poisson: float):
     history = model.run().history
     omega = 2 * np.pi * frequency - 2j / duration
     weight = np.exp(-1j * omega * history.time.values)
-    wave = weight @ _wavelet(frequency, history.time.values - delay)[0]
+    wave = weight @ _ricker_wavelet(frequency, history.time.values - delay)[0]
     moved = np.einsum("t,tpa->pa", weight, history.displacement.values) / wave
     along = np.arange(length)
     found = np.linalg.norm(abs(moved), axis=1)
@@ -167,7 +170,7 @@ def oblique_waves(short: bool) -> Outcome:
     asked = [(wave, angle) for wave in (0, 1) for angle in (30.0, 60.0)]
     rows, lines = [], []
     for columns in (24,) if short else (24, 36):
-        found = _reflections(columns, asked)
+        found = _reflected_energies(columns, asked)
         for (wave, angle), share in zip(asked, found, strict=True):
             exact = reflected_energy(wave, angle)
             label = f"{'PS'[wave]} at {angle:g}°, {columns} cells along the period"
@@ -188,7 +191,7 @@ def reflected_energy(wave: int, angle: float) -> float:
     """Fraction of the energy of a P (0) or S (1) wave at an angle (°) that dashpots reflect."""
     speed = SPEEDS / SPEED
     slowness = np.sin(np.radians(angle)) / speed[wave]
-    normal = _normals(slowness, speed)
+    normal = _direction_cosines(slowness, speed)
     stiff = [[speed[0] ** 2, speed[0] ** 2 - 2], [speed[0] ** 2 - 2, speed[0] ** 2]]
 
     def imbalance(kind: int, cosine: complex):
@@ -205,32 +208,32 @@ def reflected_energy(wave: int, angle: float) -> float:
     return float(abs(amplitude) ** 2 @ flux / flux[wave])
 
 
-def _normals(slowness: float, speed) -> np.ndarray:
-    """Cosines of the directions of P and S waves; of one that only decays, imaginary."""
+def _direction_cosines(slowness: float, speed) -> np.ndarray:
+    """Return the direction cosines of P and S waves; imaginary for an evanescent wave."""
     normal = np.sqrt(1 - (slowness * np.asarray(speed)) ** 2 + 0j)
     return np.where(normal.imag > 0, -normal, normal)
 
 
-def _reflections(columns: int, asked) -> list[float]:
-    """Energies reflected in ground that repeats after so many squares of 1 m."""
+def _reflected_energies(columns: int, asked) -> list[float]:
+    """Return the reflected energies in ground of period `columns` × 1 m."""
     number = 2 * np.pi / columns
     rates = [number * SPEEDS[wave] / np.sin(np.radians(angle)) for wave, angle in asked]
-    fields = [_field(columns, axis, number, rates) for axis in "xy"]
+    fields = [_displacement_field(columns, axis, number, rates) for axis in "xy"]
     shares = []
     for i, ((wave, _), rate) in enumerate(zip(asked, rates, strict=True)):
-        found = np.array([_amplitudes(field[i], number, rate) for field in fields])
+        found = np.array([_wave_amplitudes(field[i], number, rate) for field in fields])
         # Rows are the two drives; reflected waves are a matrix times the incident waves.
         come, back = found[:, :2].T, found[:, 2:].T
         matrix = back @ np.linalg.inv(come)
-        flux = SPEEDS * _normals(number / rate, SPEEDS).real
+        flux = SPEEDS * _direction_cosines(number / rate, SPEEDS).real
         shares.append(float(abs(matrix[:, wave]) ** 2 @ flux / flux[wave]))
     return shares
 
 
-def _amplitudes(field, number: float, rate: float) -> np.ndarray:
+def _wave_amplitudes(field, number: float, rate: float) -> np.ndarray:
     """Return the amplitudes of down- and upgoing P and S waves of a field, shape (rows, 2)."""
     height = np.arange(len(field)) + 0.5
-    cosine = _normals(number / rate, SPEEDS)
+    cosine = _direction_cosines(number / rate, SPEEDS)
     waves = []
     for sign in (-1, 1):
         for kind in (0, 1):
@@ -241,8 +244,8 @@ def _amplitudes(field, number: float, rate: float) -> np.ndarray:
     return np.linalg.lstsq(np.array(waves).T, field.ravel(), rcond=None)[0]
 
 
-def _field(columns: int, axis: str, number: float, rates) -> list[np.ndarray]:
-    """Displacement of the rows, (rows, 2), that goes as exp(−ikx), for a wavelet at the top."""
+def _displacement_field(columns: int, axis: str, number: float, rates) -> list[np.ndarray]:
+    """Return displacements (rows, 2) that vary as exp(−ikx) for a wavelet at the top."""
     rows = round(0.57 * columns)
     frequency = 0.5 * (min(rates) + max(rates)) / (2 * np.pi)
     step = 2 * np.pi / max(rates) / (_SHARP // 2)
@@ -251,7 +254,7 @@ def _field(columns: int, axis: str, number: float, rates) -> list[np.ndarray]:
     for j in range(rows):
         for i in range(columns):
             model.block(rectangle(i, j, 1, 1), name=f"b_{j}_{i}", body=_BODY)
-    wavelet = _wavelet(frequency, np.arange(0.0, 3 / frequency, step) - 1.5 / frequency)[1]
+    wavelet = _ricker_wavelet(frequency, np.arange(0.0, 3 / frequency, step) - 1.5 / frequency)[1]
     for i in range(columns + 1):
         values = np.cos(number * i) * wavelet
         model.motion(f"m{i}", values.tolist(), step, "acceleration", drift_order=0)

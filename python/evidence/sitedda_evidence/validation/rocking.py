@@ -126,7 +126,7 @@ def tower_text(
 
 
 def _run_tower(time_step, duration, angle=0.0, base=None, penalty=PENALTY):
-    """Time (s), angle (rad, clockwise positive) and audit residual."""
+    """Return time (s), angle (rad, clockwise positive) and audit residual of a run."""
     time, turn = [0.0], [angle]
     with nml.simulation(tower_text(time_step, duration, angle, base, penalty)) as tower:
         while not tower.done:
@@ -167,7 +167,9 @@ def rocking_decay(short: bool) -> Outcome:
     rows = [
         at_most(label, errors[steps.index(1e-4)], 1e-2),
         *(relative(f"time of impact {i + 1}", impacts[i], third[i], 1e-2, "s") for i in range(3)),
-        relative("ratio of angular velocities at the first impact", RATIO, _ratio_of(run), 1e-2),
+        relative(
+            "ratio of angular velocities at the first impact", RATIO, _velocity_ratio(run), 1e-2
+        ),
         at_most("audit", run[2], 1e-6),
     ]
     words = "Largest error of the angle until the third impact by Δt."
@@ -182,8 +184,8 @@ def zero_times(time, angle) -> list[float]:
     return list(time[at] + share * (time[at + 1] - time[at]))
 
 
-def _ratio_of(run) -> float:
-    """Angular velocity after over before the first impact, from the energy of the two swings.
+def _velocity_ratio(run) -> float:
+    """Return the angular velocity after over before the first impact, from two swing energies.
 
     Between impacts θ'²/2 = p² [cos(α − θmax) − cos α] when the block passes the upright.
     """
@@ -247,7 +249,7 @@ def rocking_onset(short: bool) -> Outcome:
 
 
 def _corner_forces(contacts, first_corner) -> dict[int, float]:
-    """Normal force (N/m) on each of the two lower corners that press."""
+    """Return the normal force (N/m) on each closed lower corner."""
     found: dict[int, float] = {}
     columns = (contacts[name] for name in ("vertex", "normal_force", "state"))
     for vertex, force, state in zip(*columns, strict=True):
@@ -268,9 +270,9 @@ def overturning(short: bool) -> Outcome:
     ratios = (3.0,) if short else (2.0, 3.0, 4.0, 5.0)
     rows, drawn = [], []
     for ratio in ratios:
-        limit = _least_amplitude(ratio)
+        limit = _overturning_amplitude(ratio)
         for side, falls in ((0.95, False), (1.05, True)):
-            base, duration = _one_cycle(side * limit, ratio)
+            base, duration = _one_sine(side * limit, ratio)
             run = _run_tower(2e-4, duration, 0.0, base, 1e13)
             fell = bool(abs(run[1]).max() > 0.5 * np.pi - 0.3)
             over = f"{side:g} of the limit {limit / nml.GRAVITY:.3f} g"
@@ -282,8 +284,8 @@ def overturning(short: bool) -> Outcome:
     return Outcome(rows, _draw_overturning(drawn, len(ratios)))
 
 
-def _one_cycle(amplitude, ratio):
-    """Base acceleration (m/s²) as a function of time, and how long to watch (s)."""
+def _one_sine(amplitude, ratio):
+    """Return the base acceleration (m/s²) of one sine cycle as a function, and the duration."""
     omega = ratio * RATE
     period = 2 * np.pi / omega
 
@@ -293,18 +295,18 @@ def _one_cycle(amplitude, ratio):
     return base, period + 5.0
 
 
-def _overturns(amplitude, ratio) -> bool:
-    base, duration = _one_cycle(amplitude, ratio)
+def _is_overturned(amplitude, ratio) -> bool:
+    base, duration = _one_sine(amplitude, ratio)
     _, angle, _ = housner(duration, 0.0, base, step=4e-3)
     return bool(abs(angle).max() > 0.5 * np.pi - 1e-6)
 
 
-def _least_amplitude(ratio) -> float:
-    """Least overturning amplitude, m/s²: first by steps of 4 %, then by bisection."""
+def _overturning_amplitude(ratio) -> float:
+    """Return the least overturning amplitude, m/s², by steps of 4 % and then bisection."""
     high = 1.02 * nml.GRAVITY * np.tan(SLENDER)
-    while not _overturns(high, ratio):
+    while not _is_overturned(high, ratio):
         high *= 1.04
-    return 0.5 * sum(bisect(lambda a: _overturns(a, ratio), high, high / 1.04, 1e-3))
+    return 0.5 * sum(bisect(lambda a: _is_overturned(a, ratio), high, high / 1.04, 1e-3))
 
 
 def _draw_overturning(drawn, columns):
@@ -356,7 +358,7 @@ def housner_duration(width: float, height: float, acceleration: float) -> float:
 
 
 def _slenderness(width, height):
-    """α (rad) and p (rad/s)."""
+    """Return the slenderness angle α (rad) and frequency parameter p (rad/s) of a block."""
     return np.arctan2(width, height), np.sqrt(1.5 * nml.GRAVITY / np.hypot(width, height))
 
 

@@ -33,7 +33,7 @@ def settlement(short: bool) -> Outcome:
     sizes = (50,) if short else tuple(WALLS)
     penalties = PENALTIES[::3] if short else PENALTIES
     found = {
-        key: _settle(*key, steps=40 if key[0] == 1000 and key[2] > 1e-4 else 200)
+        key: _run_wall(*key, steps=40 if key[0] == 1000 and key[2] > 1e-4 else 200)
         for key in product(sizes, penalties, TIME_STEPS)
     }
     refused = [
@@ -89,8 +89,8 @@ class Settled(NamedTuple):
     trouble: str  # the engine's error if a step did not converge
 
 
-def _settle(size: int, penalty: float, time_step: float, steps: int) -> Settled:
-    """Run a wall at a penalty and a Δt."""
+def _run_wall(size: int, penalty: float, time_step: float, steps: int) -> Settled:
+    """Run a wall with a penalty and a time step under gravity."""
     courses = WALLS[size][1]
     with nml.simulation(wall_text(size, penalty, time_step, steps)) as wall:
         time, total, work, balance, iterations = [0.0], [0.0], [0.0], [0.0], 0

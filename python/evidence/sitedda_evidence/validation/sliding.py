@@ -19,10 +19,10 @@ ALL_SLIDE = 1  # state of a sliding contact
 # ---------------------------------------------------------------- inputs
 
 
-def _incline(
+def _incline_text(
     friction_angle, stiffness, time_step, duration, slope=30.0, samples=100, more="", **settings
 ) -> str:
-    """A block of 1 m x 0.5 m on a fixed wedge that falls towards +x by `slope` degrees."""
+    """Return the input of a block of 1 m × 0.5 m on a fixed wedge inclined by `slope` degrees."""
     angle = -np.radians(slope)
     wedge = nml.turned(nml.rectangle(-1.0, -1.0, 9.0, 1.0), angle)
     rider = nml.turned(nml.rectangle(0.0, 0.0, 1.0, 0.5), angle)
@@ -41,15 +41,15 @@ def _incline(
     )
 
 
-def _slip_down(data, slope: float) -> np.ndarray:
-    """Displacement of the block down the slope, m."""
+def _slip_down_slope(data, slope: float) -> np.ndarray:
+    """Return the displacement of the block down the slope, m."""
     angle = np.radians(slope)
     move = data.displacement.sel(point="centre").values
     return move @ np.array([np.cos(angle), -np.sin(angle)])
 
 
-def _free_slip(friction_angle: float, slope: float, time):
-    """½ g (sin α − cos α tan φ) t², m."""
+def _coulomb_slip(friction_angle: float, slope: float, time):
+    """Return the slip ½ g (sin α − cos α tan φ) t², m."""
     angle, mu = np.radians(slope), np.tan(np.radians(friction_angle))
     return 0.5 * nml.GRAVITY * (np.sin(angle) - np.cos(angle) * mu) * np.asarray(time) ** 2
 
@@ -68,17 +68,17 @@ def incline(short: bool) -> Outcome:
     rows, runs = [], {}
     for factor in (1, 50):
         for friction in (0.0, 10.0, 20.0):
-            data = nml.history(_incline(friction, factor * young, 1e-3, 1.0))
+            data = nml.history(_incline_text(friction, factor * young, 1e-3, 1.0))
             runs[factor, friction] = data
             name = f"slip after 1 s, φ {friction:g}°, penalty {factor} E"
-            expected = _free_slip(friction, 30.0, 1.0)
-            rows.append(relative(name, expected, _slip_down(data, 30.0)[-1], 1e-6, "m"))
+            expected = _coulomb_slip(friction, 30.0, 1.0)
+            rows.append(relative(name, expected, _slip_down_slope(data, 30.0)[-1], 1e-6, "m"))
             rows.append(at_most(f"audit, φ {friction:g}°, {factor} E", nml.residual(data), 1e-6))
         data = nml.history(
-            _incline(35.0, factor * young, 1e-3, 6.0 if short else 60.0, samples=600)
+            _incline_text(35.0, factor * young, 1e-3, 6.0 if short else 60.0, samples=600)
         )
         runs[factor, 35.0] = data
-        moved = _slip_down(data, 30.0)
+        moved = _slip_down_slope(data, 30.0)
         drift = np.ptp(moved[data.time.values > 1.0])
         rows.append(at_most(f"drift after the first second, φ 35°, {factor} E", drift, 1e-12, "m"))
         elastic = _elastic_settlement(35.0, factor * young)
@@ -95,15 +95,22 @@ def _elastic_settlement(friction_angle: float, stiffness: float) -> float:
 
 
 def _incline_tables(young: float) -> list[Table]:
-    expected = _free_slip(20.0, 30.0, 1.0)
+    expected = _coulomb_slip(20.0, 30.0, 1.0)
     factors = (0.04, 0.2, 1, 5, 50, 300)
     by_penalty = [
-        abs(_slip_down(nml.history(_incline(20.0, f * young, 1e-3, 1.0)), 30.0)[-1] / expected - 1)
+        abs(
+            _slip_down_slope(nml.history(_incline_text(20.0, f * young, 1e-3, 1.0)), 30.0)[-1]
+            / expected
+            - 1
+        )
         for f in factors
     ]
     steps = (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 1e-4)
     by_step = [
-        abs(_slip_down(nml.history(_incline(20.0, young, dt, 1.0)), 30.0)[-1] / expected - 1)
+        abs(
+            _slip_down_slope(nml.history(_incline_text(20.0, young, dt, 1.0)), 30.0)[-1] / expected
+            - 1
+        )
         for dt in steps
     ]
     return [
@@ -128,8 +135,8 @@ def _draw_incline(runs, tables):
     figure, (left, right) = style.canvas()
     for color, friction in zip(style.COLORS, (0.0, 10.0, 20.0), strict=False):
         data = runs[1, friction]
-        left.plot(data.time, _free_slip(friction, 30.0, data.time), color=style.INK, lw=1)
-        slip = _slip_down(data, 30.0)[::10]
+        left.plot(data.time, _coulomb_slip(friction, 30.0, data.time), color=style.INK, lw=1)
+        slip = _slip_down_slope(data, 30.0)[::10]
         left.plot(data.time[::10], slip, "o", ms=4, color=color, label=f"φ {friction:g}°")
     left.plot([], [], color=style.INK, lw=1, label="formula")
     left.set(xlabel="time (s)", ylabel="slip (m)", title="Slip on 30°, penalty E, Δt 1 ms")
@@ -143,7 +150,9 @@ def _draw_incline(runs, tables):
     else:
         for factor, color in ((1, style.BLUE), (50, style.ORANGE)):
             data = runs[factor, 35.0]
-            right.plot(data.time, 1e6 * _slip_down(data, 30.0), color=color, label=f"{factor} E")
+            right.plot(
+                data.time, 1e6 * _slip_down_slope(data, 30.0), color=color, label=f"{factor} E"
+            )
         right.set(xlabel="time (s)", ylabel="displacement (µm)", title="φ 35°: it sticks")
     return figure
 
@@ -182,13 +191,13 @@ def rigid_slide(time, base, slope: float, friction_angle: float) -> tuple[np.nda
     slip, velocity = np.zeros(len(time)), np.zeros(len(time))
     s = v = 0.0
     for i, (f, n) in enumerate(zip(push.tolist(), bound.tolist(), strict=True)):
-        s, v = _slide_interval(s, v, f, n, step)
+        s, v = _integrate_slip(s, v, f, n, step)
         slip[i + 1], velocity[i + 1] = s, v
     return slip, velocity
 
 
-def _slide_interval(s: float, v: float, push: float, bound: float, left: float):
-    """Integrate an interval of constant push and friction bound, m/s², with stops within it."""
+def _integrate_slip(s: float, v: float, push: float, bound: float, left: float):
+    """Integrate slip and velocity over an interval of constant push and friction bound, m/s²."""
     for _ in range(2):
         if v == 0.0 and abs(push) <= bound:
             return s, 0.0
@@ -201,8 +210,8 @@ def _slide_interval(s: float, v: float, push: float, bound: float, left: float):
     return s, v
 
 
-def _interpolated(time: np.ndarray, values: np.ndarray, step: float, finer: int = 20):
-    """Time and values on a grid `finer` times finer than `step`, linear between samples."""
+def _refine_series(time: np.ndarray, values: np.ndarray, step: float, finer: int = 20):
+    """Interpolate linearly to a grid `finer` times finer than `step`."""
     fine = np.arange(0.0, time[-1] + 0.5 * step / finer, step / finer)
     return fine, np.interp(fine, time, values)
 
@@ -242,10 +251,10 @@ def newmark(short: bool) -> Outcome:
     slope, friction, scale, step = 15.0, 22.0, 2.0, 1e-3
     time, acceleration = read_smc(record_file())
     shown = time <= (14.0 if short else time[-1])
-    fine, base = _interpolated(time[shown], scale * acceleration[shown], step)
+    fine, base = _refine_series(time[shown], scale * acceleration[shown], step)
     slip, velocity = rigid_slide(fine, base, slope, friction)
     steps = (1e-3,) if short else (5e-3, 2e-3, 1e-3, 5e-4)
-    runs = {dt: _newmark_run(dt, fine[-1], slope, friction, scale) for dt in steps}
+    runs = {dt: _run_newmark(dt, fine[-1], slope, friction, scale) for dt in steps}
     data, got = runs[step]
     young = ROCK["young_modulus"]
     rows = [
@@ -259,7 +268,7 @@ def newmark(short: bool) -> Outcome:
     ]
     tables = []
     if not short:
-        _, stiff = _newmark_run(step, fine[-1], slope, friction, scale, 50 * young)
+        _, stiff = _run_newmark(step, fine[-1], slope, friction, scale, 50 * young)
         rows.append(relative("the same with penalty 50 E", slip[-1], stiff[-1], 5e-3, "m"))
         errors = [abs(runs[dt][1][-1] / slip[-1] - 1) for dt in steps]
         words = ("Relative error of the permanent displacement by Δt. The scheme takes the "
@@ -269,12 +278,12 @@ def newmark(short: bool) -> Outcome:
     return Outcome(rows, figure, tables)
 
 
-def _newmark_run(time_step, duration, slope, friction, scale, stiffness=ROCK["young_modulus"]):
-    """History and slip (m) of the engine; the record acts in the frame of the base."""
+def _run_newmark(time_step, duration, slope, friction, scale, stiffness=ROCK["young_modulus"]):
+    """Return history and slip (m); the record acts as a body force in the frame of the base."""
     shaking = recorded("record", scale=scale, drift_order=0)
-    data = nml.history(_incline(friction, stiffness, time_step, duration, slope, 2000, shaking,
+    data = nml.history(_incline_text(friction, stiffness, time_step, duration, slope, 2000, shaking,
                                 base_motion_x="record"))  # fmt: skip
-    return data, _slip_down(data, slope)
+    return data, _slip_down_slope(data, slope)
 
 
 def _draw_newmark(fine, base, slip, velocity, data, got, slope, friction):
@@ -312,18 +321,18 @@ def shaking_base(short: bool) -> Outcome:
     steps = (2.5e-4,) if short else (1e-3, 5e-4, 2.5e-4)
     time = np.arange(0.0, duration + 5e-4, 1e-3)
     shaking = amplitude * np.sin(2 * np.pi * time)
-    fine, base = _interpolated(time, shaking, 1e-3)
+    fine, base = _refine_series(time, shaking, 1e-3)
     slip, _ = rigid_slide(fine, base, 0.0, friction)
     runs = {dt: _run_shaken(dt, duration, friction, shaking) for dt in steps}
     errors = [
-        np.abs(_relative_slip(runs[dt]) - np.interp(runs[dt].time, fine, slip)).max()
+        np.abs(_slip_on_base(runs[dt]) - np.interp(runs[dt].time, fine, slip)).max()
         / np.abs(slip).max()
         for dt in steps
     ]
     data = runs[2.5e-4]
     rows = [
         at_most("largest error of the slip over its peak, Δt 0.25 ms, 50 E", errors[-1], 5e-3),
-        relative("slip at the end", slip[-1], _relative_slip(data)[-1], 5e-3, "m"),
+        relative("slip at the end", slip[-1], _slip_on_base(data)[-1], 5e-3, "m"),
         at_most("audit", nml.residual(data), 1e-6),
     ]
     words = ("Largest error of the slip over its peak by Δt: first order, from the base "
@@ -350,7 +359,7 @@ def _run_shaken(time_step: float, duration: float, friction: float, shaking):
     return nml.history(text)
 
 
-def _relative_slip(data) -> np.ndarray:
+def _slip_on_base(data) -> np.ndarray:
     x = data.displacement.isel(axis=0)
     return (x.sel(point="centre") - x.sel(point="base")).values
 
@@ -362,7 +371,7 @@ def _draw_shaking(data, fine, base, slip, friction):
     left.plot(data.time, v.sel(point="centre"), color=style.BLUE, label="block")
     left.set(xlabel="time (s)", ylabel="velocity (m/s)", title="0.4 g sin(2πt), μ = tan 10°")
     right.plot(fine, slip, color=style.INK, lw=3, alpha=0.3, label="rigid block")
-    right.plot(data.time, _relative_slip(data), color=style.BLUE, lw=1.2, label="engine")
+    right.plot(data.time, _slip_on_base(data), color=style.BLUE, lw=1.2, label="engine")
     right.set(xlabel="time (s)", ylabel="slip (m)", title="Slip relative to the base")
     return figure
 
@@ -380,14 +389,14 @@ def _draw_shaking(data, fine, base, slip, friction):
 def tilt(short: bool) -> Outcome:
     """Check the angles of sliding of a block and of lifting of another block."""
     rate, duration = np.radians(2.0 if short else 1.0), (9.0 if short else 18.0)
-    text = _tilting_table(rate, duration, 1e-3)
+    text = _tilting_table_text(rate, duration, 1e-3)
     slide_at = topple_at = 0.0
     frames, times = {}, np.linspace(0, duration, 4)
     with nml.simulation(text) as table:
         owner = np.repeat(np.arange(3), [len(p) for p in table.polygons])
         for _ in range(round(duration / 1e-3)):
             table.advance()
-            states = _states(table.contacts, owner)
+            states = _contact_states(table.contacts, owner)
             if states[1] and any(state != ALL_SLIDE for state in states[1]):
                 slide_at = table.time
             if len(states[2]) > 1:
@@ -406,8 +415,8 @@ def tilt(short: bool) -> Outcome:
     return Outcome(rows, _draw_tilt(frames, rate))
 
 
-def _states(contacts, owner) -> dict[int, list[int]]:
-    """States of the closed contacts of block 1 and 2 with the table."""
+def _contact_states(contacts, owner) -> dict[int, list[int]]:
+    """Return the states of the closed contacts of blocks 1 and 2 with the table."""
     found: dict[int, list[int]] = {1: [], 2: []}
     pairs = zip(owner[contacts["vertex"]], owner[contacts["edge"]], contacts["state"], strict=True)
     for a, b, state in pairs:
@@ -416,7 +425,7 @@ def _states(contacts, owner) -> dict[int, list[int]]:
     return found
 
 
-def _tilting_table(rate: float, duration: float, time_step: float) -> str:
+def _tilting_table_text(rate: float, duration: float, time_step: float) -> str:
     """A table whose corners follow a rotation by `rate` (rad/s, falling towards +x)."""
     table = nml.rectangle(0.0, -0.5, 6.0, 0.5)
     time = np.arange(0.0, duration + 0.02, 0.01)
@@ -485,7 +494,7 @@ def many_blocks(short: bool) -> Outcome:
             pass
         moved, last, energies = slide.coordinates[1:, :2] - start, slide.polygons, slide.energies
     got = moved @ np.array([np.cos(angle), np.sin(angle)])
-    expected = np.array([_free_slip(phi, 30.0, 1.0) for phi in friction])
+    expected = np.array([_coulomb_slip(phi, 30.0, 1.0) for phi in friction])
     worst = int(np.argmax(np.abs(got / expected - 1)))
     label = f"slip of the worst block (φ {friction[worst]:g}°)"
     rows = [

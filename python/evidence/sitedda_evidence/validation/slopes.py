@@ -102,8 +102,8 @@ def rest_of(model: Model) -> Rest | None:
 def goodman_bray_case(short: bool) -> Outcome:
     """Limit, forces, modes and bolt force."""
     rows = [
-        true("stands at tan φ 1 % above the limit", True, _stands(goodman_bray(1.01 * LIMIT))),
-        true("stands at tan φ 1 % below it", False, _stands(goodman_bray(0.99 * LIMIT))),
+        true("stands at tan φ 1 % above the limit", True, _is_stable(goodman_bray(1.01 * LIMIT))),
+        true("stands at tan φ 1 % below it", False, _is_stable(goodman_bray(0.99 * LIMIT))),
     ]
     found = safety(goodman_bray(LIMIT), tolerance=0.02 if short else 1e-3)
     at_limit = rest_of(goodman_bray(LIMIT * 1.001))
@@ -116,14 +116,14 @@ def goodman_bray_case(short: bool) -> Outcome:
     wrong = sum(a != b for a, b in zip(modes, MODES, strict=True))
     rows.append(at_most("blocks whose mode is not that of the table", wrong, 0))
     if not short:
-        ends = bisect(lambda bolt: _stands(goodman_bray(0.65, bolt)), 2.5e6, 1.5e6, 1e-3)
+        ends = bisect(lambda bolt: _is_stable(goodman_bray(0.65, bolt)), 2.5e6, 1.5e6, 1e-3)
         rows.append(relative("bolt force at tan φ 0.65", 2013.0, sum(ends) / 2e3, 0.02, "kN/m"))
     figure, axes = canvas(1, size=(9, 4))
     found.mechanism.draw(axes[0])
     return Outcome(rows, figure)
 
 
-def _stands(model: Model) -> bool:
+def _is_stable(model: Model) -> bool:
     """Return whether a model is in equilibrium and no vertex has moved by 0.1 m."""
     rest = rest_of(model)
     return rest is not None and rest.moved < 0.1
@@ -264,7 +264,7 @@ def wet_wedge_case(short: bool) -> Outcome:
         words = f"factor of safety, φ {friction:g}°, {'wet' if head else 'dry'}"
         rows.append(relative(words, expected, found.factor, 0.005))
     limit = bisect(lambda z: wet_factor(45.0, z) > 1.0, 1.0, 8.0, 1e-9)[0]
-    ends = bisect(lambda z: _stands(wet_wedge(45.0, z)), 5.0, 7.0, 4e-3 if short else 1e-4)
+    ends = bisect(lambda z: _is_stable(wet_wedge(45.0, z)), 5.0, 7.0, 4e-3 if short else 1e-4)
     rows.append(relative("limiting head at φ 45°", limit, sum(ends) / 2, 0.005, "m"))
     figure, axes = canvas(1, size=(6, 4))
     found.mechanism.draw(axes[0])
@@ -312,7 +312,7 @@ def bolted_block_case(short: bool) -> Outcome:
         turn = math.radians(angle)
         expected = 100.0 * (math.sin(dip) - math.cos(dip) * tangent)
         expected /= math.cos(turn) + math.sin(turn) * tangent
-        ends = bisect(lambda force, angle=angle: _stands(bolted_block(force, angle)), 25e3, 15e3,
+        ends = bisect(lambda force, angle=angle: _is_stable(bolted_block(force, angle)), 25e3, 15e3,
                       4e-3 if short else 1e-4)  # fmt: skip
         got.append(sum(ends) / 2e3)
         rows.append(relative(f"force at ε {angle:g}°", expected, got[-1], 0.005, "kN/m"))

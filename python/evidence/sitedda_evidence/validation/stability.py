@@ -56,7 +56,7 @@ def stands(polygons, joints, friction: float) -> bool:
     return linprog(np.zeros(len(columns)), **balance, bounds=(0, None)).status == 0
 
 
-def _limit(stands, low: float, high: float) -> float:
+def _bisect_limit(stands, low: float, high: float) -> float:
     """Return the value above which something stands, between two values."""
     return 0.5 * sum(bisect(stands, high, low, 1e-6))
 
@@ -100,10 +100,10 @@ def arch(short: bool) -> Outcome:
     """15 and 27 voussoirs, 3 % above and below the limit."""
     rows, lines, drawn = [], [], []
     for count in (15,) if short else (15, 27):
-        limit = _limit(lambda t, n=count: _arch_stands(n, t * RADIUS), 0.05, 0.2)
+        limit = _bisect_limit(lambda t, n=count: _arch_stands(n, t * RADIUS), 0.05, 0.2)
         lines.append((count, limit, 0.1075, limit / 0.1075 - 1))
         for side, falls in ((1.03, False), (0.97, True)):
-            found = _load_arch(count, side * limit * RADIUS)
+            found = _arch_collapses(count, side * limit * RADIUS)
             label = f"{count} voussoirs, {side:g} of the limit t/R = {limit:.5f}: it falls"
             rows.append(true(label, falls, found["fell"]))
             label = f"{count} voussoirs, {side:g}: audit residual over the work of gravity"
@@ -120,7 +120,7 @@ def arch(short: bool) -> Outcome:
     return Outcome(rows, _draw_arch(drawn), [table])
 
 
-def _load_arch(count: int, thickness: float, time_step: float = 2e-3, duration: float = 8.0):
+def _arch_collapses(count: int, thickness: float, time_step: float = 2e-3, duration: float = 8.0):
     """Apply gravity to an arch; return whether its crown sank by the thickness."""
     shapes = voussoirs(count, thickness)
     springing = RADIUS + 0.5 * thickness + 0.5
@@ -200,8 +200,8 @@ def goodman_bray(friction: float) -> float:
     return passed
 
 
-def _columns() -> tuple[list[np.ndarray], np.ndarray]:
-    """The sixteen columns and the stepped ground, turned by the dip."""
+def _slope_columns() -> tuple[list[np.ndarray], np.ndarray]:
+    """Return the sixteen columns and the stepped base, rotated by the dip."""
     turn = np.radians(DIP)
     shapes = [
         nml.rectangle(n * COLUMN + GAP, n * STEP, COLUMN - 2 * GAP, height)
@@ -219,7 +219,7 @@ def _columns() -> tuple[list[np.ndarray], np.ndarray]:
 def _slope_stands(friction: float) -> bool:
     """Limit analysis of the columns: bases and touching sides."""
     turn = np.radians(DIP)
-    shapes, _ = _columns()
+    shapes, _ = _slope_columns()
     up, down = nml.turned([[0, 1], [-1, 0]], turn)
     joints = []
     for n, height in enumerate(HEIGHTS):
@@ -242,20 +242,20 @@ def _slope_stands(friction: float) -> bool:
 )
 def toppling(short: bool) -> Outcome:
     """Stands and falls 5 % of tan φ on each side; the engine's own limit by bisection."""
-    limit = _limit(lambda phi: goodman_bray(phi) <= 1e-9, 30.0, 44.0)
-    lower = _limit(_slope_stands, 20.0, 44.0)
+    limit = _bisect_limit(lambda phi: goodman_bray(phi) <= 1e-9, 30.0, 44.0)
+    lower = _bisect_limit(_slope_stands, 20.0, 44.0)
     mu = np.tan(np.radians(limit))
     rows = [relative("Goodman & Bray's limit as printed", 0.7855, mu, 2e-3)]
     drawn = []
     for side, falls in ((1.05, False), (0.95, True)):
-        found = _load_slope(np.degrees(np.arctan(side * mu)))
+        found = _run_slope(np.degrees(np.arctan(side * mu)))
         rows.append(true(f"{side:g} of tan φ = {mu:.4f}: it falls", falls, found["fell"]))
         label = f"{side:g}: audit residual over the work of gravity"
         rows.append(at_most(label, found["audit"], 1e-6))
         drawn.append((f"{side:g} of the limit", found))
     tables = []
     if not short:
-        rests = lambda one: not _load_slope(np.degrees(np.arctan(one)))["fell"]  # noqa: E731
+        rests = lambda one: not _run_slope(np.degrees(np.arctan(one)))["fell"]  # noqa: E731
         own = 0.5 * sum(bisect(rests, 1.05 * mu, 0.95 * mu, 4e-3))
         rows.append(relative("limit of the engine by bisection, tan φ", mu, own, 3e-2))
         by_analysis = np.tan(np.radians(lower))
@@ -264,9 +264,9 @@ def toppling(short: bool) -> Outcome:
     return Outcome(rows, _draw_slope(drawn), tables)
 
 
-def _load_slope(friction: float, time_step: float = 2e-3, duration: float = 10.0) -> dict:
+def _run_slope(friction: float, time_step: float = 2e-3, duration: float = 10.0) -> dict:
     """Apply gravity to the slope; return whether a column moved by more than 1 m."""
-    shapes, ground = _columns()
+    shapes, ground = _slope_columns()
     text = nml.text(
         nml.control(time_step, round(duration / time_step)),
         nml.contact(1e12),

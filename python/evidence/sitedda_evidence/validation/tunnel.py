@@ -47,8 +47,8 @@ def tunnel(short: bool) -> Outcome:
     figure, axes = canvas(2)
     for name in names:
         duration = 0.5 if short else 12.0
-        data = run(_tunnel(name, duration)).history
-        rows += _rows(name, data, duration)
+        data = run(_tunnel_model(name, duration)).history
+        rows += _tunnel_rows(name, data, duration)
         if name in ("bolts", "no bolts"):
             axis = axes[int(name == "no bolts")]
             draw_blocks(axis, Scene.of(data).polygons(-1), STONE, lw=0.3)
@@ -57,10 +57,10 @@ def tunnel(short: bool) -> Outcome:
     return Outcome(rows, figure)
 
 
-def _rows(name: str, data, duration: float) -> list[Row]:
-    """Return rows: the run ends, its energies balance, and the loose blocks have fallen."""
+def _tunnel_rows(name: str, data, duration: float) -> list[Row]:
+    """Return rows: the run ends, its energies balance, the wedge falls only without bolts."""
     scene = Scene.of(data)
-    wedge = scene.names.index(_wedge(scene))
+    wedge = scene.names.index(_wedge_name(scene))
     fallen = np.linalg.norm(scene.displacement(scene.frames - 1)[wedge]) > 0.1
     ends = abs(float(data.time[-1]) - duration) < 1e-6
     return [
@@ -70,8 +70,8 @@ def _rows(name: str, data, duration: float) -> list[Row]:
     ]
 
 
-def _wedge(scene: Scene) -> str:
-    """The triangle at the left side of the opening."""
+def _wedge_name(scene: Scene) -> str:
+    """Return the name of the triangular block at the left side of the opening."""
     left, bottom, _, top = OPENING
     start = scene.coordinates(0)
     beside = [
@@ -81,7 +81,7 @@ def _wedge(scene: Scene) -> str:
     return scene.names[beside[0]]
 
 
-def _tunnel(name: str, duration: float) -> Model:
+def _tunnel_model(name: str, duration: float) -> Model:
     """Return a variant; without bolts, the opening is excavated when shaking begins."""
     control = {"integration": "theta", "analysis": "plane_strain"} | VARIANTS[name]
     model = Model(name, time_step=1e-3, gravity=(0.0, -GRAVITY), **control)
@@ -90,7 +90,7 @@ def _tunnel(name: str, duration: float) -> Model:
     model.joint("bed", friction_angle=30.0, **impacts)
     model.joint("cross", friction_angle=35.0, **impacts)
     model.joint("whole", friction_angle=35.0, cohesion=1e9, tensile_strength=1e9)
-    _add_ground(model)
+    _add_rock(model)
     quake = {"file": str(record_file())}
     model.motion("quake", **quake)
     model.boundary("base", "compliant", side="bottom", motion_x="quake", **ROCK)
@@ -108,7 +108,7 @@ def _tunnel(name: str, duration: float) -> Model:
     return model
 
 
-def _add_ground(model: Model) -> None:
+def _add_rock(model: Model) -> None:
     """Jointed rock, bonded ground at its sides, and the rock that is excavated."""
     parts = {"rock": (-SIDE, SIDE), "left": (-EDGE, -SIDE), "right": (SIDE, EDGE)}
     for name, (left, right) in parts.items():

@@ -40,17 +40,19 @@ def damping(short: bool) -> Outcome:
     rows, ratios = [], {}
     for name, member in MEMBERS.items():
         for omega_dt in steps:
-            found = _matrix_of(_run_glued(omega_dt, name))
-            rows += _matrix_rows(f"{name}, Ω = {omega_dt:g}", found, _matrix(*member, omega_dt))
+            found = _fit_invariants(_run_glued(omega_dt, name))
+            rows += _invariant_rows(
+                f"{name}, Ω = {omega_dt:g}", found, _amplification_invariants(*member, omega_dt)
+            )
             ratios[name, omega_dt] = _damping_ratio(*found)
         for omega_dt in steps[1::2]:
-            found = _matrix_of(_run_supported(omega_dt, name))
+            found = _fit_invariants(_run_supported(omega_dt, name))
             label = f"{name}, on a support, Ω = {omega_dt:g}"
-            rows += _matrix_rows(label, found, _matrix(1.0, 1.0, omega_dt))
+            rows += _invariant_rows(label, found, _amplification_invariants(1.0, 1.0, omega_dt))
     figure, (left, right) = canvas()
     fine = np.geomspace(0.005, 20.0, 300)
     for (name, member), color in zip(MEMBERS.items(), COLORS, strict=False):
-        theory = [_damping_ratio(*_matrix(*member, turn)) for turn in fine]
+        theory = [_damping_ratio(*_amplification_invariants(*member, turn)) for turn in fine]
         right.loglog(fine, theory, color=color, lw=1, label=name)
         right.loglog(steps, [ratios[name, s] for s in steps], "o", color=color, ms=4)
         x = _run_glued(5.0, name)
@@ -62,19 +64,19 @@ def damping(short: bool) -> Outcome:
     return Outcome(rows, figure)
 
 
-def _matrix(theta: float, chi: float, turn: float) -> tuple[float, float]:
-    """Trace and determinant of the amplification matrix of a member at Ω = `turn`."""
+def _amplification_invariants(theta: float, chi: float, turn: float) -> tuple[float, float]:
+    """Return trace and determinant of the amplification matrix of a member at Ω = `turn`."""
     below = 1 + theta * chi * turn**2
     return 2 - (theta + chi) * turn**2 / below, (1 + (1 - theta) * (1 - chi) * turn**2) / below
 
 
-def _matrix_of(x: np.ndarray) -> tuple[float, float]:
+def _fit_invariants(x: np.ndarray) -> tuple[float, float]:
     """Fit trace and determinant to displacements with x₂ = trace x₁ − determinant x₀."""
     trace, negative = np.linalg.lstsq(np.column_stack([x[1:-1], x[:-2]]), x[2:], rcond=None)[0]
     return float(trace), -float(negative)
 
 
-def _matrix_rows(label: str, found, expected) -> list:
+def _invariant_rows(label: str, found, expected) -> list:
     names = ("trace", "determinant")
     return [
         absolute(f"{name}, {label}", theory, got, 1e-8)
@@ -82,21 +84,21 @@ def _matrix_rows(label: str, found, expected) -> list:
     ]
 
 
-def _free_vibration(time_step: float, integration: str) -> str:
-    """60 steps without gravity."""
+def _free_control(time_step: float, integration: str) -> str:
+    """Return ``&control`` of 60 steps without gravity."""
     settings = {"max_displacement_ratio": 1.0, "integration": integration}
     return nml.control(time_step, 60, gravity=(0, 0), **settings)
 
 
 def _run_glued(omega_dt: float, integration: str) -> np.ndarray:
-    """Displacement (m) of one of two rigid blocks of 1 m x 1 m that part at 1 mm/s each.
+    """Return the displacement (m) of one of two glued rigid blocks that start apart at 1 mm/s.
 
     Relative to each other they have half a mass on the two springs of their joint.
     """
     omega = 100.0
     mass, speed = DENSITY, 1e-3
     text = nml.text(
-        _free_vibration(omega_dt / omega, integration),
+        _free_control(omega_dt / omega, integration),
         nml.contact(0.25 * mass * omega**2),
         nml.material("up", DENSITY, nml.STIFF, velocity=(0, speed, 0)),
         nml.material("down", DENSITY, nml.STIFF, velocity=(0, -speed, 0)),
@@ -109,11 +111,11 @@ def _run_glued(omega_dt: float, integration: str) -> np.ndarray:
 
 
 def _run_supported(omega_dt: float, integration: str) -> np.ndarray:
-    """Displacement (m) of a rigid 1 m x 1 m block held by one fixed point at its centre."""
+    """Return the displacement (m) of a rigid 1 m × 1 m block fixed by one point at its centre."""
     omega = 100.0
     stiffness = DENSITY * omega**2
     text = nml.text(
-        _free_vibration(omega_dt / omega, integration),
+        _free_control(omega_dt / omega, integration),
         nml.contact(stiffness / 100, fixed_point_ratio=100.0),
         nml.material("stiff", DENSITY, nml.STIFF, velocity=(1e-3, 0, 0)),
         nml.joint("j", 30),
@@ -150,7 +152,7 @@ def bars(short: bool) -> Outcome:
         expected = _bar_speed(wave)
         errors = []
         for length in lengths:
-            data, got = _timed_pulse(wave, length, expected)
+            data, got = _run_pulse(wave, length, expected)
             errors.append(abs(got / expected - 1))
             if length == 40.0:
                 drawn[wave] = data
@@ -180,13 +182,15 @@ def bars(short: bool) -> Outcome:
 
 
 def _bar_speed(wave: str) -> float:
-    """Speed (m/s) with the springs of the joints in series; h = w = 1 m."""
+    """Return the wave speed (m/s) with the springs of the joints in series; h = w = 1 m."""
     modulus = YOUNG if wave == "P" else SHEAR
     spring = PENALTY if wave == "P" else PENALTY / SHEAR_RATIO
     return float(np.sqrt(1 / (1 / modulus + 1 / (2 * spring)) / DENSITY))
 
 
-def _column(count: int, joints: list[str], materials: list[str], moved: str, upright: bool) -> str:
+def _column_text(
+    count: int, joints: list[str], materials: list[str], moved: str, upright: bool
+) -> str:
     """Blocks of 1 m x 1 m on each other; the lowest follows the motion "wave" along `moved`.
 
     With `upright` each block is held in y at mid-height on both sides, so that it shears without
@@ -206,7 +210,7 @@ def _column(count: int, joints: list[str], materials: list[str], moved: str, upr
     return "".join(text)
 
 
-def _timed_pulse(wave: str, length: float, speed: float):
+def _run_pulse(wave: str, length: float, speed: float):
     """Send a Gaussian displacement pulse of 1 µm whose 2σ-width covers `length` blocks."""
     count = 100 + round(2 * length)
     sigma = length / speed / 4
@@ -220,7 +224,7 @@ def _timed_pulse(wave: str, length: float, speed: float):
         nml.material("rock", DENSITY, YOUNG),
         nml.joint("glued", 45.0, **GLUE),
         nml.motion("wave", pulse, sigma / 20, "displacement"),
-        _column(
+        _column_text(
             count, ["glued"] * count, ["rock"] * count, "y" if wave == "P" else "x", wave == "S"
         ),
         nml.measured("near", (0.5, 10.5)),
@@ -257,7 +261,7 @@ def cantilever(short: bool) -> Outcome:
     counts = (10,) if short else (10, 20, 40)
     rows, lines = [], []
     for count in counts:
-        found, theory, shape, data = _run_swing(count)
+        found, theory, shape, data = _run_cantilever(count)
         beam = _beam_frequency(count)
         if count == 10:
             rows = [
@@ -285,19 +289,19 @@ def cantilever(short: bool) -> Outcome:
     return Outcome(rows, figure, [] if short else [table])
 
 
-def _joint_spring(count: int) -> float:
+def _joint_stiffness(count: int) -> float:
     """k_n (N/m) that keeps EI of a beam of 10 m x 1 m: E w³/12 = k_n w² h/2."""
     return YOUNG / (6 * 10.0 / count)
 
 
 def _beam_frequency(count: int) -> float:
-    stiffness = 0.5 * _joint_spring(count) * 10.0 / count
+    stiffness = 0.5 * _joint_stiffness(count) * 10.0 / count
     return float(0.5596 * np.sqrt(stiffness / (DENSITY * 10.0**4)))
 
 
 def _chain_mode(count: int) -> tuple[float, np.ndarray]:
-    """First frequency (Hz) and shape (u, v, r of each block) of rigid blocks and corner springs."""
-    h, spring = 10.0 / count, _joint_spring(count)
+    """Return first frequency (Hz) and shape (u, v, r) of a chain of rigid blocks and springs."""
+    h, spring = 10.0 / count, _joint_stiffness(count)
     stiffness = np.zeros((3 * count, 3 * count))
     for i in range(count):
         for y in (-0.5, 0.5):
@@ -313,7 +317,7 @@ def _chain_mode(count: int) -> tuple[float, np.ndarray]:
     return float(np.sqrt(values[0]) / (2 * np.pi)), shapes[:, 0] / np.abs(shapes[:, 0]).max()
 
 
-def _run_swing(count: int):
+def _run_cantilever(count: int):
     """Return the frequencies (Hz) of engine and chain, the mode, and the history."""
     theory, shape = _chain_mode(count)
     h, cycles = 10.0 / count, 4
@@ -321,7 +325,7 @@ def _run_swing(count: int):
     velocities = 1e-4 * shape.reshape(count, 3)
     text = [
         nml.control(step, cycles * 400, gravity=(0, 0)),
-        nml.contact(_joint_spring(count), fixed_point_ratio=1e4),
+        nml.contact(_joint_stiffness(count), fixed_point_ratio=1e4),
         nml.material("wall", DENSITY, nml.STIFF),
         nml.joint("glued", 45.0, **GLUE),
         nml.held("wall", nml.rectangle(-h, -0.5, h, 1), "wall"),
@@ -354,15 +358,17 @@ def slip_joint(short: bool) -> Outcome:
     """Transmission, reflection and absorption for incident stress over strength."""
     ratios = (3.0,) if short else (1.25, 1.5, 2.0, 3.0, 5.0, 8.0)
     per_wave = 20 if short else 40
-    base, strength = _joint_run(0.5, per_wave)
+    base, strength = _run_slip_joint(0.5, per_wave)
     incident = _energy_flux(base, "above", per_wave)
     arriving = _incoming_stress(base, strength, per_wave) / 0.5
     rows, lines, drawn = [], [], None
     for ratio in ratios:
-        data, _ = _joint_run(ratio, per_wave)
+        data, _ = _run_slip_joint(ratio, per_wave)
         passed = _energy_flux(data, "above", per_wave) / incident / (ratio / 0.5) ** 2
-        back = _velocity(data, "below") - ratio / 0.5 * _velocity(base, "below")  # reflected
-        returned = _energy(back, data, per_wave) / incident / (ratio / 0.5) ** 2
+        back = _point_velocity(data, "below") - ratio / 0.5 * _point_velocity(
+            base, "below"
+        )  # reflected
+        returned = _integrate_energy(back, data, per_wave) / incident / (ratio / 0.5) ** 2
         got = np.sqrt([passed, returned, max(0.0, 1 - passed - returned)])
         expected = clipped_sine(1 / (ratio * arriving))
         for name, a, b in zip(("T", "R", "A"), expected, got, strict=True):
@@ -380,12 +386,12 @@ def _incoming_stress(base, strength: float, per_wave: int) -> float:
     """
     squares = [_energy_flux(base, point, per_wave) for point in ("below", "above")]
     period = per_wave / _bar_speed("S")
-    samples = np.count_nonzero(_energy_window(base, period))
+    samples = np.count_nonzero(_energy_samples(base, period))
     amplitude = np.sqrt(2 * np.sqrt(squares[0] * squares[1]) / samples)
     return float(DENSITY * _bar_speed("S") * amplitude / strength)
 
 
-def _energy_window(data, period: float) -> np.ndarray:
+def _energy_samples(data, period: float) -> np.ndarray:
     """Samples of the one period over which energies are taken."""
     return (data.time.values > 5.5 * period) & (data.time.values <= 6.5 * period)
 
@@ -393,11 +399,11 @@ def _energy_window(data, period: float) -> np.ndarray:
 BELOW, ABOVE, WEAK = 3, 4, 1 / 30  # wavelengths on each side; normal force of the weak joint
 
 
-def _joint_run(ratio: float, per_wave: int):
+def _run_slip_joint(ratio: float, per_wave: int):
     """History and strength (Pa) with an incident stress of `ratio` times the strength.
 
-    All blocks are held in y and pre-stressed (`_pressures`), so that each joint presses with a
-    force of its own; the weak one with 1/30 of the others'.
+    All blocks are held in y and pre-stressed (`_initial_pressures`), so that each joint has
+    its own force; the force of the weak joint is 1/30 of the others.
     """
     count, weak, stress = (BELOW + ABOVE) * per_wave, BELOW * per_wave, 1e6
     strength = stress * WEAK * np.tan(np.radians(30.0))
@@ -406,7 +412,7 @@ def _joint_run(ratio: float, per_wave: int):
     time = np.linspace(0, 8 * period, 801)
     amplitude = ratio * strength / (DENSITY * speed) * period / (2 * np.pi)
     wave = amplitude * (1 - np.cos(2 * np.pi * time / period))
-    pressures = _pressures(count, weak, stress)
+    pressures = _initial_pressures(count, weak, stress)
     text = nml.text(
         nml.control(period / steps, 7 * steps, gravity=(0, 0)),
         nml.contact(PENALTY, fixed_point_ratio=1e4),
@@ -414,7 +420,7 @@ def _joint_run(ratio: float, per_wave: int):
           for i, pressure in enumerate(pressures)),
         nml.joint("rough", 30.0),
         nml.motion("wave", wave, period / 100, "displacement"),
-        _column(count, ["rough"] * count, [f"m{i}" for i in range(count)], "x", True),
+        _column_text(count, ["rough"] * count, [f"m{i}" for i in range(count)], "x", True),
         nml.measured("below", (0.5, weak - per_wave + 0.5)),
         nml.measured("above", (0.5, weak + per_wave + 0.5)),
         nml.group("output", history_interval=10),
@@ -422,7 +428,7 @@ def _joint_run(ratio: float, per_wave: int):
     return nml.history(text), strength
 
 
-def _pressures(count: int, weak: int, stress: float) -> np.ndarray:
+def _initial_pressures(count: int, weak: int, stress: float) -> np.ndarray:
     """Return the initial pressure (Pa) of each block for the required joint stress.
 
     Joint j between blocks j and j+1 presses with F_j = k_n h (ε_j + ε_j+1), two contacts; a block
@@ -440,25 +446,25 @@ def _pressures(count: int, weak: int, stress: float) -> np.ndarray:
     return 0.5 * (ends[:-1] + ends[1:]) + YOUNG * strain
 
 
-def _velocity(data, point: str) -> np.ndarray:
+def _point_velocity(data, point: str) -> np.ndarray:
     return data.velocity.sel(point=point).isel(axis=0).values
 
 
-def _energy(velocity, data, per_wave: int) -> float:
+def _integrate_energy(velocity, data, per_wave: int) -> float:
     """Return ∫ v² dt over the sixth period after the start."""
     period = per_wave / _bar_speed("S")
-    return float(np.sum(velocity[_energy_window(data, period)] ** 2))
+    return float(np.sum(velocity[_energy_samples(data, period)] ** 2))
 
 
 def _energy_flux(data, point: str, per_wave: int) -> float:
-    return _energy(_velocity(data, point), data, per_wave)
+    return _integrate_energy(_point_velocity(data, point), data, per_wave)
 
 
 def _draw_joint(lines, drawn, strength, per_wave):
     figure, (left, right) = canvas()
     data, ratio = drawn
     period = per_wave / _bar_speed("S")
-    stress = DENSITY * _bar_speed("S") * _velocity(data, "above") / strength
+    stress = DENSITY * _bar_speed("S") * _point_velocity(data, "above") / strength
     cycles = data.time / period
     incident = ratio * np.sin(2 * np.pi * cycles) * (cycles > BELOW + 1)
     left.plot(cycles, incident, color="0.7", label="incident")

@@ -17,7 +17,7 @@ CUT = 3.776  # γH/c by limit analysis
 FOOTINGS = ((0.0, 3e-4, 60, (5.0, 3.0), 0.02), (30.0, 1.2e-3, 120, (8.0, 4.0), 0.03))
 
 
-def _soil(outline, cells: int, poisson: float, sides, **strength) -> Model:
+def _soil_body(outline, cells: int, poisson: float, sides, **strength) -> Model:
     """A body of one soil on a fixed base, between rollers."""
     model = Model()
     model.control(time_step=1.0, gravity=[0.0, -10.0], analysis="plane_strain")
@@ -38,7 +38,7 @@ def _soil(outline, cells: int, poisson: float, sides, **strength) -> Model:
 def slope(cells: int) -> Model:
     """2:1 on a firm base, φ = 20°, c = .05 γH, ψ = 0."""
     outline = [0, 0, 3.2, 0, 3.2, 1, 2, 1]
-    return _soil(
+    return _soil_body(
         outline, cells, 0.3, ("right",), cohesion=0.05 * WEIGHT * HEIGHT, friction_angle=20.0
     )
 
@@ -46,7 +46,7 @@ def slope(cells: int) -> Model:
 def clay(cells: int) -> Model:
     """2:1 on as much of the same clay as it is high, c = ¼ γH."""
     outline = [0, 0, 6, 0, 6, 2, 4, 2, 2, 1, 0, 1]
-    return _soil(
+    return _soil_body(
         outline, cells, 0.3, ("left", "right"), cohesion=0.25 * WEIGHT * HEIGHT, friction_angle=0.0
     )
 
@@ -54,7 +54,7 @@ def clay(cells: int) -> Model:
 def cut(cells: int) -> Model:
     """Return a vertical cut of clay with the strength of failure by limit analysis."""
     outline = [-2, -1, 1, -1, 1, 0, 0, 0, 0, 1, -2, 1]
-    return _soil(
+    return _soil_body(
         outline, cells, 0.49, ("left", "right"), cohesion=WEIGHT * HEIGHT / CUT,
         friction_angle=0.0,
     )  # fmt: skip
