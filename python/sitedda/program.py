@@ -29,7 +29,7 @@ _OBJECTS = 20_000  # new objects before a garbage collection; with 700, they tak
 _plain_showwarning = warnings.showwarning
 
 
-class _Watcher:
+class _ImportWatcher:
     """Finder that finds no module but prepares for an import that is about to start.
 
     Before SciPy is imported, the finder checks the available memory. It also disables the generated
@@ -39,7 +39,7 @@ class _Watcher:
     def find_spec(self, name: str, path=None, target=None) -> None:
         """See `importlib.abc.MetaPathFinder.find_spec`."""
         if name == "scipy":
-            _require_room(_SCIPY_ROOM)
+            _require_address_space(_SCIPY_ROOM)
         if name == "matplotlib.patches" and (artist := sys.modules.get("matplotlib.artist")):
             vars(artist)["kwdoc"] = lambda _: ""
 
@@ -60,8 +60,10 @@ def main(arguments: list[str] | None = None) -> int:
 def _exit_status(arguments: list[str] | None, interruption: Interruption) -> int:
     try:
         if arguments is None:
-            _require_room(_LIGHT_ROOM if sys.argv[1:2] and sys.argv[1] in _LIGHT else _ROOM)
-            sys.meta_path.insert(0, _Watcher())
+            _require_address_space(
+                _LIGHT_ROOM if sys.argv[1:2] and sys.argv[1] in _LIGHT else _ROOM
+            )
+            sys.meta_path.insert(0, _ImportWatcher())
             gc.set_threshold(_OBJECTS)
             if sys.argv[1:2] != ["study"]:
                 sys.modules |= dict.fromkeys(_UNUSED)  # None: not to be imported
@@ -74,7 +76,9 @@ def _exit_status(arguments: list[str] | None, interruption: Interruption) -> int
         raise
     except BaseException as trouble:
         interruption.ignore()
-        ending = (InterruptedRun.kind, "interrupted") if interruption.heard else _ending(trouble)
+        ending = (
+            (InterruptedRun.kind, "interrupted") if interruption.heard else _expected_error(trouble)
+        )
         if ending is None:
             raise
         print(f"sitedda: {ending[1]}", file=sys.stderr)
@@ -94,7 +98,7 @@ def _print_warning(message, category, *place, **more) -> None:
         _plain_showwarning(message, category, *place, **more)
 
 
-def _require_room(size: int) -> None:
+def _require_address_space(size: int) -> None:
     """Raise an error if fewer bytes of addresses are available: OpenBLAS would end or hang."""
     try:
         mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS, prot=0).close()
@@ -103,7 +107,7 @@ def _require_room(size: int) -> None:
         raise OutOfMemory(words) from trouble
 
 
-def _ending(trouble: BaseException) -> tuple[int, str] | None:
+def _expected_error(trouble: BaseException) -> tuple[int, str] | None:
     """Return exit status and message of an expected error, None for a fault of the program."""
     if isinstance(trouble, KeyboardInterrupt):
         return InterruptedRun.kind, "interrupted"

@@ -58,7 +58,7 @@ def commit() -> str:
 
 @cache
 def engine_names(what: str) -> tuple[str, ...]:
-    """Return a list of names that the engine defines, such as its energy terms.
+    """Return the tuple of names of a kind that the engine defines, such as its energy terms.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def printing_rules() -> tuple[float, int, str, str]:
 
 
 def wrapped(words: str, indent: int = 0, width: int = 0) -> str:
-    """Wrap a text to screen lines, as the native executable does.
+    """Wrap a text to the width of the screen, as the native executable does.
 
     Parameters
     ----------

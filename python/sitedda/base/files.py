@@ -80,7 +80,7 @@ def check_target(file, kind: str, reads: Iterable = ()) -> Path:
     for other in reads:
         if is_same(file, other):
             raise OutputError(f"{file} would replace {other}, which is read; name another file")
-    if kind and found.st_size and not _is_of_kind(file, kind):
+    if kind and found.st_size and not _may_replace(file, kind):
         raise OutputError(f"{file} exists and is not {kind}, so it is not replaced; move it away, "
                           "or name another file")  # fmt: skip
     return file
@@ -94,7 +94,7 @@ def is_same(file, other) -> bool:
         return False
 
 
-def _is_of_kind(file: Path, kind: str) -> bool:
+def _may_replace(file: Path, kind: str) -> bool:
     try:
         with os.fdopen(os.open(file, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK), "rb") as stream:
             head = stream.read(_HEAD)
@@ -122,11 +122,11 @@ def written(file, kind: str, reads: Iterable = (), sync: bool = True) -> Iterato
     file = check_target(file, kind, reads)
     beside = None
     try:
-        with _raising_signals(file):
+        with _signals_as_exceptions(file):
             try:
                 handle, name = tempfile.mkstemp(prefix=".new-", suffix=file.suffix, dir=file.parent)
                 beside = Path(name)
-                os.fchmod(handle, 0o666 & ~_read_umask())
+                os.fchmod(handle, 0o666 & ~_process_umask())
                 os.close(handle)
                 yield beside
                 if sync:
@@ -147,15 +147,15 @@ def written(file, kind: str, reads: Iterable = (), sync: bool = True) -> Iterato
 def write(file, data: bytes | str, kind: str, reads: Iterable = (), sync: bool = True) -> Path:
     """Write a whole file unless its content is unchanged, see `written`; return its path."""
     data = data.encode("utf-8", "surrogateescape") if isinstance(data, str) else data
-    if kind and _has_content(Path(file), data):
+    if kind and _contains_exactly(Path(file), data):
         return Path(file)
     with written(file, kind, reads, sync) as beside, beside.open("wb") as stream:
         stream.write(data)
     return Path(file)
 
 
-def _has_content(file: Path, data: bytes) -> bool:
-    """Return whether a regular file has this content."""
+def _contains_exactly(file: Path, data: bytes) -> bool:
+    """Return whether a regular file already contains these bytes."""
     try:
         if not stat.S_ISREG(os.lstat(file).st_mode) or file.stat().st_size != len(data):
             return False
@@ -200,7 +200,7 @@ def plain_text(what: str, text: str) -> str:
     return text
 
 
-def _read_umask() -> int:
+def _process_umask() -> int:
     """Return the umask of this process."""
     for line in Path("/proc/self/status").read_text().splitlines():
         if line.startswith("Umask:"):
@@ -217,7 +217,7 @@ def _flush_to_disk(file: Path) -> None:
 
 
 @contextmanager
-def _raising_signals(file: Path) -> Iterator[None]:
+def _signals_as_exceptions(file: Path) -> Iterator[None]:
     """Raise an exception for a signal that would end the process, so that cleanup runs."""
 
     def end(number, _) -> None:

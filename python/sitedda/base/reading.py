@@ -23,7 +23,7 @@ def check_readable(file) -> int:
     except FileNotFoundError as trouble:
         raise InputError(f"{file}: there is no such file") from trouble
     except (OSError, ValueError) as trouble:
-        raise _reading_error(file, trouble) from trouble
+        raise _unreadable_error(file, trouble) from trouble
     if not stat.S_ISREG(found.st_mode):
         raise OutputError(f"{file} cannot be read: it is not a regular file")
     return found.st_size
@@ -37,11 +37,11 @@ def read_bounded(file, most: int) -> bytes:
             # Reading up to `most` would allocate that much memory before any byte is read.
             data = stream.read(size + 1) if size <= most else b""
     except OSError as trouble:
-        raise _reading_error(file, trouble) from trouble
+        raise _unreadable_error(file, trouble) from trouble
     if max(size, len(data)) > most:
         raise InputError(f"{file} is larger than {most} bytes: it is {size} bytes long")
     return data
 
 
-def _reading_error(file, trouble: Exception) -> OutputError:
+def _unreadable_error(file, trouble: Exception) -> OutputError:
     return OutputError(f"{file} cannot be read: {getattr(trouble, 'strerror', None) or trouble}")

@@ -31,9 +31,11 @@ class Interruption:
 
     def __enter__(self) -> "Interruption":
         """Install handlers for the signals that have no other handler."""
-        self._before = _install_handler((*SIGNALS, signal.SIGALRM, signal.SIGPROF), self._on_signal)
+        self._before = _install_handler(
+            (*SIGNALS, signal.SIGALRM, signal.SIGPROF), self._handle_signal
+        )
         self._report = sys.unraisablehook
-        sys.unraisablehook = self._raise_later
+        sys.unraisablehook = self._raise_suppressed
         return self
 
     def __exit__(self, *_) -> None:
@@ -45,7 +47,7 @@ class Interruption:
     def ignore(self) -> None:
         """Ignore further signals because the program is already ending."""
         self._cancel_timers()
-        sys.unraisablehook = self._raise_later
+        sys.unraisablehook = self._raise_suppressed
         for number in self._before:
             signal.signal(number, signal.SIG_IGN)
 
@@ -53,7 +55,7 @@ class Interruption:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.setitimer(signal.ITIMER_PROF, 0.0)
 
-    def _on_signal(self, number, frame) -> None:
+    def _handle_signal(self, number, frame) -> None:
         self.heard = True
         if _is_importing(frame):
             signal.setitimer(signal.ITIMER_REAL, _RETRY)
@@ -62,8 +64,8 @@ class Interruption:
             signal.setitimer(signal.ITIMER_PROF, _AGAIN)
             raise KeyboardInterrupt
 
-    def _raise_later(self, trouble) -> None:
-        """Raise KeyboardInterrupt again if it was swallowed, for example in a finaliser.
+    def _raise_suppressed(self, trouble) -> None:
+        """Raise KeyboardInterrupt again if it was suppressed, for example in a finaliser.
 
         After a signal, finalisers of incomplete objects fail; their messages are suppressed.
         """
@@ -88,18 +90,18 @@ class Stop:
 
     def __enter__(self) -> "Stop":
         """Watch the signals."""
-        self._before = _install_handler(self.signals, self._on_stop, self.program)
+        self._before = _install_handler(self.signals, self._request_stop, self.program)
         return self
 
     def __exit__(self, *_) -> None:
         """Leave the signals as they were."""
         if self.asked:
-            _notify_engine(0)
+            _forward_to_engine(0)
         _restore_handlers(self._before)
 
-    def _on_stop(self, number, _) -> None:
+    def _request_stop(self, number, _) -> None:
         self.asked = True
-        _notify_engine(number)
+        _forward_to_engine(number)
 
 
 def program_hears() -> bool:
@@ -139,7 +141,7 @@ def _restore_handlers(before: dict) -> None:
         signal.signal(number, handler)
 
 
-def _notify_engine(number: int) -> None:
+def _forward_to_engine(number: int) -> None:
     from .core import api
 
     api.stop_engine(number)

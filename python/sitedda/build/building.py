@@ -56,24 +56,26 @@ def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
     built = Built()
     pieces: list[dict] = []
     groups = [*groups, *_expand_groups(built, pieces, groups, folder)]
-    names = _names_of(groups)
+    names = _names_by_kind(groups)
     made = [group for group in groups if is_made(group[0])]
     for _, values, place in made:
         _check_names(names, values, place)
     parts: dict[str, list] = defaultdict(list)
     meshes, first, places = [], "", {}
     for name, values, place in made:
-        if _is_composed(name):
+        if _expands_to_groups(name):
             continue
         with located(place):
             if name == "mesh":
-                meshes.append((_make("mesh", values), place))
+                meshes.append((_make_object("mesh", values), place))
             elif name == "polygons":
                 pieces += _import_blocks(values, folder)
             elif hasattr(kinds()[name], "blocks"):
-                pieces += [_block(vars(stone)) for stone in _make(name, values).blocks()]
+                pieces += [
+                    _block_values(vars(stone)) for stone in _make_object(name, values).blocks()
+                ]
             else:
-                own = _read_parts(name, values, folder)
+                own = _read_objects(name, values, folder)
                 parts[name] += own
                 places |= {id(part): place for part in own}
                 first = first or place
@@ -81,7 +83,7 @@ def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
     if meshes:
         from .meshing.meshed import refuse_far_too_many
 
-        refuse_far_too_many(parts["region"], meshes, _materials(groups), located)
+        refuse_far_too_many(parts["region"], meshes, _materials_by_name(groups), located)
     if any(parts.values()):
         try:
             cut = _add_cut(built, parts, next(iter(names["joint"]), ""), bool(meshes))
@@ -95,8 +97,8 @@ def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
     return built
 
 
-def _is_composed(name: str) -> bool:
-    """Return whether a group is composed of other groups."""
+def _expands_to_groups(name: str) -> bool:
+    """Return whether a group, such as a masonry wall, expands to other groups."""
     return hasattr(kinds().get(name), "groups")
 
 
@@ -105,10 +107,10 @@ def _expand_groups(built: Built, pieces: list[dict], groups, folder) -> list[tup
     found: list[tuple[str, dict, str]] = []
     every = [(name, values) for name, values, _ in groups]
     for name, values, place in groups:
-        if not _is_composed(name):
+        if not _expands_to_groups(name):
             continue
         with located(place):
-            made, notes = _make(name, values).groups(folder, every)
+            made, notes = _make_object(name, values).groups(folder, every)
             made = [
                 (kind, {n: checked(kind, n, v) for n, v in one.items() if is_given(v)})
                 for kind, one in made
@@ -131,7 +133,7 @@ def _mesh_pieces(built: Built, groups, meshes, cut) -> None:
         for piece, region, holes in zip(pieces, cut.regions, cut.holes, strict=False):
             piece.region, piece.holes = region, holes
     pieces += [Piece(groups[i][1]) for i in typed]
-    cells, taken, messages = mesh_blocks(pieces, meshes, _materials(groups), located)
+    cells, taken, messages = mesh_blocks(pieces, meshes, _materials_by_name(groups), located)
     ring = next((p for i, p in enumerate(pieces) if p.holes and i not in taken), None)
     if ring is not None:
         raise InputError(
@@ -145,12 +147,12 @@ def _mesh_pieces(built: Built, groups, meshes, cut) -> None:
     built.messages += messages
 
 
-def _materials(groups) -> dict[str, dict]:
-    """Variables of each &material by its name, the first one first."""
+def _materials_by_name(groups) -> dict[str, dict]:
+    """Return the variables of each &material by its name, the first one first."""
     return {values.get("name", ""): values for kind, values, _ in groups if kind == "material"}
 
 
-def _names_of(groups) -> dict[str, list[str]]:
+def _names_by_kind(groups) -> dict[str, list[str]]:
     """Return the names of materials, joints and regions."""
     names = {kind: [] for kind in _NAMED}
     for kind, values, _ in groups:
@@ -177,29 +179,29 @@ def located(place: str) -> Iterator[None]:
         raise InputError(f"{place}: {error}" if place else str(error)) from None
 
 
-def _make(name: str, values: dict):
-    """Return the object of a group."""
+def _make_object(name: str, values: dict):
+    """Return the object that a group describes."""
     try:
         return kinds()[name](**values)
     except TypeError:
         raise InputError("a variable is missing or of the wrong kind") from None
 
 
-def _block(values: dict) -> dict:
+def _block_values(values: dict) -> dict:
     values = dict(values)
     values["vertices"] = values.pop("polygon")
     values["vertices"].flags.writeable = False
     return {name: value for name, value in values.items() if not isinstance(value, str) or value}
 
 
-def _read_parts(name: str, values: dict, folder) -> list:
+def _read_objects(name: str, values: dict, folder) -> list:
     """Return the objects of a group: one, or one per line of its file."""
     points, values = kinds()[name].from_file, dict(values)
     if not points or "file" not in values:
         for given in ("layer", "scale"):
             if points and given in values:
                 raise InputError(f"{given} needs a file")
-        return [_make(name, values)]
+        return [_make_object(name, values)]
     if points in values:
         raise InputError(f"give either {points} or file")
     from .importing import read_outlines
@@ -209,7 +211,9 @@ def _read_parts(name: str, values: dict, folder) -> list:
     )
     if name != "joint_line" and len(outlines) != 1:
         raise InputError(f"the file holds {len(outlines)} lines 1 expected; give its layer")
-    return [_make(name, values | {points: outline.closed_points(name)}) for outline in outlines]
+    return [
+        _make_object(name, values | {points: outline.closed_points(name)}) for outline in outlines
+    ]
 
 
 def _import_blocks(values: dict, folder) -> list[dict]:
@@ -260,7 +264,9 @@ def _add_cut(built: Built, parts: dict[str, list], first_joint: str, rings: bool
     )  # fmt: skip
     for name, material, joint, polygon, edges in rows:
         joint = joint or first_joint
-        block = _block({"name": name, "material": material, "joint": joint, "polygon": polygon})
+        block = _block_values(
+            {"name": name, "material": material, "joint": joint, "polygon": polygon}
+        )
         edges = tuple(edge or first_joint for edge in edges)
         if any(edge != joint for edge in edges):
             block["edge_joints"] = edges

@@ -56,16 +56,16 @@ class Ground(schema.GroundValues):
         """
         joints = [("joint", dict(friction_angle=_ANGLE, cohesion=_STRENGTH, name=name,
                                  tensile_strength=_STRENGTH, **more))
-                  for name, more in self._ties(others).items()]  # fmt: skip
-        found = joints + self._bodies() + base_and_sides(self)
+                  for name, more in self._side_joints(others).items()]  # fmt: skip
+        found = joints + self._ground_bodies() + base_and_sides(self)
         if self.outline is not None:
             values = {"name": self.core_name, "outline": self.core, "joint": f"{self.name} tie",
                       "material": self.core_material or self.material}  # fmt: skip
             found.append(("region", values))
         return found, []
 
-    def _ties(self, others) -> dict[str, dict]:
-        """Return the joints of the sides, which may be tied, and of the core."""
+    def _side_joints(self, others) -> dict[str, dict]:
+        """Return the joints on the core and on the sides, which may be tied."""
         ties: dict[str, dict] = {f"{self.name} side": {}}
         if self.outline is None:
             return ties
@@ -80,19 +80,19 @@ class Ground(schema.GroundValues):
             size = Mesh(blocks="*", size=self.size, frequency=self.frequency).size_of(
                 name, material
             )
-            stiffness = max(stiffness, _modulus(name, material) / size)
+            stiffness = max(stiffness, _p_wave_modulus(name, material) / size)
         return ties | {f"{self.name} tie": {"normal_stiffness_per_area": _STIFF * stiffness}}
 
-    def _bodies(self) -> list[tuple[str, dict]]:
+    def _ground_bodies(self) -> list[tuple[str, dict]]:
         """Return blocks and the meshes that turn them into bodies."""
         found: list[tuple[str, dict]] = []
-        bodies = shapely.get_parts(self._polygon()).tolist()
+        bodies = shapely.get_parts(self._ground_polygon()).tolist()
         for i, body in enumerate(bodies, 1):
             name = self.name if len(bodies) == 1 else f"{self.name}_{i}"
             pieces = _split_at_hole(body)
             names = [f"{name}_{k}" for k in range(1, len(pieces) + 1)]
             for piece, one in zip(pieces, names, strict=True):
-                found.append(("block", self._block(one, piece)))
+                found.append(("block", self._ground_block(one, piece)))
             fine: dict = {}
             if self.fine_size is not None and self.outline is not None:
                 fine = {"fine_size": self.fine_size,
@@ -101,7 +101,7 @@ class Ground(schema.GroundValues):
                                        frequency=self.frequency, **fine)))  # fmt: skip
         return found
 
-    def _polygon(self):
+    def _ground_polygon(self):
         """Return the polygon of the ground below the surface, without the core."""
         ends = {"left": self.left, "right": self.right}
         if len(self.surface):
@@ -121,8 +121,8 @@ class Ground(schema.GroundValues):
             raise InputError("core: its upper side and the surface beside it cross; give surface")
         return ground if self.outline is None else shapely.difference(ground, self.outline)
 
-    def _block(self, name: str, polygon) -> dict:
-        """Return a block of the ground; edges at the core get the joint of the ties."""
+    def _ground_block(self, name: str, polygon) -> dict:
+        """Return a block of the ground; edges at the core have the joint that ties them."""
         corners = shapely.get_coordinates(shapely.orient_polygons(polygon).exterior)[:-1]
         side, tie = f"{self.name} side", f"{self.name} tie"
         values = {"vertices": corners, "name": name, "joint": side, "material": self.material}
@@ -152,7 +152,7 @@ def base_and_sides(ground, **base) -> list[tuple[str, dict]]:
     return found
 
 
-def _modulus(name: str, material: dict) -> float:
+def _p_wave_modulus(name: str, material: dict) -> float:
     """Return ρ V_p² of a material, Pa."""
     try:
         if "pressure_velocity" in material:

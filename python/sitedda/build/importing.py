@@ -139,7 +139,7 @@ def _check_lines(file: Path, lines) -> Iterator[Outline]:
 # --- Formats -------------------------------------------------------------------------------------
 
 
-def _decode(file: Path) -> str:
+def _read_text(file: Path) -> str:
     try:
         return file.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
@@ -149,7 +149,9 @@ def _decode(file: Path) -> str:
 def _read_csv(file: Path, scale):
     """Read a CSV file: one line per sequence of equal names."""
     try:
-        rows = [row for row in csv.reader(_decode(file).splitlines()) if row and row[0][:1] != "#"]
+        rows = [
+            row for row in csv.reader(_read_text(file).splitlines()) if row and row[0][:1] != "#"
+        ]
     except csv.Error as trouble:
         raise InputError(f"{file} cannot be read as CSV: {trouble}") from None
     rows = [[cell.strip() for cell in row] for row in rows]
@@ -179,7 +181,7 @@ def _read_csv(file: Path, scale):
 
 def _read_wkt(file: Path, scale):
     """Read a WKT file with one geometry per line."""
-    for number, line in enumerate(_decode(file).splitlines(), 1):
+    for number, line in enumerate(_read_text(file).splitlines(), 1):
         if not line.strip() or line.lstrip()[0] == "#":
             continue
         if _nesting_depth(line, "(") > DEEPEST:
@@ -189,7 +191,7 @@ def _read_wkt(file: Path, scale):
         except (shapely.errors.ShapelyError, UnicodeError) as trouble:
             words = str(trouble).splitlines()[0][:100]
             raise InputError(f"{file}, line {number}: {words}") from None
-        yield from _lines_of_shape(file, shape, scale or 1.0, "", "")
+        yield from _shape_lines(file, shape, scale or 1.0, "", "")
 
 
 def _nesting_depth(text: str, opening: str) -> int:
@@ -201,13 +203,13 @@ def _nesting_depth(text: str, opening: str) -> int:
     return deepest
 
 
-def _lines_of_shape(where, shape, scale: float, name: str, layer: str, depth: int = 0):
+def _shape_lines(where, shape, scale: float, name: str, layer: str, depth: int = 0):
     """Yield the lines of a geometry of shapely."""
     if depth > DEEPEST:
         raise InputError(f"{where}: nested too deeply")
     if hasattr(shape, "geoms"):
         for part in shape.geoms:
-            yield from _lines_of_shape(where, part, scale, name, layer, depth + 1)
+            yield from _shape_lines(where, part, scale, name, layer, depth + 1)
     elif shape.geom_type == "Polygon" and not shape.is_empty:
         if len(shape.interiors):
             raise InputError(
@@ -220,7 +222,7 @@ def _lines_of_shape(where, shape, scale: float, name: str, layer: str, depth: in
 
 def _read_geojson(file: Path, scale):
     """Read GeoJSON: features, collections of features, or geometries."""
-    text = _decode(file)
+    text = _read_text(file)
     if _nesting_depth(text, "([{") > 4 * DEEPEST:
         raise InputError(f"{file}: nested too deeply")
     try:
@@ -246,7 +248,7 @@ def _read_geojson(file: Path, scale):
             raise InputError(f"{where}: the type {geometry['type']!r} is not known") from None
         except Exception:  # shapely raises many kinds of exceptions for a broken geometry
             raise InputError(f"{where}: its coordinates are not pairs of numbers") from None
-        yield from _lines_of_shape(where, found, scale or 1.0, name, layer)
+        yield from _shape_lines(where, found, scale or 1.0, name, layer)
 
 
 def _read_dxf(file: Path, scale):
@@ -267,11 +269,11 @@ def _read_dxf(file: Path, scale):
     unit = scale or _UNITS.get(drawing.units, 1.0)
     budget = [MOST_LINES]
     for entity in drawing.modelspace():
-        for points, closed, layer in _lines_of_entity(file, entity, budget, 0):
+        for points, closed, layer in _entity_lines(file, entity, budget, 0):
             yield np.asarray(points) * unit, closed, "", layer
 
 
-def _lines_of_entity(file: Path, entity, budget: list[int], depth: int):
+def _entity_lines(file: Path, entity, budget: list[int], depth: int):
     """Yield the lines of an entity; of inserted blocks with bounded nesting."""
     from ezdxf import path
 
@@ -286,7 +288,7 @@ def _lines_of_entity(file: Path, entity, budget: list[int], depth: int):
                 raise InputError(f"{file}: a block is inserted {rows} times")
             for one in entity.multi_insert() if rows > 1 else [entity]:
                 for part in one.virtual_entities():
-                    yield from _lines_of_entity(file, part, budget, depth + 1)
+                    yield from _entity_lines(file, part, budget, depth + 1)
         elif kind in ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE"):
             way = path.make_path(entity)
             size = path.bbox([way]).size.magnitude

@@ -9,7 +9,7 @@ import numpy as np
 from ..base.errors import InputError
 from ..input import schema
 from .ground import base_and_sides
-from .profile import Ground, SoilProfile, curve_of, curve_table, read_soil_profile
+from .profile import Ground, SoilProfile, parse_curve, read_curve_table, read_soil_profile
 
 _CELLS = 12  # cells per wavelength of S waves at the highest frequency
 _MOST = 100_000  # blocks
@@ -41,12 +41,12 @@ class LayeredGround(schema.ProfileValues):
         profile = read_soil_profile(Path(folder) / self.file)
         rigid = not self.base and profile.half_space is None
         self._check_profile(profile)
-        cells = [self._cells(layer) for layer in profile.layers]
+        cells = [self._count_block_rows(layer) for layer in profile.layers]
         if sum(cells) * self.columns > _MOST:
             raise InputError(f"{sum(cells) * self.columns} blocks exceed the limit of {_MOST}; "
                              "lower highest_frequency")  # fmt: skip
-        found = self._make_materials(profile) + self._joints(profile, cells)
-        found += self._blocks(profile, cells) + self._make_boundaries(profile)
+        found = self._make_materials(profile) + self._make_joints(profile, cells)
+        found += self._make_blocks(profile, cells) + self._make_boundaries(profile)
         notes = []
         if rigid:
             notes = [f"{self.file} ends without a half-space, so its base is rigid and sends all "
@@ -67,28 +67,28 @@ class LayeredGround(schema.ProfileValues):
                 raise InputError(f"{self.file}, row {one.row}: blocks need pressure_velocity or "
                                  "poisson_ratio")  # fmt: skip
 
-    def _cells(self, layer: Ground) -> int:
-        """Return the number of blocks over the height of a layer."""
+    def _count_block_rows(self, layer: Ground) -> int:
+        """Return the number of rows of blocks in a layer."""
         length = layer.shear_velocity / self.highest_frequency
         return max(1, math.ceil(_CELLS * layer.thickness / length * (1 - 1e-9)))
 
-    def _base_material(self, profile: SoilProfile) -> Ground:
+    def _base_ground(self, profile: SoilProfile) -> Ground:
         """Return the material of the block under the layers."""
         return profile.half_space or profile.layers[-1]
 
     def _make_materials(self, profile: SoilProfile) -> list[tuple[str, dict]]:
-        ground = (*profile.layers, self._base_material(profile))
-        laws = [*self._laws(profile), {}]
+        ground = (*profile.layers, self._base_ground(profile))
+        laws = [*self._yield_laws(profile), {}]
         found = []
-        for name, one, law in zip(self._names(profile), ground, laws, strict=True):
+        for name, one, law in zip(self._material_names(profile), ground, laws, strict=True):
             values = {"name": name, "density": one.density, "shear_velocity": one.shear_velocity,
                       "pressure_velocity": one.pressure_velocity}  # fmt: skip
             damping = {"damping_ratio": one.damping} if one.damping else {}
             found.append(("material", values | damping | law))
         return found
 
-    def _laws(self, profile: SoilProfile) -> list[dict]:
-        """Return the yield law of each layer; none for a linear layer."""
+    def _yield_laws(self, profile: SoilProfile) -> list[dict]:
+        """Return the yield-law variables of each layer; empty for a linear layer."""
         if self.law == "linear":
             return [{} for _ in profile.layers]
         table = math.inf if self.water_table is None else self.water_table
@@ -99,11 +99,11 @@ class LayeredGround(schema.ProfileValues):
             raise InputError(f"law = 'hysteretic': no layer of {self.file} has a curve")
         return found
 
-    def _names(self, profile: SoilProfile) -> list[str]:
+    def _material_names(self, profile: SoilProfile) -> list[str]:
         """Return the names of the materials: layers from the surface, then the base."""
         return [*(f"{self.name}_{i + 1}" for i in range(len(profile.layers))), f"{self.name}_base"]
 
-    def _joints(self, profile: SoilProfile, cells: list[int]) -> list[tuple[str, dict]]:
+    def _make_joints(self, profile: SoilProfile, cells: list[int]) -> list[tuple[str, dict]]:
         """Return the joints: welds between layers, and vertical ones, which may be tied."""
         stiff = max(one.density * one.pressure_velocity**2 * count / one.thickness
                     for one, count in zip(profile.layers, cells, strict=True))  # fmt: skip
@@ -114,28 +114,28 @@ class LayeredGround(schema.ProfileValues):
             ("joint", {"name": f"{self.name}_side", **whole}),
         ]  # fmt: skip
 
-    def _blocks(self, profile: SoilProfile, cells: list[int]) -> list[tuple[str, dict]]:
+    def _make_blocks(self, profile: SoilProfile, cells: list[int]) -> list[tuple[str, dict]]:
         """Return the rectangular blocks from below, row by row."""
-        names = self._names(profile)
+        names = self._material_names(profile)
         thick = [layer.thickness / count for layer, count in zip(profile.layers, cells,
                                                                  strict=True)]  # fmt: skip
         self.width = self.width or max(thick) * self.columns
         sides = np.linspace(self.left, self.left + self.width, self.columns + 1)
         floor, found = self.top - profile.depth, []
         if self.base != "none":
-            below = self._base_material(profile)
+            below = self._base_ground(profile)
             height = below.shear_velocity / self.highest_frequency / _CELLS
             height = min(height, 0.25 * profile.depth)
-            found += self._row(f"{self.name}_base", names[-1], sides, floor - height, floor)
+            found += self._block_row(f"{self.name}_base", names[-1], sides, floor - height, floor)
         number = 1
         for i in range(len(cells) - 1, -1, -1):
             ends = self.top - np.linspace(profile.tops[i + 1], profile.tops[i], cells[i] + 1)
             for low, high in zip(ends, ends[1:], strict=False):
-                found += self._row(f"{self.name}_{number}", names[i], sides, low, high)
+                found += self._block_row(f"{self.name}_{number}", names[i], sides, low, high)
                 number += 1
         return found
 
-    def _row(self, name: str, material: str, sides, low: float, high: float):
+    def _block_row(self, name: str, material: str, sides, low: float, high: float):
         """Return a row of adjacent blocks of one name."""
         weld, side = f"{self.name}_weld", f"{self.name}_side"
         for left, right in zip(sides, sides[1:], strict=False):
@@ -144,7 +144,7 @@ class LayeredGround(schema.ProfileValues):
                             "edge_joints": (weld, side, weld, side)}  # fmt: skip
 
     def _make_boundaries(self, profile: SoilProfile) -> list[tuple[str, dict]]:
-        below, base = self._base_material(profile), {}
+        below, base = self._base_ground(profile), {}
         if self.base == "compliant":
             base = {"density": below.density, "shear_velocity": below.shear_velocity,
                     "pressure_velocity": below.pressure_velocity}  # fmt: skip
@@ -155,7 +155,7 @@ class LayeredGround(schema.ProfileValues):
     def _measured_points(self, profile: SoilProfile) -> list[tuple[str, dict]]:
         """Return measured points in the middle of the first column of blocks."""
         x = self.left + 0.5 * self.width / self.columns
-        rows = self._rows(profile)
+        rows = self._top_rows(profile)
         found = [("surface", self.top, rows[0])]
         found += [(f"depth_{depth:.6g}", self.top - depth, row)
                   for depth, row in zip(profile.tops[1:-1], rows[1:], strict=False)]  # fmt: skip
@@ -164,20 +164,20 @@ class LayeredGround(schema.ProfileValues):
         return [("measured_point", {"name": name, "x": x, "y": y, "block": block})
                 for name, y, block in found]  # fmt: skip
 
-    def _rows(self, profile: SoilProfile) -> list[str]:
-        """Return the name of the highest blocks of each layer."""
-        cells = [self._cells(layer) for layer in profile.layers]
+    def _top_rows(self, profile: SoilProfile) -> list[str]:
+        """Return the name of the uppermost row of blocks of each layer."""
+        cells = [self._count_block_rows(layer) for layer in profile.layers]
         return [f"{self.name}_{sum(cells[i:])}" for i in range(len(cells))]
 
 
 def _hysteretic_law(layer: Ground, stress: float, file: Path) -> dict:
     """Return the variables of a material that yields by the curve of a layer at a stress, Pa."""
     where = f"{file}, row {layer.row}"
-    name, numbers = curve_of(layer.curve, where)
+    name, numbers = parse_curve(layer.curve, where)
     if not name:
         return {}
     if name not in _CURVES:
-        strain, reduction, damping = curve_table(file.parent / name)
+        strain, reduction, damping = read_curve_table(file.parent / name)
         table = {"strains": strain, "reductions": reduction, "dampings": damping}
         return {"law": "hysteretic", "curve": "table"} | table
     least, variables = _CURVES[name]

@@ -79,7 +79,7 @@ class Arch(schema.ArchValues):
             self.span, self.rise = 2 * self.radius, self.radius
         if self.is_pointed and self.voussoirs % 2:
             raise InputError(f"voussoirs = {self.voussoirs} of a pointed arch must be even")
-        radius, _ = self._right_arc()
+        radius, _ = self._right_arc_geometry()
         if self.thickness / 2 >= radius:
             raise InputError(
                 f"thickness = {self.thickness:g} must be less than twice the radius, {radius:g} m"
@@ -90,7 +90,7 @@ class Arch(schema.ArchValues):
         """Return whether the centre line has a corner at the crown."""
         return self.rise > 0.5 * self.span * (1 + 1e-12)
 
-    def _right_arc(self) -> tuple[float, tuple[float, float]]:
+    def _right_arc_geometry(self) -> tuple[float, tuple[float, float]]:
         """Return radius and centre of the right arc from the middle of the springing line, m."""
         half, rise = self.span / 2, self.rise
         if self.is_pointed:
@@ -101,7 +101,7 @@ class Arch(schema.ArchValues):
 
     def _joint_ends(self, offset: float) -> np.ndarray:
         """Return the ends of the joints at a distance from the centre line, (n + 1, 2), m."""
-        radius, (x0, y0) = self._right_arc()
+        radius, (x0, y0) = self._right_arc_geometry()
         half, n = self.span / 2, self.voussoirs
         springing = np.arctan2(-y0, half - x0)
         angle = np.linspace(springing, np.pi - springing, n + 1)

@@ -55,8 +55,8 @@ class Group:
         self(**(values or {}))
 
     @classmethod
-    def _of(cls, name: str, values: dict, place: str = "") -> "Group":
-        """A group of values that are checked already."""
+    def _of_checked_values(cls, name: str, values: dict, place: str = "") -> "Group":
+        """Return a group of values that have been checked."""
         group = cls(name, None, place)
         group._values.update(values)
         return group
@@ -252,7 +252,9 @@ class Model(Groups):
         model.folder = self.folder
         for name, group in self._once.items():
             model._once[name](**group._values)
-        model.groups.extend(Group._of(one._name, one._values, one._place) for one in self.groups)
+        model.groups.extend(
+            Group._of_checked_values(one._name, one._values, one._place) for one in self.groups
+        )
         return model
 
     @property
@@ -316,7 +318,7 @@ class Model(Groups):
         for found in find_groups(text, file):
             values, place = read_values(found, file), found.place(file)
             if found.name not in single_groups():
-                model._add_group(Group._of(found.name, values, place))
+                model._add_group(Group._of_checked_values(found.name, values, place))
             elif found.name in seen:
                 raise InputError(f"{place}: this group may appear only once")
             else:
@@ -360,7 +362,7 @@ class Model(Groups):
             that follow each other on).
         """
         file = check_target(file, OWN_INPUT)
-        moved = self._files_from(file.parent, f"{file.stem}.")
+        moved = self._renamed_files(file.parent, f"{file.stem}.")
         text = self._to_text(moved, block_writer(file, block_file, self._named_files()))
         return write(file, f"! written by sitedda\n{text}", OWN_INPUT)
 
@@ -369,7 +371,7 @@ class Model(Groups):
         groups = [*self["motion"], *self["blocks"]]
         return [self.folder / group.file for group in groups if group.file]
 
-    def _files_from(self, folder: Path, prefix: str) -> dict[int, dict]:
+    def _renamed_files(self, folder: Path, prefix: str) -> dict[int, dict]:
         """Return the variables of groups whose files have other names relative to a folder."""
         found = {}
         for group in [*self["motion"], *self["blocks"]]:
@@ -399,27 +401,29 @@ class Model(Groups):
         model.clear("cutting")
         gone = {id(given[i]) for i in built.meshed}
         kept = [one for one in self.groups if not is_made(one._name) and id(one) not in gone]
-        model.groups[:] = [Group._of(one._name, one._values, one._place) for one in kept]
-        model.groups.extend(Group._of(kind, values) for kind, values in built.groups)
-        model.groups.extend(Group._of("block", block) for block in built.blocks)
+        model.groups[:] = [
+            Group._of_checked_values(one._name, one._values, one._place) for one in kept
+        ]
+        model.groups.extend(Group._of_checked_values(kind, values) for kind, values in built.groups)
+        model.groups.extend(Group._of_checked_values("block", block) for block in built.blocks)
         return model
 
     @contextmanager
     def opened(self) -> Iterator[tuple[Path, str]]:
         """A file name and a text that can be run while this lasts."""
         with tempfile.TemporaryDirectory() as folder:
-            moved = self._files_from(Path(folder), "motion.")
+            moved = self._renamed_files(Path(folder), "motion.")
             for values in moved.values():
                 values["file"] = str((Path(folder) / values["file"]).resolve())
             file = self.folder / "model.nml"
             try:
                 yield file, self._to_text(moved)
             except InputError as error:
-                error.args = (self._cited(str(error), file),)
+                error.args = (self._cite_source(str(error), file),)
                 raise
 
-    def _cited(self, message: str, file: Path) -> str:
-        """A message about generated text, which cites the call or the line of a file instead."""
+    def _cite_source(self, message: str, file: Path) -> str:
+        """Return a message that cites the call or line of a file instead of generated text."""
         groups = [one for one in self._once.values() if one._values] + self.groups
 
         def place(kind: str, line: int) -> str:

@@ -216,15 +216,15 @@ def read_soil_profile(file, fill: str = "") -> SoilProfile:
     or a CSV file of strain, G/G_max and damping ratio beside this one.
     """
     file = Path(file)
-    rows = rows_of(file)
+    rows = read_rows(file)
     number, heads = rows[0]
-    columns = [_column(head, file, number) for head in heads]
+    columns = [_column_unit(head, file, number) for head in heads]
     names = [name for name, _ in columns]
     for name in set(names):
         if names.count(name) > 1:
             raise InputError(f"{file}, row {number}: there are two columns {name}")
     table = [
-        {"row": at, **{n: _value(file, at, n, unit, cell)
+        {"row": at, **{n: _read_cell(file, at, n, unit, cell)
                        for (n, unit), cell in zip(columns, cells, strict=False)}}
         for at, cells in rows[1:]
     ]  # fmt: skip
@@ -232,16 +232,18 @@ def read_soil_profile(file, fill: str = "") -> SoilProfile:
         raise InputError(f"{file} has a header but no layers")
     thickness = _thicknesses(file, names, table)
     shown = {name: head for (name, _), head in zip(columns, heads, strict=True)}
-    _fill(file, table, thickness, shown, fill)
-    ground = [_ground(file, one, thick, shown) for one, thick in zip(table, thickness, strict=True)]
+    _fill_gaps(file, table, thickness, shown, fill)
+    ground = [
+        _make_ground(file, one, thick, shown) for one, thick in zip(table, thickness, strict=True)
+    ]
     below = ground.pop() if math.isinf(ground[-1].thickness) else None
     if not ground:
         raise InputError(f"{file} has no layer above its half-space")
     return SoilProfile(tuple(ground), below, file)
 
 
-def rows_of(file: Path) -> list[tuple[int, list[str]]]:
-    """Numbers and cells of the lines of a CSV file that are not blank.
+def read_rows(file: Path) -> list[tuple[int, list[str]]]:
+    """Return numbers and cells of the lines of a CSV file that are not blank.
 
     Parameters
     ----------
@@ -267,8 +269,8 @@ def rows_of(file: Path) -> list[tuple[int, list[str]]]:
     return found
 
 
-def _column(head: str, file: Path, row: int) -> tuple[str, float | None]:
-    """Name of a column, and what a number in it is in SI units."""
+def _column_unit(head: str, file: Path, row: int) -> tuple[str, float | None]:
+    """Return the name of a column, and the SI value of one unit of its numbers."""
     words, unit = _HEAD.fullmatch(head).groups() if _HEAD.fullmatch(head) else (head, None)
     word = " ".join(words.lower().replace("_", " ").split())
     known = {name.replace("_", " "): there for name, there in _WORDS.items()}
@@ -286,8 +288,8 @@ def _column(head: str, file: Path, row: int) -> tuple[str, float | None]:
     return known[word], units[given]
 
 
-def _value(file: Path, row: int, name: str, unit: float | None, cell: str):
-    """A cell in SI units; NaN where it is blank."""
+def _read_cell(file: Path, row: int, name: str, unit: float | None, cell: str):
+    """Return a cell in SI units; NaN if it is blank."""
     if unit is None:
         return cell
     if not cell:
@@ -304,7 +306,7 @@ def _value(file: Path, row: int, name: str, unit: float | None, cell: str):
 
 
 def _thicknesses(file: Path, names: list[str], table: list[dict]) -> list[float]:
-    """Of each row, m; inf of a half-space."""
+    """Return the thickness of each row, m; infinite for a half-space."""
     given = [name for name in ("thickness", "top", "bottom", "depth") if name in names]
     if len(given) != 1:
         raise InputError(f"{file}: give one column of depth, top, bottom or thickness, not "
@@ -331,8 +333,8 @@ def _thicknesses(file: Path, names: list[str], table: list[dict]) -> list[float]
     return [math.inf if math.isnan(value) else float(value) for value in found]
 
 
-def _fill(file: Path, table: list[dict], thickness, shown: dict[str, str], fill: str) -> None:
-    """Fill gaps of the numbers as asked."""
+def _fill_gaps(file: Path, table: list[dict], thickness, shown: dict[str, str], fill: str) -> None:
+    """Fill missing values by the rule `fill`."""
     if fill not in _FILLS:
         raise InputError(f"fill = {fill!r}: use {', '.join(map(repr, _FILLS))}")
     thick = np.where(np.isinf(thickness), 0.0, thickness)
@@ -352,8 +354,8 @@ def _fill(file: Path, table: list[dict], thickness, shown: dict[str, str], fill:
             table[i][name] = between if fill == "interpolate" else float(values[before[-1]])
 
 
-def _ground(file: Path, values: dict, thickness: float, shown: dict[str, str]) -> Ground:
-    """A row that has been read, with the heads as the file has them."""
+def _make_ground(file: Path, values: dict, thickness: float, shown: dict[str, str]) -> Ground:
+    """Return the ground of a row; `shown` has the column heads of the file."""
     where = f"{file}, row {values['row']}"
     for name, most in (("shear_velocity", 1e5), ("density", 1e5)):
         if not 0 < values.get(name, math.nan) <= most:
@@ -383,14 +385,14 @@ def _ground(file: Path, values: dict, thickness: float, shown: dict[str, str]) -
         raise InputError(f"{where}: shear_strength must be above 0 and friction_angle from 0 to 60 "
                          f"degrees, got {strength:g} Pa and {friction:g}")  # fmt: skip
     curve = values.get("curve", "")
-    curve_of(curve, where)
+    parse_curve(curve, where)
     return Ground(thickness, slow, fast, values["density"], damping,
                   "" if curve == "linear" else curve, values.get("name", ""),
                   values["row"], strength, friction)  # fmt: skip
 
 
-def curve_of(text: str, where: str) -> tuple[str, list[float]]:
-    """Name and numbers of a curve; of a file its name alone.
+def parse_curve(text: str, where: str) -> tuple[str, list[float]]:
+    """Return name and numbers of a curve; only the name if a file defines it.
 
     Parameters
     ----------
@@ -410,14 +412,14 @@ def curve_of(text: str, where: str) -> tuple[str, list[float]]:
         raise InputError(f"{where}: curve = {text!r}: a number cannot be read") from None
 
 
-def curve_table(file: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Shear strain, G/G_max and damping ratio of a CSV file with these columns, fractions.
+def read_curve_table(file: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Read shear strain, G/G_max and damping ratio from a CSV file, all fractions.
 
     Parameters
     ----------
     file : Path
     """
-    rows = rows_of(file)
+    rows = read_rows(file)
     try:
         start = 0 if rows[0][1][0][:1] in "0123456789.+-" else 1
         numbers = np.array([[float(cell) for cell in cells] for _, cells in rows[start:]])

@@ -115,7 +115,7 @@ class Opening(schema.OpeningValues):
             stone = _left_part(whole, middle, -ray)
             sign = 1.0 if side == "right" else -1.0
             stone = _left_part(stone, end, np.array([0.0, -sign]))
-            if len(stone) > 2 and _area_of(stone) > 1e-6 * _area_of(whole):
+            if len(stone) > 2 and _polygon_area(stone) > 1e-6 * _polygon_area(whole):
                 found.append((f"{self.name}_{side}", stone))
         return found
 
@@ -144,12 +144,12 @@ class MasonryWall(schema.MasonryWallValues):
         openings = [self._make_opening(values) for values in own]
         _require_apart(openings)
         stones = [(f"{self.name}_{i}", corners, self.material, self.joint)
-                  for i, corners in enumerate(self._stones(openings), 1)]  # fmt: skip
+                  for i, corners in enumerate(self._stone_corners(openings), 1)]  # fmt: skip
         for one in openings:
             stones += [(name, corners, one.material, one.joint) for name, corners in one.blocks()]
         names = ("name", "vertices", "material", "joint")
         found = [("block", dict(zip(names, stone, strict=True))) for stone in stones]
-        return found + self._rods(stones), []
+        return found + self._tie_rods(stones), []
 
     def _make_opening(self, values: dict) -> Opening:
         try:
@@ -157,13 +157,13 @@ class MasonryWall(schema.MasonryWallValues):
         except InputError as error:
             raise InputError(f"opening {values.get('name', Opening.name)!r}: {error}") from None
 
-    def _levels(self, openings: list[Opening]) -> np.ndarray:
-        """Levels between courses, m."""
+    def _course_levels(self, openings: list[Opening]) -> np.ndarray:
+        """Return the levels between courses, m."""
         fixed = [self.bottom, self.bottom + self.height]
         fixed += [
             level for one in openings for _, low, _, high in one.gaps() for level in (low, high)
         ]
-        fixed = _distinct(fixed, _SAME * (self.width + self.height))
+        fixed = _distinct_levels(fixed, _SAME * (self.width + self.height))
         course, levels = self.height / self.courses, [fixed[0]]
         for part, (low, high) in enumerate(pairwise(fixed)):
             count = max(1, round((high - low) / course))
@@ -174,22 +174,22 @@ class MasonryWall(schema.MasonryWallValues):
             levels += [*(low + share * (high - low)), high]
         return np.array(levels)
 
-    def _stones(self, openings: list[Opening]) -> Iterator[np.ndarray]:
-        """Corners of the stones, course by course, m."""
+    def _stone_corners(self, openings: list[Opening]) -> Iterator[np.ndarray]:
+        """Yield the corners of the stones, course by course, m."""
         gaps = [gap for one in openings for gap in one.gaps()]
         below: list[float] = []
-        for number, (low, high) in enumerate(pairwise(self._levels(openings))):
+        for number, (low, high) in enumerate(pairwise(self._course_levels(openings))):
             middle = 0.5 * (low + high)
             cut = sorted((a, b) for a, y0, b, y1 in gaps if y0 < middle < y1)
-            joints, at, laid = self._joints(number, below), self.left, []
+            joints, at, laid = self._head_joints(number, below), self.left, []
             for left, right in [*cut, (self.left + self.width,) * 2]:
                 laid += self._stones_between(at, left, joints)
                 at = max(at, right)
             below = [right for _, right in laid]
             yield from (rectangle(a, low, b, high) for a, b in laid)
 
-    def _joints(self, course: int, below: list[float]) -> np.ndarray:
-        """Places of the upright joints of a course without openings, m."""
+    def _head_joints(self, course: int, below: list[float]) -> np.ndarray:
+        """Return the positions of the head joints of a course without openings, m."""
         share, shift = _BONDS[self.bond]
         length = self.stone * share
         count = math.ceil(self.width / length) + 2
@@ -221,7 +221,7 @@ class MasonryWall(schema.MasonryWallValues):
                 ends.append(float(place))
         return list(pairwise([*ends, right]))
 
-    def _rods(self, stones: list[tuple]) -> list[tuple[str, dict]]:
+    def _tie_rods(self, stones: list[tuple]) -> list[tuple[str, dict]]:
         """Tie rods between the outermost stones at their levels."""
         found = []
         for number, level in enumerate(() if self.ties is None else self.ties, 1):
@@ -251,7 +251,7 @@ def _require_apart(openings: list[Opening]) -> None:
 
 
 def _left_part(polygon: np.ndarray, place: np.ndarray, along: np.ndarray) -> np.ndarray:
-    """The part of a convex polygon to the left of a line, shape (any, 2), m."""
+    """Return the part of a convex polygon to the left of a line, shape (any, 2), m."""
     if len(polygon) == 0:
         return polygon
     away = polygon - place
@@ -268,13 +268,13 @@ def _left_part(polygon: np.ndarray, place: np.ndarray, along: np.ndarray) -> np.
     return np.array(found).reshape(-1, 2)
 
 
-def _area_of(polygon: np.ndarray) -> float:
+def _polygon_area(polygon: np.ndarray) -> float:
     x, y = (polygon - polygon[0]).T
     return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
 
 
-def _distinct(levels: list[float], least: float) -> list[float]:
-    """Levels in order, those that are the same except for rounding once."""
+def _distinct_levels(levels: list[float], least: float) -> list[float]:
+    """Return ascending levels; levels that differ only by rounding occur once."""
     found: list[float] = []
     for level in sorted(levels):
         if not found or level - found[-1] > least:

@@ -20,7 +20,7 @@ SAMPLERS = ("laplace", "ensemble")
 _DISCREPANCY = (0.02, 1.0)  # prior of an unknown discrepancy: median, deviation of its logarithm
 _EXACT = 1e-5  # largest relative error of frequencies by the reduction
 _ROUNDS, _LOOKS = 6, 6  # number of searches, and of samples that check the reduction
-_FAR, _WIDE, _ALIKE, _FEW = 2.0, 0.8, 0.95, 0.2  # limits of warnings, see `_doubts`
+_FAR, _WIDE, _ALIKE, _FEW = 2.0, 0.8, 0.95, 0.2  # limits of warnings, see `_find_warnings`
 SILENT = ("small vibrations do not determine friction, cohesion, tensile strength and joint "
           "opening: their uncertainty is unchanged")  # fmt: skip
 
@@ -236,7 +236,9 @@ def calibrate(
         seen, chosen[0] + 1, frequencies[0], bounds[0], bounds[1],
         np.array(off), np.array(macs), shown, evidence[0], evidence[1], error, (),
     )  # fmt: skip
-    object.__setattr__(found, "doubts", _doubts(found, x, mean, deviation, evidence[2], sampler))
+    object.__setattr__(
+        found, "doubts", _find_warnings(found, x, mean, deviation, evidence[2], sampler)
+    )
     return found
 
 
@@ -265,29 +267,31 @@ class _Search:
         posterior = self.posterior
         width = len(self.family.parts)
         axes = np.eye(posterior.mean.size)[:width] * posterior.deviation
-        self.vectors = [self._exact(x)[1] for x in self._reduced_at(posterior.mean, BAND * axes)]
-        self._reduce()
+        self.vectors = [
+            self._exact_modes(x)[1] for x in self._reduced_frequencies(posterior.mean, BAND * axes)
+        ]
+        self._project_family()
         peaks = [self._improve_start(x) for x in self.posterior.peaks(seed)]
         for _ in range(2):
             for x in peaks:
                 values, turns = np.linalg.eigh(self.posterior.covariance(x))
-                around = self._reduced_at(x, 2 * (turns * np.sqrt(values)).T)
-                self.vectors += [self._exact(one)[1] for one in around]
-            self._reduce()
+                around = self._reduced_frequencies(x, 2 * (turns * np.sqrt(values)).T)
+                self.vectors += [self._exact_modes(one)[1] for one in around]
+            self._project_family()
             peaks = [self.posterior.best(x) for x in peaks]
         peaks.sort(key=lambda x: -self.posterior.log(x[None])[0])
         found = [(x, self.posterior.covariance(x)) for x in peaks]
         some = np.random.default_rng(seed).multivariate_normal(*found[0], _LOOKS)
         return found, max(self._extend_basis(one) for one in some)
 
-    def _reduced_at(self, x: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    def _reduced_frequencies(self, x: np.ndarray, steps: np.ndarray) -> np.ndarray:
         return np.vstack([x, x + steps, x - steps])
 
-    def _exact(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _exact_modes(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         theta = np.exp(x[: len(self.family.parts)])
         return self.family.modes(theta, self.posterior.seen.count + 2)
 
-    def _reduce(self) -> None:
+    def _project_family(self) -> None:
         family = self.family.reduced(np.hstack(self.vectors))
         self.posterior = replace(self.posterior, family=family)
 
@@ -295,13 +299,13 @@ class _Search:
         for _ in range(_ROUNDS):
             if self._extend_basis(x) < _EXACT:
                 break
-            self._reduce()
+            self._project_family()
             x = self.posterior.best(x)
         return x
 
     def _extend_basis(self, x: np.ndarray) -> float:
         """Return the relative error of frequencies at x, and add the modes at x to the basis."""
-        squares, y = self._exact(x)
+        squares, y = self._exact_modes(x)
         self.vectors.append(y)
         count = self.posterior.seen.count
         near = self.posterior.solved(x[None])[0][0, :count]
@@ -322,7 +326,7 @@ def _check_priors(unknowns: Mapping) -> np.ndarray:
     return np.array(list(unknowns.values()), dtype=float)
 
 
-def _doubts(found: Calibration, x, mean, deviation, counting: float, sampler: str) -> tuple:
+def _find_warnings(found: Calibration, x, mean, deviation, counting: float, sampler: str) -> tuple:
     """Return warnings on modes that do not fit and unknowns that are not determined."""
     words = [
         f"mode {n} cannot be fitted: {number(one.frequency)} Hz is {abs(off):.1f} deviations from "

@@ -73,14 +73,14 @@ class Posterior:
         squares = np.maximum(squares, 1e-30)
         chosen = np.tile(self.seen.number, (len(x), 1))
         if np.any(self.seen.number < 0):
-            for one, s, shapes, d in zip(chosen, squares, y, self._discrepancy_of(x), strict=True):
-                self._match(one, s, shapes, d)
+            for one, s, shapes, d in zip(chosen, squares, y, self._discrepancy(x), strict=True):
+                self._match_modes(one, s, shapes, d)
         return squares, y, chosen
 
-    def _discrepancy_of(self, x: np.ndarray) -> np.ndarray:
+    def _discrepancy(self, x: np.ndarray) -> np.ndarray:
         return np.exp(x[:, -1]) if self.discrepancy is None else np.full(len(x), self.discrepancy)
 
-    def _match(self, chosen, squares, y, delta) -> None:
+    def _match_modes(self, chosen, squares, y, delta) -> None:
         """Assign to each measured shape the mode that fits shape and frequency best."""
         free = np.flatnonzero(self.seen.number < 0)
         others = np.setdiff1d(np.arange(min(self.seen.count, len(squares))), self.seen.number)
@@ -98,29 +98,31 @@ class Posterior:
         """Return a mode at the points where the measured shape has components."""
         return self.family.points[self.seen.rows[j]] @ y[:, mode]
 
-    def _round_off(self, j: int) -> float:
+    def _shape_round_off(self, j: int) -> float:
         """Return the squared shape at measured points below which it is round-off, 1/kg."""
         return _STILL * float(np.sum(self.family.points[self.seen.rows[j]] ** 2))
 
     def mac(self, y: np.ndarray, j: int, mode: int) -> float:
         """Return the modal assurance criterion: 1 if a mode is proportional to the measured one."""
         shape = self.shape(y, j, mode)
-        return float((self.seen.shapes[j] @ shape) ** 2 / (shape @ shape + self._round_off(j)))
+        return float(
+            (self.seen.shapes[j] @ shape) ** 2 / (shape @ shape + self._shape_round_off(j))
+        )
 
     def log(self, x: np.ndarray, solved=None) -> np.ndarray:
         """Return ln p of rows of x."""
         z = (x - self.mean) / self.deviation
         total = -0.5 * np.sum(z**2 + np.log(2 * np.pi * self.deviation**2), axis=1)
         squares, y, chosen = solved or self.solved(x, shapes=False)
-        delta, rows = self._discrepancy_of(x), np.arange(len(x))
+        delta, rows = self._discrepancy(x), np.arange(len(x))
         for j, one in enumerate(self.seen.modes):
             off = np.log(2 * np.pi * one.frequency) - np.log(squares[rows, chosen[:, j]]) / 2
-            total += _log_gauss(off**2, (one.deviation / one.frequency) ** 2 + delta**2)
+            total += _log_gaussian(off**2, (one.deviation / one.frequency) ** 2 + delta**2)
             if self.seen.shapes[j].size:
                 shapes = self.family.points[self.seen.rows[j]] @ y[rows, :, chosen[:, j]].T
                 along = self.seen.shapes[j] @ shapes
-                rest = 1 - along**2 / (np.sum(shapes**2, axis=0) + self._round_off(j))
-                total += _log_gauss(rest, one.shape_deviation**2 + delta**2, shapes.shape[0] - 1)
+                rest = 1 - along**2 / (np.sum(shapes**2, axis=0) + self._shape_round_off(j))
+                total += _log_gaussian(rest, one.shape_deviation**2 + delta**2, shapes.shape[0] - 1)
         return total
 
     def minus_log(self, x: np.ndarray) -> tuple[float, np.ndarray]:
@@ -129,7 +131,7 @@ class Posterior:
         slope = -(x - self.mean) / self.deviation**2
         solved = self.solved(x[None])
         squares, y, chosen = (values[0] for values in solved)
-        delta = float(self._discrepancy_of(x[None])[0])
+        delta = float(self._discrepancy(x[None])[0])
         theta = np.exp(x[: len(family.parts)])
         moved = [t * (y.T @ part @ y) for t, part in zip(theta, family.parts, strict=True)]
         for j, one in enumerate(self.seen.modes):
@@ -145,7 +147,7 @@ class Posterior:
                 gaps[mode] = np.inf
                 for i, change in enumerate(moved):
                     turned = family.points[self.seen.rows[j]] @ (y @ (change[:, mode] / gaps))
-                    along, length = seen @ shape, shape @ shape + self._round_off(j)
+                    along, length = seen @ shape, shape @ shape + self._shape_round_off(j)
                     more = along * (seen @ turned) / length
                     slope[i] += (more - along**2 * (shape @ turned) / length**2) / variance
                 spread.append((1 - self.mac(y, j, mode), variance, seen.size - 1))
@@ -161,19 +163,19 @@ class Posterior:
         draws = np.random.default_rng(seed).standard_normal((_PRIOR, self.mean.size))
         order = np.argsort(-self.log(self.mean + self.deviation * draws))
         starts = _select_apart([np.zeros(self.mean.size), *draws[order]], 1.0)[:_STARTS]
-        found = sorted((self._climb(z) for z in starts), key=lambda one: one.fun)
+        found = sorted((self._maximise(z) for z in starts), key=lambda one: one.fun)
         near = [one.x for one in found if one.fun < found[0].fun + _LOWEST]
         return [self.mean + self.deviation * z for z in _select_apart(near, 0.05)]
 
     def best(self, start: np.ndarray) -> np.ndarray:
         """Return the local maximum of p that is reached from a start."""
-        return self.mean + self.deviation * self._climb((start - self.mean) / self.deviation).x
+        return self.mean + self.deviation * self._maximise((start - self.mean) / self.deviation).x
 
-    def _climb(self, z: np.ndarray):
+    def _maximise(self, z: np.ndarray):
         bounds = [(-_FARTHEST, _FARTHEST)] * z.size
-        return minimize(self._scaled_objective, z, jac=True, bounds=bounds)
+        return minimize(self._objective_and_slope, z, jac=True, bounds=bounds)
 
-    def _scaled_objective(self, z: np.ndarray) -> tuple[float, np.ndarray]:
+    def _objective_and_slope(self, z: np.ndarray) -> tuple[float, np.ndarray]:
         value, slope = self.minus_log(self.mean + self.deviation * z)
         return value, slope * self.deviation
 
@@ -297,6 +299,6 @@ def _log_mixture(draws, centres, group, lowers) -> np.ndarray:
     return logsumexp(terms, axis=1) - math.log(len(centres))
 
 
-def _log_gauss(square, variance, count: int = 1):
+def _log_gaussian(square, variance, count: int = 1):
     """Return ln of the density of `count` Gaussian errors with a sum of squares."""
     return -0.5 * (square / variance + count * np.log(2 * np.pi * variance))

@@ -73,7 +73,7 @@ class Ambient:
         elif hasattr(source, "acceleration"):
             part = source.acceleration.transpose("time", "point", "axis")[1:]
             names = [f"{p}.{a}" for p in part.point.values for a in part.axis.values]
-            found = cls(_step(part.time.values), names, part.values.reshape(len(part), -1))
+            found = cls(_time_step(part.time.values), names, part.values.reshape(len(part), -1))
         elif Path(source).suffix.lower() in (".csv", ".txt", ""):
             found = cls._read_csv(source)
         else:
@@ -99,7 +99,7 @@ class Ambient:
             except ValueError:
                 raise InputError(f"{file}, line {number}: give {len(names)} numbers, separated by "
                                  "commas") from None  # fmt: skip
-        return cls(_step(values[:, 0]), names[1:], values[:, 1:])
+        return cls(_time_step(values[:, 0]), names[1:], values[:, 1:])
 
     @classmethod
     def _read_obspy(cls, file, channels: dict) -> Ambient:
@@ -177,7 +177,7 @@ def identify(
     if (every := int(rate / (_BEYOND * high))) > 1:
         values, rate = decimate(values, every, ftype="fir", axis=0), rate / every
     rows = int(np.clip(_PERIODS * rate / low, -(-order // count) + 1, max(_WIDEST // count, 4)))
-    poles = _poles(values, rate, rows, min(order, rows * count), (low, high))
+    poles = _stable_poles(values, rate, rows, min(order, rows * count), (low, high))
     modes = []
     for f, s, zeta, deviation, shape, scatter in poles:
         turned = (shape * np.exp(-1j * np.angle(np.sum(shape**2)) / 2)).real
@@ -190,7 +190,7 @@ def identify(
     return sorted(modes, key=lambda one: one.frequency)
 
 
-def _poles(values, rate: float, rows: int, order: int, band) -> list[tuple]:
+def _stable_poles(values, rate: float, rows: int, order: int, band) -> list[tuple]:
     """Return frequency, damping and shape of stable poles, each with its deviation."""
     with contextlib.redirect_stderr(io.StringIO()), warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -270,7 +270,7 @@ def modes_csv(modes: list[MeasuredMode]) -> str:
     return "\n".join(["# written by sitedda", ",".join(names + points), *lines, ""])
 
 
-def _step(time) -> float:
+def _time_step(time) -> float:
     """Return the step of equidistant times, s."""
     step = (time[-1] - time[0]) / (len(time) - 1)
     if not step > 0 or np.any(np.abs(np.diff(time) - step) > 1e-3 * step):

@@ -29,10 +29,10 @@ def add_accuracy(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
     parser.add_argument("--json", action="store_true", help="print plain values as JSON")
     add_changes(parser)
-    parser.set_defaults(act=_print_accuracy)
+    parser.set_defaults(act=_run_accuracy)
 
 
-def _print_accuracy(options: argparse.Namespace) -> int:
+def _run_accuracy(options: argparse.Namespace) -> int:
     from ..report.style import save_picture
     from ..study.error_bars import accuracy
 

@@ -17,10 +17,10 @@ def add_build(parser: argparse.ArgumentParser) -> None:
         action=argparse.BooleanOptionalAction,
         help="write the blocks to a netCDF file beside it (default from 10,000 blocks on)",
     )
-    parser.set_defaults(act=_build)
+    parser.set_defaults(act=_run_build)
 
 
-def _build(options: argparse.Namespace) -> int:
+def _run_build(options: argparse.Namespace) -> int:
     from ..build.building import build_file, summary
 
     output, built = build_file(options.file, options.output, options.block_file)

@@ -27,7 +27,7 @@ def add_calibrate(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--samples", type=COUNT, default=1000, help="how many (1000)")
     parser.add_argument("-o", "--output", type=picture_name, help="(FILE_calibration.png)")
     add_changes(parser)
-    parser.set_defaults(act=_calibrate)
+    parser.set_defaults(act=_run_calibrate)
 
 
 def _parse_unknown(text: str) -> tuple[str, tuple[float, float]]:
@@ -47,7 +47,7 @@ def _parse_discrepancy(text: str) -> float | None:
     return None if text == "unknown" else NOT_NEGATIVE(text)
 
 
-def _calibrate(options: argparse.Namespace) -> int:
+def _run_calibrate(options: argparse.Namespace) -> int:
     from ..calibration import calibrate, identify, modes_csv
     from ..calibration.picture import draw_calibration
     from ..report.style import save_picture

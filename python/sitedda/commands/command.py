@@ -55,7 +55,7 @@ def main(arguments: list[str] | None = None) -> int:
 
         words[1:] = completed(words[1:])
     try:
-        options = _parser(*words[:1]).parse_args(words)
+        options = _make_parser(*words[:1]).parse_args(words)
         if not sys.stderr.isatty():
             options.quiet = True  # do not fill a log with frames of the progress bar
         status = options.act(options)
@@ -79,10 +79,10 @@ def whole_parser() -> argparse.ArgumentParser:
     from importlib.metadata import entry_points
 
     others = entry_points(group="sitedda.commands").names
-    return _parser(*(name for name, (_, place) in COMMANDS.items() if place or name in others))
+    return _make_parser(*(name for name, (_, place) in COMMANDS.items() if place or name in others))
 
 
-def _parser(*asked: str) -> argparse.ArgumentParser:
+def _make_parser(*asked: str) -> argparse.ArgumentParser:
     """Return the parser with the arguments of the requested commands only."""
     parser = Parser(prog="sitedda", description=__doc__)
     parser.add_argument("--version", action="version", version=f"sitedda {version()}")
@@ -92,11 +92,11 @@ def _parser(*asked: str) -> argparse.ArgumentParser:
             name, help=words, description=f"{words[0].upper()}{words[1:]}."
         )
         if name in asked:
-            _find_adder(name, place)(command)
+            _argument_function(name, place)(command)
     return parser
 
 
-def _find_adder(name: str, place: str) -> Callable[[argparse.ArgumentParser], None]:
+def _argument_function(name: str, place: str) -> Callable[[argparse.ArgumentParser], None]:
     """Return the function that adds the arguments of a command."""
     if place:
         module, _, function = place.partition(".")

@@ -14,7 +14,7 @@ from ..base.arguments import COUNT, file_name
 from ..base.errors import SiteddaError
 from ..engine.checking import transfer
 from ..engine.simulation import Simulation
-from ..facade.run import Run, _execute
+from ..facade.run import Run, _run_or_resume
 from ..output.response import amplifications
 from ..output.verdict_lines import NO_BARS
 from .check import check_input
@@ -70,7 +70,9 @@ def _run_to_end(options: argparse.Namespace) -> int:
 
         light = not (options.accuracy or options.ensemble or options.report)
         output = options.output or True
-        result = _execute(options.file, output, show, changes, resume, program=True, light=light)
+        result = _run_or_resume(
+            options.file, output, show, changes, resume, program=True, light=light
+        )
     tell(said[0])
     if not result.complete:
         print(f"{result.verdict}\noutput: {result.output}")
@@ -123,7 +125,7 @@ def _resume_command(options: argparse.Namespace) -> str:
 
 
 def _discrete_transfer(source: Path, changes: dict, found):
-    """Return the discrete transfer function for a requested amplification, or None.
+    """Return the exact transfer function for a requested amplification, otherwise None.
 
     Frequencies finer than the resolution of a picture are interpolated.
     """

@@ -69,11 +69,13 @@ def _compute_surface(options: argparse.Namespace) -> int:
     print(found)
     name = "section" if options.section else "surface"
     picture = options.output or options.file.with_name(f"{options.file.stem}_{name}.png")
-    _save(found.section(options.axis) if options.section else found.plot(), picture, options.file)
+    _save_figure(
+        found.section(options.axis) if options.section else found.plot(), picture, options.file
+    )
     return 0
 
 
-def _save(figure, picture: Path, source: Path) -> None:
+def _save_figure(figure, picture: Path, source: Path) -> None:
     from ..report.style import save_picture
 
     print(f"picture: {save_picture(figure, picture, [source], dpi=130)}")
@@ -90,7 +92,7 @@ def _compute_profile(options: argparse.Namespace) -> int:
         print(words)
     picture = options.output or path.with_name(f"{path.stem}_profile.png")
     if options.record is None:
-        _save(profile.plot(), picture, path)
+        _save_figure(profile.plot(), picture, path)
         return 0
     motion, curves = read_record(options.record), profile.curves(options.water_table)
     kind = "within" if options.within else "outcrop"
@@ -103,8 +105,8 @@ def _compute_profile(options: argparse.Namespace) -> int:
         raise InputError(f"{path}: {trouble}") from trouble
     print(found)
     if options.output is None:  # otherwise this name belongs to the requested picture
-        _save(profile.plot(), picture, path)
-    _save(found.plot(), options.output or path.with_name(f"{path.stem}_site.png"), path)
+        _save_figure(profile.plot(), picture, path)
+    _save_figure(found.plot(), options.output or path.with_name(f"{path.stem}_site.png"), path)
     return 0
 
 
@@ -118,7 +120,7 @@ def _compute_suite(options: argparse.Namespace) -> int:
     print(f"table: {found.to_netcdf(asked.folder / 'suite.nc')}")
     print(f"statistics: {found.to_csv(asked.folder / 'suite.csv')}")
     picture = options.output or asked.folder / "suite.png"
-    _save(found.plot(), picture, options.file)
+    _save_figure(found.plot(), picture, options.file)
     print(f"page: {found.write_page(asked.folder / 'suite.html')}")
     return 0
 
@@ -148,5 +150,7 @@ def _compare_with_column(options: argparse.Namespace) -> int:
     except ValueError as trouble:
         raise InputError(f"{options.file}: {trouble}") from trouble
     print(found)
-    _save(found.plot(), options.output or path.with_name(f"{path.stem}_site.png"), options.file)
+    _save_figure(
+        found.plot(), options.output or path.with_name(f"{path.stem}_site.png"), options.file
+    )
     return 0

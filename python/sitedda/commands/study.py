@@ -148,7 +148,7 @@ def _write_script(settings: Settings, options: argparse.Namespace) -> Path:
 
 
 def _collect_results(options: argparse.Namespace) -> int:
-    settings = _settings_of(options.file, options.folder)
+    settings = _read_settings(options.file, options.folder)
     _check_targets(settings, options)
     plan = settings.plan
     if (plan.folder / SCRIPT).exists():
@@ -157,7 +157,7 @@ def _collect_results(options: argparse.Namespace) -> int:
     return _report_study(settings, options)
 
 
-def _settings_of(file: Path, folder: Path | None) -> Settings:
+def _read_settings(file: Path, folder: Path | None) -> Settings:
     """Read the settings of a TOML file or of the folder of a study."""
     if file.is_dir():
         plan = plan_of_folder(file)
@@ -217,7 +217,7 @@ def _print_messages(table, status: str | None, name: str) -> None:
     texts = table[name].values
     chosen = texts != "" if status is None else table.status.values == status
     same: dict[str, list[tuple]] = {}
-    for place in _chosen_cases(chosen):
+    for place in _chosen_indices(chosen):
         same.setdefault(texts[place].splitlines()[0], []).append(place)
     for words, places in list(same.items())[:_MOST]:
         more = f" and {len(places) - 1} more" if len(places) > 1 else ""
@@ -234,7 +234,7 @@ def _print_roots(table, task: SolveFor) -> None:
     if "root" not in table:
         return
     root, bar = table.root.values, table.root_bar.values
-    places = _chosen_cases(np.isfinite(root))
+    places = _chosen_indices(np.isfinite(root))
     for place in places[:_MOST]:
         words = f"{task.parameter} = {with_bar(float(root[place]), float(bar[place]))}"
         print(": ".join(filter(None, ["root", _format_parameters(table, place), words])))
@@ -242,7 +242,7 @@ def _print_roots(table, task: SolveFor) -> None:
         print(f"… and {rest} more")
 
 
-def _chosen_cases(chosen: np.ndarray) -> list[tuple]:
+def _chosen_indices(chosen: np.ndarray) -> list[tuple]:
     """Return the indices of the chosen cases."""
     return [place for place in np.ndindex(chosen.shape) if chosen[place]]
 

@@ -65,14 +65,16 @@ def draw_boundaries(axes: Axes, scene: Scene, frame: int) -> list:
             color = MOVED if held else color
         look = {"colors": color, "capstyle": "round", "zorder": 5}
         axes.add_collection(LineCollection(edges, linewidths=2.2, **look))
-        axes.add_collection(LineCollection(_signs(sign, edges, scene.size), linewidths=1.0, **look))
+        axes.add_collection(
+            LineCollection(_sign_lines(sign, edges, scene.size), linewidths=1.0, **look)
+        )
         marker = Path.make_compound_path(*(Path(np.multiply(line, [1, -1])) for line in sign))
         look = {"marker": marker, "ms": 12, "mfc": "none", "lw": 2.2}
         shown[words] = Line2D([], [], color=color, label=words, **look)
     return list(shown.values())
 
 
-def _signs(sign, edges, size: float) -> list[np.ndarray]:
+def _sign_lines(sign, edges, size: float) -> list[np.ndarray]:
     """Return the lines of all signs along edges (k, 2, 2), each of shape (points, 2), m."""
     middle = edges.mean(axis=1)
     edges = edges[np.argsort(middle[:, np.argmax(np.ptp(middle, axis=0))], kind="stable")]

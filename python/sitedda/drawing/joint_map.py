@@ -42,11 +42,11 @@ def draw_movements(axes: Axes, scene: Scene, name: str, frame: int, factor: floa
     halo = LineCollection(lines, colors=PAPER, linewidths=width + _HALO * share, **look)
     drawn = LineCollection(lines, linewidths=width, cmap=JOINT_MAP, norm=Normalize(0.0, 1.0),
                            array=share, **look)  # fmt: skip
-    senses = _draw_senses(axes, scene, frame, lines, seen, placed) if name == "slip" else []
+    senses = _draw_slip_arrows(axes, scene, frame, lines, seen, placed) if name == "slip" else []
     return [axes.add_collection(halo), axes.add_collection(drawn), *senses]
 
 
-def _draw_senses(axes: Axes, scene: Scene, frame: int, lines, seen, share) -> list:
+def _draw_slip_arrows(axes: Axes, scene: Scene, frame: int, lines, seen, share) -> list:
     """Draw half-arrows on both sides of the joints with the largest slip."""
     along = lines[:, 1] - lines[:, 0]
     length = np.linalg.norm(along, axis=1)

@@ -215,38 +215,38 @@ class BlockPicture:
         if scene.frames > 1 and (frame or self.frames) and scene.blocks <= _MOST_DRAWN_OUTLINES:
             look = {"facecolors": "none", "edgecolors": RULE, "linewidths": 0.5, "zorder": 1}
             axes.add_collection(PolyCollection(scene.polygons(0), **look))
-        handles = self._begin_blocks(frame, vertices, frames)
+        handles = self._start_blocks(frame, vertices, frames)
         if self.color == "material" and not self.contacts:
             handles += _draw_joints(axes, scene, frame, self.deformation)
         if self.color in ("compression", "tension") and (scene.body > 0).any():
             self.stress = largest_stress(scene, frames)
             handles += key_of_crosses(shown(self.stress, "Pa"))
-        handles += self._begin_marks(frames)
+        handles += self._prepare_marks(frames)
         if scene.before or self.color == "material":
             handles += draw_boundaries(axes, scene, frame) + _draw_supports(axes, scene)
-        handles += _bolt_key(scene, frame) + key_of_flow(scene, frame) + _draw_water(axes, scene)
+        handles += _bolt_legend(scene, frame) + key_of_flow(scene, frame) + _draw_water(axes, scene)
         seen = [deformed(scene, f, self.deformation) for f in some_of(self.frames)]
         if scene.before or self.color == "material":
             seen += [tail for tail, _, _ in load_arrows(scene)]
         _set_view(axes, scene, np.vstack([vertices, *seen]))
         self.head = Head(axes, self.title, [self._words(one) for one in frames])
         if self.legend:
-            self._lay_keys(handles)
+            self._stack_keys(handles)
         if self.alone:
             wide, tall = axes.figure.get_size_inches()
             axes.figure.set_size_inches(wide, max(tall, self.keys.down + _AROUND))
         dress(axes.figure)
 
-    def _lay_keys(self, handles: list) -> None:
+    def _stack_keys(self, handles: list) -> None:
         """Place colour bars, lengths and signs below each other."""
         for drawn, label, unit, span in self.bars:
-            self.keys.bar(drawn, f"{label} ({unit})", _ticks_of(span))
+            self.keys.bar(drawn, f"{label} ({unit})", _scale_ticks(span))
         for length, words in self.lengths:
             self.keys.length(length, words)
         if handles:
             self.keys.legend(handles)
 
-    def _begin_blocks(self, frame: int, vertices, frames: list[int]) -> list:
+    def _start_blocks(self, frame: int, vertices, frames: list[int]) -> list:
         """Draw the blocks in their colours; return handles for the legend."""
         scene, edge = self.scene, _line_width(self.scene)
         look = {"edgecolors": EDGE, "linewidths": edge}
@@ -274,11 +274,11 @@ class BlockPicture:
         span = found.over(self.size)
         drawn.set_array(quantity(scene, self.color, frame, self.since) / self.size)
         drawn.set_cmap(SIGNED if kind.signed else MAGNITUDE)
-        drawn.set_norm(_norm_of(span))
+        drawn.set_norm(_scale_norm(span))
         self.bars.append((drawn, kind.label, unit, span))
         return []
 
-    def _begin_marks(self, frames: list[int]) -> list:
+    def _prepare_marks(self, frames: list[int]) -> list:
         """Set scales of contacts and arrows over frames; return handles for the legend."""
         scene, kind = self.scene, self.contacts
         handles = []
@@ -293,7 +293,7 @@ class BlockPicture:
                 length = arrow_length(scene)
                 self.lengths.append(scale_arrow(length, self.force, "N/m", "contact force"))
         elif kind:
-            self._begin_movements(frames)
+            self._prepare_movements(frames)
         if self.arrows:
             unit = QUANTITIES[self.arrows].unit
             self.arrow = movement_scale(scene, self.arrows, frames, self.since)
@@ -304,7 +304,7 @@ class BlockPicture:
                 self.lengths.append(scale_arrow(length, self.arrow, unit, self.arrows))
         return handles
 
-    def _begin_movements(self, frames: list[int]) -> None:
+    def _prepare_movements(self, frames: list[int]) -> None:
         """Set the scale of slip or opening and its colour bar, unless all values are rounding."""
         kind = MOVEMENTS[self.contacts]
         self.movement = movement_limits(self.scene, self.contacts, frames)
@@ -314,7 +314,7 @@ class BlockPicture:
             return
         size, unit = in_unit(self.movement.high, "m")
         span = self.movement.over(size)
-        self.bars.append((ScalarMappable(_norm_of(span), JOINT_MAP), kind.label, unit, span))
+        self.bars.append((ScalarMappable(_scale_norm(span), JOINT_MAP), kind.label, unit, span))
 
     def _draw_marks(self, frame: int, vertices) -> list:
         """Draw forces, joints and arrows of a frame."""
@@ -352,7 +352,7 @@ def _cut_name(name: str) -> str:
     return folded(name, _NAME, 9.5, most=1)
 
 
-def _norm_of(span: Limits) -> Normalize:
+def _scale_norm(span: Limits) -> Normalize:
     """Return a scale as a norm of matplotlib."""
     if span.usual == span.most:
         return Normalize(span.low, span.high)
@@ -361,7 +361,7 @@ def _norm_of(span: Limits) -> Normalize:
     return FuncNorm(both, span.low, span.high)
 
 
-def _ticks_of(span: Limits):
+def _scale_ticks(span: Limits):
     """Return ticks: round values on a linear scale, otherwise ends of the scale and its parts."""
     if span.usual == span.most:
         return MaxNLocator(5, min_n_ticks=3)
@@ -450,8 +450,8 @@ def _draw_bolts(axes: Axes, scene: Scene, frame: int) -> list:
     return drawn
 
 
-def _bolt_key(scene: Scene, frame: int) -> list:
-    """The handle of the legend."""
+def _bolt_legend(scene: Scene, frame: int) -> list:
+    """Return the legend handle of the bolts."""
     bolts = scene.bolts(frame)
     if not bolts:
         return []

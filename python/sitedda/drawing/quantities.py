@@ -147,7 +147,7 @@ def limits(values, weights, signed: bool = False) -> Limits:
 
 
 def _usual_limit(values, weights) -> float:
-    """Return the usual upper limit of weighted values, 0 or more."""
+    """Return the usual upper limit of weighted values; not negative."""
     order = np.argsort(-values)
     beyond = np.cumsum(weights[order])
     at = int(np.searchsorted(beyond, _SHARE * beyond[-1], side="right"))

@@ -43,7 +43,7 @@ class PolyData:
     def write(self, file: Path) -> None:
         """Write the file."""
         appended: list[bytes] = []
-        body = self._piece_element(appended)
+        body = self._piece_xml(appended)
         head = (
             '<?xml version="1.0"?>\n<VTKFile type="PolyData" version="1.0" '
             'byte_order="LittleEndian" header_type="UInt64" '
@@ -55,17 +55,17 @@ class PolyData:
             stream.writelines(appended)
             stream.write(b"\n</AppendedData>\n</VTKFile>\n")
 
-    def _piece_element(self, appended: list[bytes]) -> str:
+    def _piece_xml(self, appended: list[bytes]) -> str:
         counts = {kind: 0 for kind in ("Verts", "Lines", "Strips", "Polys")}
         counts[self.kind] = len(self.offsets)
         numbers = " ".join(f'NumberOf{kind}="{count}"' for kind, count in counts.items())
-        cells = "".join(_array_element(name, v, appended) for name, v in self.cells.items())
-        topology = _array_element("connectivity", self.connectivity, appended) + _array_element(
+        cells = "".join(_array_xml(name, v, appended) for name, v in self.cells.items())
+        topology = _array_xml("connectivity", self.connectivity, appended) + _array_xml(
             "offsets", self.offsets, appended
         )
-        at_points = "".join(_array_element(name, v, appended) for name, v in self.places.items())
-        points = _array_element("Points", self.points, appended)
-        fields = "".join(_text_element(name, texts) for name, texts in self.field.items())
+        at_points = "".join(_array_xml(name, v, appended) for name, v in self.places.items())
+        points = _array_xml("Points", self.points, appended)
+        fields = "".join(_text_xml(name, texts) for name, texts in self.field.items())
         return (
             f"<FieldData>\n{fields}</FieldData>\n"
             f'<Piece NumberOfPoints="{len(self.points)}" {numbers}>\n'
@@ -75,20 +75,20 @@ class PolyData:
         )
 
 
-def _array_element(name: str, values, appended: list[bytes]) -> str:
+def _array_xml(name: str, values, appended: list[bytes]) -> str:
     """Return the element of an array and append its numbers."""
     values = np.ascontiguousarray(values)
     kind = values.dtype.newbyteorder("<").str[1:]
     parts = 1 if values.ndim == 1 else values.shape[1]
     offset = sum(map(len, appended))
-    appended.append(_compress(values.astype(f"<{kind}").tobytes()))
+    appended.append(_compress_blocks(values.astype(f"<{kind}").tobytes()))
     return (
-        f'<DataArray type="{_TYPES[kind]}" Name={quoteattr(_remove_illegal(name))} '
+        f'<DataArray type="{_TYPES[kind]}" Name={quoteattr(_remove_illegal_characters(name))} '
         f'NumberOfComponents="{parts}" format="appended" offset="{offset}"/>\n'
     )
 
 
-def _compress(data: bytes) -> bytes:
+def _compress_blocks(data: bytes) -> bytes:
     """Return deflated blocks after their count, size, last size and deflated sizes."""
     blocks = [zlib.compress(data[i : i + _BLOCK], 6) for i in range(0, len(data), _BLOCK)]
     last = len(data) % _BLOCK
@@ -96,7 +96,7 @@ def _compress(data: bytes) -> bytes:
     return head.tobytes() + b"".join(blocks)
 
 
-def _text_element(name: str, texts: list[str]) -> str:
+def _text_xml(name: str, texts: list[str]) -> str:
     """Return texts as an ASCII array of character codes, each text ended by 0."""
     codes = b"".join(text.encode("utf-8", "replace") + b"\0" for text in texts)
     return (
@@ -105,7 +105,7 @@ def _text_element(name: str, texts: list[str]) -> str:
     )
 
 
-def _remove_illegal(text: str) -> str:
+def _remove_illegal_characters(text: str) -> str:
     """Return a text without the characters that XML 1.0 forbids."""
     return "".join(c for c in text if c in "\t\n\r" or ord(c) >= 32)
 
@@ -260,7 +260,7 @@ def _history_table(scene: Scene) -> str:
 
 
 def _write_collection(file: Path, title: str, entries: list[str]) -> None:
-    words = escape(_remove_illegal(title)).replace("--", "- -")
+    words = escape(_remove_illegal_characters(title)).replace("--", "- -")
     text = (
         f'<?xml version="1.0"?>\n<!-- {words} -->\n<VTKFile type="Collection" version="0.1" '
         f'byte_order="LittleEndian">\n<Collection>\n{"".join(entries)}</Collection>\n</VTKFile>\n'

@@ -56,15 +56,15 @@ def offers(text: str, line: int, column: int) -> list[Offer]:
     line, column : int
         From 0.
     """
-    at = _position(text, _offset_of(text, line, column))
+    at = _context_at(text, _text_offset(text, line, column))
     if at.comment:
         return []
     if at.variable is not None:
         return [Offer(word if not at.text else word.strip("'"), "value", at.variable.meaning)
-                for word in _words(at.variable)]  # fmt: skip
+                for word in _listable_values(at.variable)]  # fmt: skip
     if at.group is None:
         return [Offer(f"&{g.name}", "group", g.meaning) for g in GROUPS.values()]
-    return [Offer(v.name, "variable", _summarise(v)) for v in at.group.variables
+    return [Offer(v.name, "variable", _variable_summary(v)) for v in at.group.variables
             if v.name not in at.given]  # fmt: skip
 
 
@@ -82,15 +82,15 @@ def hover(text: str, line: int, column: int) -> str:
     found = next((m for m in _NAME.finditer(row) if m.start() <= column <= m.end()), None)
     if found is None:
         return ""
-    start = _offset_of(text, line, found.start())
-    word, at = found[0].lower(), _position(text, start)
+    start = _text_offset(text, line, found.start())
+    word, at = found[0].lower(), _context_at(text, start)
     if row[found.start() - 1 : found.start()] == "&" and word in GROUPS:
         group = GROUPS[word]
         return f"**&{word}**: {group.meaning}\n\n```\n{group.example}\n```"
     if at.group is None or at.comment or at.text:
         return ""
     variable = next((v for v in at.group.variables if v.name == word), None)
-    return "" if variable is None else f"**{variable.name}**: {_summarise(variable)}"
+    return "" if variable is None else f"**{variable.name}**: {_variable_summary(variable)}"
 
 
 def problems(text: str, file) -> list[Problem]:
@@ -106,12 +106,12 @@ def problems(text: str, file) -> list[Problem]:
     try:
         Simulation(InputOfRun(Path(file), text)).close()
     except SiteddaError as error:
-        return [_place_problem(text, str(error), file)]
+        return [_locate_problem(text, str(error), file)]
     return []
 
 
-def _place_problem(text: str, message: str, file) -> Problem:
-    """Place a message at its variable, otherwise at its group or the first line."""
+def _locate_problem(text: str, message: str, file) -> Problem:
+    """Locate a message at its variable, otherwise at its group or at the first line."""
     rows = text.split("\n")
     place = re.search(_PLACE.format(file=re.escape(str(file))), message)
     if place is None:
@@ -126,12 +126,12 @@ def _place_problem(text: str, message: str, file) -> Problem:
     return Problem(first, 0, len(rows[first]), message)
 
 
-def _offset_of(text: str, line: int, column: int) -> int:
+def _text_offset(text: str, line: int, column: int) -> int:
     rows = text.split("\n")
     return sum(len(row) + 1 for row in rows[:line]) + column
 
 
-def _position(text: str, offset: int) -> _Position:
+def _context_at(text: str, offset: int) -> _Position:
     """Find group and variable at an offset from the tokens before it."""
     group, variable, given, last = None, None, set(), ""
     for token in _TOKEN.finditer(text):
@@ -155,14 +155,14 @@ def _position(text: str, offset: int) -> _Position:
     return _Position(group, variable, frozenset(given))
 
 
-def _words(variable: Variable) -> list[str]:
+def _listable_values(variable: Variable) -> list[str]:
     """Return the listable values of a variable, as in an input."""
     if variable.kind == "logical":
         return [".true.", ".false."]
     return re.findall(r"'[^']*'", variable.values) if variable.kind == "word" else []
 
 
-def _summarise(variable: Variable) -> str:
+def _variable_summary(variable: Variable) -> str:
     kind = variable.kind + (f", at most {variable.size}" if variable.size else "")
     parts = [f"{variable.meaning} ({kind}{', ' + variable.unit if variable.unit else ''})"]
     parts += [f"values: {variable.values}"] if variable.values else []

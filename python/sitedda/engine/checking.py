@@ -89,7 +89,7 @@ class Report:
                 which = 3 if row.strip().startswith("->") or found[-1][3] else 2
                 found[-1][which] += " " + row.strip().removeprefix("->").strip()
         return [
-            Line(v, topic, *(_in_four_digits(t).strip() for t in rest)) for v, topic, *rest in found
+            Line(v, topic, *(_round_numbers(t).strip() for t in rest)) for v, topic, *rest in found
         ]
 
     @property
@@ -183,7 +183,7 @@ class Penalty:
     limit: float
 
 
-def _in_four_digits(text: str) -> str:
+def _round_numbers(text: str) -> str:
     """Shorten numbers to four digits, except for numbers within names."""
 
     def shortened(found: re.Match) -> str:
@@ -199,7 +199,7 @@ def _in_four_digits(text: str) -> str:
 
 @contextmanager
 def _opened(model, changes: Mapping | None, more: dict) -> Iterator[Simulation]:
-    """Yield an open simulation, or that of a changed input, which is closed afterwards."""
+    """Yield an open simulation, or one with changes that is closed afterwards."""
     changes = dict(changes or {}) | more
     if not isinstance(model, Simulation):
         with Simulation(model, changes=changes) as simulation:
@@ -221,7 +221,7 @@ def check(model, changes: Mapping | None = None, **more) -> Report:
         Variables to change in the input, see `Simulation`.
     """
     with _opened(model, changes, more) as simulation:
-        text, worst, numbers = simulation._call("check_run")
+        text, worst, numbers = simulation._call_engine("check_run")
     return Report(
         text.decode("utf-8", "replace").rstrip(),
         ("ok", "ok", "warn", "fail")[int(worst)],
@@ -253,7 +253,9 @@ def modes(
     """
     with _opened(model, changes, more) as simulation:
         blocks = len(simulation.coordinates)
-        found, values, shapes, words = simulation._call("mode_shapes", contacts, blocks, count)
+        found, values, shapes, words = simulation._call_engine(
+            "mode_shapes", contacts, blocks, count
+        )
     values, shapes = values[:, :found].T, shapes[:, :, :found]
     return Modes(
         frequency=values[:, 0].copy(),
@@ -286,7 +288,7 @@ def matrices(model, contacts: str = "auto", changes: Mapping | None = None, **mo
     from scipy import sparse
 
     with _opened(model, changes, more) as simulation:
-        sizes = simulation._call("make_matrices", contacts)
+        sizes = simulation._call_engine("make_matrices", contacts)
         which, row, column, value = api.read_table(simulation._handle, *sizes)
         names = simulation.point_names
         size = 6 * len(simulation.coordinates)
@@ -342,7 +344,9 @@ def transfer(
             if name is not None and name not in names:
                 raise ValueError(f"{name!r} is not a measured point; there are {names}")
         points = [0 if name is None else names.index(name) + 1 for name in (surface, base)]
-        return simulation._call("transfer_of", contacts, points, axis, frequencies, int(damped))
+        return simulation._call_engine(
+            "transfer_of", contacts, points, axis, frequencies, int(damped)
+        )
 
 
 def penalty_for_frequency(
@@ -351,7 +355,7 @@ def penalty_for_frequency(
     """Find the normal stiffness with which the first mode has a measured frequency (Hz)."""
     with _opened(model, changes, more) as simulation:
         return Penalty(
-            *map(float, simulation._call("penalty_for", contacts, "frequency", frequency))
+            *map(float, simulation._call_engine("penalty_for", contacts, "frequency", frequency))
         )
 
 
@@ -387,7 +391,7 @@ def penalty_for(
     """
     with _opened(model, changes, more) as simulation:
         return Penalty(
-            *map(float, simulation._call("penalty_for", contacts, "shift", 100 * accuracy))
+            *map(float, simulation._call_engine("penalty_for", contacts, "shift", 100 * accuracy))
         )
 
 

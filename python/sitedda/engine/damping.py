@@ -101,9 +101,9 @@ class ConstantRatio(MaterialDamping):
     @cached_property
     def body(self) -> Body:
         """Return the fitted body for time steps that admit all its mechanisms."""
-        return self._body_below(np.finfo(float).max)
+        return self._body_for_limit(np.finfo(float).max)
 
-    def _body_below(self, limit: float) -> Body:
+    def _body_for_limit(self, limit: float) -> Body:
         band = (0.0, 0.0) if self.band is None else tuple(map(float, self.band))
         return _fit_body(
             float(self.ratio), float(self.reference_frequency), band, self.mechanisms or 0, limit
@@ -122,7 +122,7 @@ class ConstantRatio(MaterialDamping):
         if scheme.theta > 0.5:
             limit = 4 / ((scheme.theta - 0.5) * step)
         warped = 2 * np.tan(np.pi * frequency * step) / step
-        modulus = self._body_below(limit).factor(warped)
+        modulus = self._body_for_limit(limit).factor(warped)
         return modulus, np.ones_like(modulus)
 
 

@@ -250,7 +250,7 @@ def time_step_for_damping(
             f"integration {integration!r} with theta {scheme.theta:g} has no damping at any"
             " time step; choose a larger theta, or 'dda'"
         )
-    return _for_damping(damping, frequency, scheme, 1.0)[0]
+    return _solve_for_damping(damping, frequency, scheme, 1.0)[0]
 
 
 def theta_for_damping(
@@ -278,7 +278,7 @@ def theta_for_damping(
         If an argument is out of range, or no θ gives so much damping at this step.
     """
     _check_frequencies(frequency, time_step)
-    theta = _for_damping(damping, frequency, Scheme(), float(time_step), not_negative)[1]
+    theta = _solve_for_damping(damping, frequency, Scheme(), float(time_step), not_negative)[1]
     if np.any(theta > 1.0):
         wanted, at = (np.broadcast_to(a, theta.shape)[theta > 1.0][0] for a in (damping, frequency))
         least = float(time_step_for_damping(wanted, at, "backward_euler"))
@@ -289,7 +289,7 @@ def theta_for_damping(
     return theta
 
 
-def _for_damping(damping, frequency, scheme: Scheme, time_step: float, allowed=positive):
+def _solve_for_damping(damping, frequency, scheme: Scheme, time_step: float, allowed=positive):
     """Call the engine for time steps (s), or θ at a time step, for damping ratios."""
     ratio, values = np.broadcast_arrays(
         allowed("damping", damping), positive("frequency", frequency)

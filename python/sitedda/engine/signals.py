@@ -114,17 +114,17 @@ def log_decrement(
     if cycles is not None and (cycles != int(cycles) or cycles < 1):
         raise ValueError(f"cycles must be a whole number >= 1, got {cycles!r}")
     swing = np.ptp(values)
-    crest_at, crest = _crests(values, floor * swing)
+    crest_at, crest = _find_crests(values, floor * swing)
     if offset is None:
-        trough_at, trough = _crests(-values, floor * swing)
-        offset = _centre_line(crest_at, crest, trough_at, -trough)
+        trough_at, trough = _find_crests(-values, floor * swing)
+        offset = _fit_offset(crest_at, crest, trough_at, -trough)
     elif not np.isfinite(offset):
         raise ValueError(f"offset must be finite, got {offset!r}")
     at, height = _select_crests(crest_at, crest - offset, cycles)
-    return _decrement(np.asarray(time, dtype=float)[0] + step * at, height, float(offset))
+    return _make_decrement(np.asarray(time, dtype=float)[0] + step * at, height, float(offset))
 
 
-def _crests(
+def _find_crests(
     values: NDArray[np.float64], prominence: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return positions, in samples, and heights of maxima by parabolas through three samples."""
@@ -140,7 +140,7 @@ def _crests(
     return peak + shift, middle - 0.25 * (left - right) * shift
 
 
-def _centre_line(
+def _fit_offset(
     crest_at: NDArray[np.float64],
     crest: NDArray[np.float64],
     trough_at: NDArray[np.float64],
@@ -181,7 +181,9 @@ def _select_crests(
     return at[:wanted], height[:wanted]
 
 
-def _decrement(times: NDArray[np.float64], crests: NDArray[np.float64], offset: float) -> Decrement:
+def _make_decrement(
+    times: NDArray[np.float64], crests: NDArray[np.float64], offset: float
+) -> Decrement:
     count = crests.size - 1
     logs = np.log(crests)
     delta = logs[0] - logs[-1]

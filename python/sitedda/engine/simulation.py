@@ -146,7 +146,7 @@ class Simulation:
         """
         steps = Range(0, 2**31 - 1, whole=True).check("steps", index(steps))
         with self._one, self._output_lock():
-            done = self._call("advance_run", steps)
+            done = self._call_engine("advance_run", steps)
         self.done = bool(done)
         return self.done
 
@@ -179,7 +179,7 @@ class Simulation:
         changes = dict(changes or {}) | more
         with self._one:
             text = changed_input(self.present_input, changes, BETWEEN_STEPS, self.file)
-            self._apply_change(text, words := in_words(changes), f"change({words})")
+            self._change_input(text, words := in_words(changes), f"change({words})")
 
     def add(self, kind: str, **values) -> None:
         """Add a load or a fixed point from the present time on.
@@ -197,7 +197,7 @@ class Simulation:
         group = group_text(kind, {k: checked_value(kind, k, v) for k, v in values.items()})
         with self._one:
             text = f"{self.present_input.rstrip()}\n{group}"
-            self._apply_change(text, group.strip(), f"add({kind!r}, …)")
+            self._change_input(text, group.strip(), f"add({kind!r}, …)")
 
     def begin_stage(self, name: str, kind: str = "dynamic", **values) -> None:
         """End the present stage and begin another: excavate, release supports, change joints.
@@ -223,7 +223,7 @@ class Simulation:
         """
         with self._one:
             text = with_stage(self.present_input, self.present_stage, self.file, name, kind, values)
-            self._apply_change(text, f"stage {name}", f"begin_stage({name!r}, …)")
+            self._change_input(text, f"stage {name}", f"begin_stage({name!r}, …)")
 
     @property
     def present_stage(self) -> PresentStage:
@@ -251,11 +251,13 @@ class Simulation:
         """The values of the input as JSON: given, default and derived values of its groups."""
         return self._read_words("values")
 
-    def _apply_change(self, text: str, words: str, call: str) -> None:
+    def _change_input(self, text: str, words: str, call: str) -> None:
         """Continue with another input; errors name the call instead of the generated text."""
         try:
             with self._one, FILES:  # locks are always acquired in this order, to avoid deadlocks
-                self._call("change_input", text.encode("utf-8", "surrogateescape"), words.encode())
+                self._call_engine(
+                    "change_input", text.encode("utf-8", "surrogateescape"), words.encode()
+                )
         except InputError as error:
             short = call if len(call) <= _LONGEST_CALL else f"{call[:_LONGEST_CALL]}…"
             before = find_groups(self.present_input, self.file, ("block",))
@@ -272,7 +274,7 @@ class Simulation:
             If it cannot be written; the last checkpoint remains.
         """
         with self._one, FILES:
-            self._call("save_state")
+            self._call_engine("save_state")
 
     def finish(self) -> Path | None:
         """Close the output file, if one is written, and return its path.
@@ -281,7 +283,7 @@ class Simulation:
         left that the run can be resumed from.
         """
         with self._one, FILES:
-            self._call("finish_run")
+            self._call_engine("finish_run")
         return self.output
 
     @property
@@ -293,26 +295,30 @@ class Simulation:
         """Return the lock of files if this simulation has an output."""
         return FILES if self._writes else nullcontext()
 
-    def _call(self, routine: str, *arguments):
+    def _call_engine(self, routine: str, *arguments):
         """Call a routine of the engine for this simulation; threads wait for each other."""
         with self._one:
             return checked(getattr(api, routine), self._handle, *arguments)
 
-    def _table(self, what: str) -> np.ndarray:
+    def _read_table(self, what: str) -> np.ndarray:
         """Return a table of the engine, see `take_state` and `take_course` there."""
         with self._one:
-            return api.read_table(self._handle, *self._call("make_table", what))
+            return api.read_table(self._handle, *self._call_engine("make_table", what))
 
     def _read_text(self, what: str) -> bytes:
         """Return a text of the engine, see `make_text` there."""
         with self._one:
-            return api.read_text(self._handle, self._call("make_text", what)).astype("u1").tobytes()
+            return (
+                api.read_text(self._handle, self._call_engine("make_text", what))
+                .astype("u1")
+                .tobytes()
+            )
 
     def _read_words(self, what: str) -> str:
         return self._read_text(what).decode("utf-8", "replace").strip()
 
     def _read_clock(self) -> np.ndarray:
-        return self._table("clock")[0]
+        return self._read_table("clock")[0]
 
     @property
     def title(self) -> str:
@@ -421,7 +427,7 @@ class Simulation:
     @property
     def block_materials(self) -> np.ndarray:
         """Number of each block's present material, from 0 in the order of the input."""
-        return self._table("blocks")[:, 0].astype(int)
+        return self._read_table("blocks")[:, 0].astype(int)
 
     @property
     def edge_joints(self) -> np.ndarray:
@@ -429,27 +435,27 @@ class Simulation:
 
         An edge has the index of the vertex where it begins.
         """
-        return self._table("edges")[:, 1].astype(int)
+        return self._read_table("edges")[:, 1].astype(int)
 
     @property
     def block_bodies(self) -> np.ndarray:
         """Number of the body that each block is a cell of, from 1; 0: none."""
-        return self._table("blocks")[:, 1].astype(int)
+        return self._read_table("blocks")[:, 1].astype(int)
 
     @property
     def welded_edges(self) -> np.ndarray:
         """1 for each edge that lies within a body, shape (vertices,), as `edge_joints`; else 0."""
-        return self._table("edges")[:, 2].astype(int)
+        return self._read_table("edges")[:, 2].astype(int)
 
     @property
     def coordinates(self) -> np.ndarray:
         """Block coordinates, shape (blocks, 6): x, y (m), rotation (rad), strains ex, ey, gxy."""
-        return self._table("coordinates").T
+        return self._read_table("coordinates").T
 
     @property
     def removed_blocks(self) -> np.ndarray:
         """Whether a stage has removed each block, shape (blocks,), bool."""
-        return self._table("blocks")[:, 2].astype(bool)
+        return self._read_table("blocks")[:, 2].astype(bool)
 
     @property
     def block_states(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -460,7 +466,7 @@ class Simulation:
     @property
     def rates(self) -> np.ndarray:
         """Rates of the coordinates, shape (blocks, 6), per second; may be set."""
-        return self._table("rates").T
+        return self._read_table("rates").T
 
     @rates.setter
     def rates(self, values) -> None:
@@ -470,12 +476,12 @@ class Simulation:
         n = len(self.rates)
         if values.shape != (n, 6):
             raise ValueError(f"rates must have shape ({n}, 6), not {values.shape}")
-        self._call("set_block_states", values.T)
+        self._call_engine("set_block_states", values.T)
 
     @property
     def stresses(self) -> np.ndarray:
         """Block stresses in the model's axes, shape (blocks, 3): sigma_x, sigma_y, tau_xy, Pa."""
-        return self._table("stresses").T
+        return self._read_table("stresses").T
 
     @property
     def stress_errors(self) -> np.ndarray:
@@ -483,7 +489,7 @@ class Simulation:
 
         The estimate is the uniaxial-strain stress with the energy of the jumps; otherwise 0.
         """
-        return self._table("stress_errors")[0]
+        return self._read_table("stress_errors")[0]
 
     @property
     def plastic_strains(self) -> np.ndarray:
@@ -491,12 +497,12 @@ class Simulation:
 
         It is the sum over steps on which the softening of law 'mohr_coulomb' depends.
         """
-        return self._table("plastic_strains")[0]
+        return self._read_table("plastic_strains")[0]
 
     @property
     def edge_damages(self) -> np.ndarray:
         """Damage of the welded faces of each edge, shape (vertices,): 0 whole, 1 broken."""
-        return self._table("edge_damages")[0]
+        return self._read_table("edge_damages")[0]
 
     @property
     def loads(self) -> np.ndarray:
@@ -504,14 +510,14 @@ class Simulation:
 
         Along x and y (N/m), moment about the centroid (N) and those on its strains (N).
         """
-        return self._table("loads").T
+        return self._read_table("loads").T
 
     @property
     def polygons(self) -> list[np.ndarray]:
         """Vertices of each block, shape (vertices, 2), m, counter-clockwise."""
-        owner = self._table("edges")[:, 0]
+        owner = self._read_table("edges")[:, 0]
         first = np.flatnonzero(np.diff(owner, prepend=-1, append=-1))
-        return parts_of(self._table("vertices").T, first)
+        return parts_of(self._read_table("vertices").T, first)
 
     @property
     def contacts(self) -> dict[str, np.ndarray]:
@@ -525,7 +531,7 @@ class Simulation:
         With cohesive joints: ``damage`` (0 … 1), ``fracture_energy_lower`` and
         ``fracture_energy_upper`` (N/m, per area), bounds of what is spent.
         """
-        found = dict(zip(engine_names("contacts"), self._table("contacts").T, strict=True))
+        found = dict(zip(engine_names("contacts"), self._read_table("contacts").T, strict=True))
         return found | {name: found[name].astype(int) for name in engine_names("whole contacts")}
 
     @property
@@ -535,7 +541,7 @@ class Simulation:
         Vertex and edge (from 0), fraction of the edge from the vertex on before a point between
         corners, normal and shear force (N/m), as in `contacts`.
         """
-        return self._table("closed contacts")
+        return self._read_table("closed contacts")
 
     @property
     def boundary_edges(self) -> dict[str, np.ndarray]:
@@ -544,7 +550,7 @@ class Simulation:
         ``edge`` (by its first vertex) and ``group`` (in the order of the input), both from 0;
         ``from`` and ``to``, the fractions of the edge between which the piece lies.
         """
-        edge, group, *shares = self._table("boundary_edges").T
+        edge, group, *shares = self._read_table("boundary_edges").T
         values = (edge.astype(int), group.astype(int), *shares)
         return dict(zip(("edge", "group", "from", "to"), values, strict=True))
 
@@ -556,7 +562,7 @@ class Simulation:
         ``elongation`` (m), ``state`` (0 absent, 1 elastic, 2 yielding, 3 slack, 4 broken).
         """
         names = ("force", "shear_force", "elongation", "state")
-        values = dict(zip(names, self._table("bolts"), strict=True))
+        values = dict(zip(names, self._read_table("bolts"), strict=True))
         return values | {"state": values["state"].astype(int)}
 
     @property
@@ -567,7 +573,7 @@ class Simulation:
         from the first to the second (m²/s), (channels,), ``places`` of the ends at the start (m),
         (channels, 2, 2), and a ``block`` beside each, (channels,).
         """
-        table = self._table("water")
+        table = self._read_table("water")
         return {
             "pressure": table[:2].T,
             "saturation": table[2:4].T,
@@ -579,7 +585,7 @@ class Simulation:
     @property
     def energies(self) -> dict[str, float]:
         """Energies, J per metre of thickness; ``balance`` is the residual of the audit."""
-        values = map(float, self._table("energies")[0])
+        values = map(float, self._read_table("energies")[0])
         return dict(zip(engine_names("energies"), values, strict=True))
 
     @property
@@ -589,7 +595,7 @@ class Simulation:
         The ``residual`` of each is the present value.
         """
         names, units = engine_names("maxima"), engine_names("maxima units")
-        table = self._table("maxima")
+        table = self._read_table("maxima")
         values, (blocks, points) = table[:3], np.split(table[3:].astype(int), 2)
         named = [name or f"block {i + 1}" for i, name in enumerate(self.block_names)]
         rows = zip(names, units, *values, blocks.T, points.T, strict=True)
@@ -603,7 +609,9 @@ class Simulation:
         ``factors`` made for them, ``solver_iterations``, solves ``handed_over`` to the direct
         solver; bonds ``broken``.
         """
-        return dict(zip(engine_names("counts"), map(int, self._table("counts")[0]), strict=True))
+        return dict(
+            zip(engine_names("counts"), map(int, self._read_table("counts")[0]), strict=True)
+        )
 
     @property
     def solver(self) -> str:
@@ -625,17 +633,19 @@ class Simulation:
         ``assemble``, ``factorise``, ``solve``, ``iterate`` (open-close, without its solves) and
         ``update`` (new state, energy audit).
         """
-        return dict(zip(engine_names("phases"), map(float, self._table("phases")[0]), strict=True))
+        return dict(
+            zip(engine_names("phases"), map(float, self._read_table("phases")[0]), strict=True)
+        )
 
     @property
     def point_motions(self) -> np.ndarray:
         """Measured points, shape (3, points, 2): displacement, velocity, acceleration (SI)."""
-        return np.swapaxes(self._table("points").T.reshape(-1, 3, 2), 0, 1)
+        return np.swapaxes(self._read_table("points").T.reshape(-1, 3, 2), 0, 1)
 
     @property
     def base_displacement(self) -> np.ndarray:
         """Displacement of the base since the first frame, shape (2,), m; 0 without a motion."""
-        return self._table("base")[:, 0]
+        return self._read_table("base")[:, 0]
 
 
 def run_to_end(

@@ -44,7 +44,7 @@ def report_page(source, report: Report | None = None, discrete=None) -> Page:
 
 def _run_page(scene: Scene, report: Report | str, discrete) -> Page:
     data = scene.data
-    page = Page(scene.title or "Untitled run", _lead_text(scene))
+    page = Page(scene.title or "Untitled run", _first_paragraph(scene))
     page.add("Verdict", _check_section(report), *_verdict_parts(scene))
     page.add("Blocks", view(scene, BUDGET - _PICTURES))
     what = shown(scene)
@@ -73,7 +73,7 @@ def _model_page(scene: Scene, report: Report | str) -> Page:
     return page
 
 
-def _lead_text(scene: Scene) -> str:
+def _first_paragraph(scene: Scene) -> str:
     complete = scene.data.attrs.get("complete", "yes") == "yes"
     words = f"{scene.blocks:,} blocks, {scene.time[-1]:.4g} s, {scene.frames:,} frames of blocks"
     doubts = Doubt.lines(str(scene.data.attrs.get("doubts", "")))
@@ -174,24 +174,24 @@ def _group_table(scene: Scene, name: str, title: str) -> Table | None:
     """Tabulate the groups of a name with every variable that differs from its default."""
     groups = scene.groups.get(name, [])
     usual = {one.name: one.default.partition(":")[0].strip("'") for one in GROUPS[name].variables}
-    given = [k for group in groups for k, v in group.items() if _shorten(v) != usual.get(k)]
+    given = [k for group in groups for k, v in group.items() if _shorten_value(v) != usual.get(k)]
     heads = list(dict.fromkeys(given))
     if not heads:
         return None
     known = {one.name: one for one in GROUPS[name].variables}
     space = {key: " " if known[key].kind == "word" else "_" for key in heads}
-    rows = [[_shorten(group.get(key, "")).replace("_", space[key]) for key in heads]
+    rows = [[_shorten_value(group.get(key, "")).replace("_", space[key]) for key in heads]
             for group in groups]  # fmt: skip
     units = {key: f" ({known[key].unit})" if known[key].unit else "" for key in heads}
     return Table([key.replace("_", " ") + units[key] for key in heads], rows, title)
 
 
-def _shorten(value) -> str:
+def _shorten_value(value) -> str:
     if isinstance(value, bool):
         return f".{value}.".lower()
     if isinstance(value, float):
         return number(value, 6)
-    text = ", ".join(map(_shorten, value)) if isinstance(value, list) else str(value)
+    text = ", ".join(map(_shorten_value, value)) if isinstance(value, list) else str(value)
     return text if len(text) <= 80 else text[:77] + "…"
 
 

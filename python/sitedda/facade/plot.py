@@ -74,7 +74,7 @@ def shown(source: xr.Dataset | Scene) -> Shown:
             return Shown("site", scene, amplifications(scene.data)[0])
         except (AttributeError, KeyError, ValueError):  # the points do not move
             return Shown("site", scene)
-    if along := _along_surface(scene):
+    if along := _surface_of_run(scene):
         return Shown("surface", scene, along)
     groups = scene.groups
     moved = any(one["moved"] for one in scene.supports() + scene.boundaries(0))
@@ -84,7 +84,7 @@ def shown(source: xr.Dataset | Scene) -> Shown:
     return Shown("shake" if shaken else "forces", scene)
 
 
-def _along_surface(scene: Scene) -> Surface | None:
+def _surface_of_run(scene: Scene) -> Surface | None:
     """Return the amplification along a surface with enough points, waves and no slip."""
     if movement_limits(scene, "slip", [scene.frames - 1]).high > _WORTH * scene.size:
         return None
@@ -167,14 +167,14 @@ def _draw_general_picture(scene: Scene, history, shaken: bool) -> Figure:
     end = scene.frames - 1
     shown = [_draw_blocks(panels[0], scene, "The model", 0, color="material")]
     if shaken:
-        shown.append(_draw_moved(panels[1], scene, least))
+        shown.append(_draw_movements(panels[1], scene, least))
     else:
         look = {"color": "compression", "contacts": "force"}
         shown.append(_draw_blocks(panels[1], scene, "Forces at the end", end, **look))
     tall = [_row_height(scene, shown)] + [_PANEL] * bool(below)
     for axes, name in zip(panels[2:], below, strict=False):
         if name == "moved":
-            tall[1] = _row_height(scene, [_draw_moved(axes, scene, least)])
+            tall[1] = _row_height(scene, [_draw_movements(axes, scene, least)])
         else:
             _draw_panel(axes, name, scene, history, curves)
     grid.set_height_ratios(tall)
@@ -220,7 +220,7 @@ def _draw_blocks(axes, scene: Scene, title: str, frame: int, **look) -> BlockPic
     return picture
 
 
-def _draw_moved(axes, scene: Scene, least: float) -> BlockPicture:
+def _draw_movements(axes, scene: Scene, least: float) -> BlockPicture:
     """Draw displacements, and slip or opening, whichever is larger, if above `least` (m)."""
     last = scene.frames - 1
     slip, gap = (movement_limits(scene, name, [last]).high for name in ("slip", "opening"))

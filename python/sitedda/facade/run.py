@@ -143,12 +143,14 @@ def run(
         continues.
     """
     changes = dict(changes or {}) | more
-    if output is None and ("output.file" in dict(flat_changes(changes)) or _names_output(file)):
+    if output is None and (
+        "output.file" in dict(flat_changes(changes)) or _input_names_output(file)
+    ):
         output = True
-    return _execute(file, output or None, progress, changes)
+    return _run_or_resume(file, output or None, progress, changes)
 
 
-def _names_output(source) -> bool:
+def _input_names_output(source) -> bool:
     """Return whether an input names its output file."""
     if hasattr(source, "output"):
         return source.output.file is not None
@@ -189,10 +191,12 @@ def resume(
     CheckpointError
         If no checkpoint is good: damaged, or of another input, version or build.
     """
-    return _execute(file, output, progress, dict(changes or {}) | more, resume=True)
+    return _run_or_resume(file, output, progress, dict(changes or {}) | more, resume=True)
 
 
-def _execute(file, output, progress, changes, resume=False, program=False, light=False) -> Run:
+def _run_or_resume(
+    file, output, progress, changes, resume=False, program=False, light=False
+) -> Run:
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "history.nc" if output is None else output
         with (

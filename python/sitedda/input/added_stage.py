@@ -82,10 +82,12 @@ def with_stage(
         values = dict(values) | {"steps": max(left, 1)}
     text = f"{text.rstrip()}\n{''.join(new)}"
     at = f"stage[{max(len(stages), 1 + bool(control.get('settle'))) + 1}]"
-    return changed_input(text, {f"{at}.{k}": _typed(k, v) for k, v in values.items()}, file=file)
+    return changed_input(
+        text, {f"{at}.{k}": _typed_value(k, v) for k, v in values.items()}, file=file
+    )
 
 
-def _typed(name: str, value):
+def _typed_value(name: str, value):
     return value if isinstance(value, Typed) else checked("stage", name, value)
 
 

@@ -49,7 +49,9 @@ def write_block_file(file, blocks: Sequence[dict], reads: Sequence = ()) -> Path
     corners = [len(polygon) for polygon in polygons]
     materials, material = _number_names(block.get("material", "") for block in blocks)
     joints, joint = _number_names(
-        name for block, edges in zip(blocks, corners, strict=True) for name in _joints(block, edges)
+        name
+        for block, edges in zip(blocks, corners, strict=True)
+        for name in _edge_joints(block, edges)
     )
     texts = {
         "name": [block.get("name", "") for block in blocks],
@@ -93,7 +95,7 @@ def _write_variable(data, name: str, kind: str, dimensions, values) -> None:
     data[name][:] = values
 
 
-def _joints(block: dict, edges: int) -> list[str]:
+def _edge_joints(block: dict, edges: int) -> list[str]:
     """Return the joint of each edge of a block; blank stands for the first joint of the input."""
     usual = block.get("joint", "")
     own = [name or usual for name in block.get("edge_joints", ())]

@@ -49,7 +49,7 @@ def changed_input(text: str, changes: Mapping, allowed: Mapping | None = None, f
     InputError
         If a name is unknown, or ambiguous among several groups.
     """
-    texts = [(path, _change_as_text(path, value)) for path, value in flat_changes(changes)]
+    texts = [(path, _change_text(path, value)) for path, value in flat_changes(changes)]
     text, variables = with_changes(text, texts, file)
     for (path, _), one in zip(texts, variables, strict=True):
         if allowed is not None and one.name not in allowed.get(one.group, ()):
@@ -58,7 +58,7 @@ def changed_input(text: str, changes: Mapping, allowed: Mapping | None = None, f
     return text
 
 
-def _change_as_text(path: str, value) -> str | None:
+def _change_text(path: str, value) -> str | None:
     try:
         return value if value is None or isinstance(value, Typed) else value_text(value)
     except TypeError as trouble:

@@ -27,7 +27,7 @@ def examples() -> dict[str, str]:
         Name and first sentence of each; names of studies begin with ``studies/``.
     """
     found = {
-        name: _first_sentence(_read(path).decode("utf-8"))
+        name: _first_sentence(_read_shipped(path).decode("utf-8"))
         for name, path in _example_paths().items()
     }
     return {name: found[name] for name in sorted(found, key=lambda name: ("/" in name, name))}
@@ -89,18 +89,22 @@ def _example_paths() -> dict[str, str]:
     return {posixpath.splitext(path)[0]: path for path in paths}
 
 
-def _read(path: str) -> bytes:
+def _read_shipped(path: str) -> bytes:
     """Read the bytes of a file in the folder of inputs."""
     return (inputs() / path).read_bytes()
 
 
 def _with_named_files(path: str) -> dict[str, bytes]:
     """Return the contents of an example and of all files that it needs, by relative path."""
-    found = {path: _read(path)}
+    found = {path: _read_shipped(path)}
     for one, other in _QUOTED.findall(found[path].decode("utf-8", "ignore")):
         named = posixpath.normpath(posixpath.join(posixpath.dirname(path), one or other))
         if posixpath.splitext(named)[1] and (inputs() / named).is_file():
-            found |= _with_named_files(named) if named.endswith(".nml") else {named: _read(named)}
+            found |= (
+                _with_named_files(named)
+                if named.endswith(".nml")
+                else {named: _read_shipped(named)}
+            )
     return found
 
 

@@ -27,10 +27,12 @@ def single_groups() -> tuple[str, ...]:
 @cache
 def variables() -> dict[str, dict[str, str]]:
     """Return the kind of each variable of each group."""
-    return {name: {v.name: _kind_of(v) for v in group.variables} for name, group in GROUPS.items()}
+    return {
+        name: {v.name: _variable_kind(v) for v in group.variables} for name, group in GROUPS.items()
+    }
 
 
-def _kind_of(variable: Variable) -> str:
+def _variable_kind(variable: Variable) -> str:
     if not variable.size or variable.kind == "points":
         return _KINDS[variable.kind]
     return "texts" if _KINDS[variable.kind] == "text" else "numbers"
@@ -96,7 +98,7 @@ def _as_number(value) -> float:
     return value
 
 
-def _as_whole(value) -> int:
+def _as_integer(value) -> int:
     number = _as_number(value)
     if number != int(number):
         raise ValueError
@@ -127,7 +129,7 @@ def _as_logical(value) -> bool:
 
 
 _CONVERT = {"text": _as_text, "texts": _as_texts, "number": _as_number, "numbers": _as_numbers}
-_CONVERT |= {"points": _as_points, "whole": _as_whole, "logical": _as_logical}
+_CONVERT |= {"points": _as_points, "whole": _as_integer, "logical": _as_logical}
 _WORDS = {"text": "text", "texts": "list of texts", "number": "number", "whole": "whole number"}
 _WORDS |= {
     "logical": "logical value",

@@ -72,7 +72,10 @@ def find_groups(text: str, file="input", skipped: Sequence[str] = ()) -> list[Fo
     with _ONE:
         sizes = checked(api.parse_input, _encode(file), data or b" ", " ".join(skipped))
         groups, values, numbers, letters = api.parsed_input(*np.maximum(sizes, 1))
-    found, values = [], _pairs(values.T[: sizes[1]].tolist(), numbers, bytes(letters.astype("u1")))
+    found, values = (
+        [],
+        _variable_pairs(values.T[: sizes[1]].tolist(), numbers, bytes(letters.astype("u1"))),
+    )
     places = _character_indices(data, groups[1:3, : sizes[0]])
     for (line, first, _, count), (start, end) in zip(groups.T[: sizes[0]], places.T, strict=True):
         name = _NAME.match(data, first)[0].decode().lower()
@@ -134,7 +137,9 @@ def _character_indices(data: bytes, places: np.ndarray) -> np.ndarray:
     return np.concatenate([[0], np.cumsum(begins)])[places]
 
 
-def _pairs(rows: list, numbers: np.ndarray, letters: bytes) -> Iterator[tuple[str, object]]:
+def _variable_pairs(
+    rows: list, numbers: np.ndarray, letters: bytes
+) -> Iterator[tuple[str, object]]:
     """Yield the names and values of the variables."""
     n = at = 0
     for position, count in rows:

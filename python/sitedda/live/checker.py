@@ -44,9 +44,11 @@ class Checker:
             )
             process = self._process
         self._tell({"kind": "check", "version": version, "state": "running"})
-        threading.Thread(target=self._wait, args=(process, text, version), daemon=True).start()
+        threading.Thread(
+            target=self._await_result, args=(process, text, version), daemon=True
+        ).start()
 
-    def _wait(self, process: subprocess.Popen, text: str, version: int) -> None:
+    def _await_result(self, process: subprocess.Popen, text: str, version: int) -> None:
         said, _ = process.communicate(text.encode("utf-8", "surrogateescape"))
         with self._one:
             if process is not self._process:

@@ -82,9 +82,9 @@ class Document:
         same = [one for one in found if one.name == group]
         if same and not kind.repeats:
             raise InputError(f"&{group} exists already")
-        line = _known_names(EXAMPLES.get(group) or kind.example or f"&{group} /", kind, found)
+        line = _refer_to_existing(EXAMPLES.get(group) or kind.example or f"&{group} /", kind, found)
         at = same[-1].end if same else self._insertion_point(kind, found)
-        line = _turn_joint_set(_make_name_unique(line, same), same)
+        line = _make_angle_unique(_make_name_unique(line, same), same)
         self._replace_text(f"{self.text[:at]}\n{line}{self.text[at:]}", "")
 
     def _insertion_point(self, kind, found: list[Found]) -> int:
@@ -154,12 +154,12 @@ class Document:
             "redo": bool(self._future),
         }
         try:
-            return plain | {"groups": _plain_groups(self.found())}
+            return plain | {"groups": _groups_as_values(self.found())}
         except InputError:
             return plain
 
 
-def _plain_groups(found: list[Found]) -> list[dict]:
+def _groups_as_values(found: list[Found]) -> list[dict]:
     counts: dict[str, int] = {}
     plain = []
     for one in found:
@@ -190,7 +190,7 @@ def _format_value(value) -> str | None:
     return str(value)
 
 
-def _known_names(example: str, kind, found: list[Found]) -> str:
+def _refer_to_existing(example: str, kind, found: list[Found]) -> str:
     """Return the line of an example, in which references name existing groups."""
     for one in kind.variables:
         match = _REFERS.match(one.values)
@@ -215,7 +215,7 @@ def _make_name_unique(example: str, same: list[Found]) -> str:
     return example.replace(match[0], f"name = '{match[1]}_{number}'", 1)
 
 
-def _turn_joint_set(example: str, same: list[Found]) -> str:
+def _make_angle_unique(example: str, same: list[Found]) -> str:
     """Return the line of an example with an angle that no other set has."""
     match = re.search(r"\bangle = ([-\d.]+)", example)
     if match is None:

@@ -86,7 +86,7 @@ class LiveRun:
         self._used = self._cost = 0.0  # processor time, s: at the last frame, and for it
         self._pace: list[tuple[float, float]] = []
         self._begun = self._closing = self._interrupted = False
-        self._thread = threading.Thread(target=self._run_thread, name="run", daemon=True)
+        self._thread = threading.Thread(target=self._run_commands, name="run", daemon=True)
         self._thread.start()
 
     # --- commands -----------------------------------------------------------------------------
@@ -101,7 +101,7 @@ class LiveRun:
 
     def pause(self) -> None:
         """Pause after the present step."""
-        self._tasks.put(self._pause)
+        self._tasks.put(self._report_pause)
 
     def step(self, steps: int) -> None:
         """Take some steps and pause."""
@@ -110,7 +110,7 @@ class LiveRun:
     def stop(self) -> None:
         """End the run here; its results are kept."""
         self._interrupt()
-        self._tasks.put(self._stop)
+        self._tasks.put(self._stop_run)
 
     def change(self, values: dict[str, str]) -> None:
         """Change variables of the input from now on, with values as typed."""
@@ -137,19 +137,19 @@ class LiveRun:
 
     # --- thread -------------------------------------------------------------------------------
 
-    def _run_thread(self) -> None:
+    def _run_commands(self) -> None:
         try:
-            self._open()
+            self._open_simulation()
             while not self._closing:
-                self._carry_out()
+                self._execute_commands()
                 if self.status == "running" and not self._closing:
-                    self._advance()
+                    self._advance_run()
         except Exception as error:  # faults of the program are reported, not lost
-            self._fail(error)
+            self._report_failure(error)
         finally:
-            self._leave()
+            self._close_simulation()
 
-    def _carry_out(self) -> None:
+    def _execute_commands(self) -> None:
         """Execute the commands that have arrived; if the run is paused, wait for one."""
         wait = self.status != "running"
         while not self._closing:
@@ -171,7 +171,7 @@ class LiveRun:
                 self._tell({"kind": "refused", "message": str(error)})
             wait = self.status != "running"
 
-    def _open(self) -> None:
+    def _open_simulation(self) -> None:
         source = InputOfRun(self.file, self.text)
         with Simulation(source, drawn=True) as model:
             drawing = draw_simulation(model, run=True)
@@ -182,24 +182,24 @@ class LiveRun:
             self._set_status("ready")
             return
         self._simulation = Simulation(source, output=self.output, resume=True)
-        self._count_from(_first_positions(self.output))
-        self._repeat()
+        self._set_reference(_first_positions(self.output))
+        self._repeat_actions()
         self._send_frame()
         self._set_status("paused")
 
-    def _forward(self, steps: int) -> bool:
-        """Advance; a first stage of rest comes before what counts, as in the output."""
+    def _advance_steps(self, steps: int) -> bool:
+        """Advance; displacements count from the end of a first stage of rest, as in the output."""
         if not self._begun:
             self._simulation.advance(0)
-            self._count_from(self._simulation.coordinates[:, :3])
+            self._set_reference(self._simulation.coordinates[:, :3])
         return self._simulation.advance(steps)
 
-    def _count_from(self, positions: np.ndarray) -> None:
-        """Count displacements from these positions (m) and rotations, shape (blocks, 3)."""
+    def _set_reference(self, positions: np.ndarray) -> None:
+        """Set positions (m) and rotations from which displacements count, shape (blocks, 3)."""
         self._start[:, :3] = positions
         self._begun = True
 
-    def _repeat(self) -> None:
+    def _repeat_actions(self) -> None:
         """Repeat the actions after the checkpoint from which the run continues."""
         simulation = self._simulation
         present = _input_key(simulation)
@@ -207,37 +207,37 @@ class LiveRun:
         for action in self.actions[max(known, default=0) :]:
             if simulation.steps < action["step"]:
                 simulation.advance(action["step"] - simulation.steps)
-            self._replay(action)
+            self._replay_action(action)
 
     def _find_equilibrium(self) -> None:
         self._set_status("resting")
-        self._try(lambda: self._forward(0))
+        self._take_safely(lambda: self._advance_steps(0))
         if self.status == "resting" and not self._closing:
             self._send_frame()
             self._set_status("paused")
 
     def _take_steps(self, steps: int) -> None:
         self._set_status("running")
-        self._try(lambda: self._on_end(self._forward(steps)))
+        self._take_safely(lambda: self._conclude_if_ended(self._advance_steps(steps)))
         if self.status == "running":
             self._send_frame()
             self._set_status("paused")
 
-    def _pause(self) -> None:
+    def _report_pause(self) -> None:
         if self.status == "running":
             self._send_frame()
-            self._save()
+            self._save_progress()
             self._set_status("paused")
 
-    def _stop(self) -> None:
+    def _stop_run(self) -> None:
         if self.status in OVER:
             return
         self._send_frame()
-        self._conclude("stopped")
+        self._close_output("stopped")
 
-    def _advance(self) -> None:
+    def _advance_run(self) -> None:
         begun = time.perf_counter()
-        self._try(lambda: self._on_end(self._forward(self._chunk)))
+        self._take_safely(lambda: self._conclude_if_ended(self._advance_steps(self._chunk)))
         took = time.perf_counter() - begun
         if took < 0.5 * _PIECE:
             self._chunk = min(2 * self._chunk, _TO_THE_END)
@@ -252,35 +252,35 @@ class LiveRun:
         if now - self._said > _STATUS:
             self._send_state()
         if now - self._saved > _CHECKPOINT:
-            self._save()
+            self._save_progress()
 
-    def _try(self, work: Callable) -> None:
+    def _take_safely(self, work: Callable) -> None:
         """Take steps; if one fails, keep the results and the state before it."""
         try:
             work()
         except InterruptedRun as error:
             if not self._interrupted:
-                self._fail(error)
+                self._report_failure(error)
         except SiteddaError as error:
-            self._fail(error)
+            self._report_failure(error)
         finally:
             if self._interrupted:
                 self._interrupted = False
                 api.stop_engine(0)
 
-    def _on_end(self, done: bool) -> None:
+    def _conclude_if_ended(self, done: bool) -> None:
         if done:
             self._send_frame()
-            self._conclude("done")
+            self._close_output("done")
 
     def _apply_action(self, action: dict) -> None:
         simulation = self._simulation
         stage = asdict(simulation.present_stage)
         action = {"step": simulation.steps, "time": simulation.time, "stage": stage} | action
-        self._replay(action)
+        self._replay_action(action)
         self.actions.append(action | {"mark": _input_key(simulation)})
         self._keep(self.actions)
-        self._save()
+        self._save_progress()
         self._send_state()
 
     @property
@@ -294,16 +294,16 @@ class LiveRun:
         text = self.text
         for one in self.actions:
             if one["do"] == "stage":
-                name, kind, values = _stage_of(one)
+                name, kind, values = _stage_values(one)
                 present = PresentStage(**one["stage"])
                 text = with_stage(text, present, self.file, name, kind, values)
         return text
 
-    def _replay(self, action: dict) -> None:
+    def _replay_action(self, action: dict) -> None:
         if action["do"] == "change":
             self._simulation.change({k: Typed(v) for k, v in action["changes"].items()})
         else:
-            name, kind, values = _stage_of(action)
+            name, kind, values = _stage_values(action)
             self._simulation.begin_stage(name, kind, **values)
 
     # --- words --------------------------------------------------------------------------------
@@ -342,7 +342,7 @@ class LiveRun:
         self._tell(message)
         self._cost = time.thread_time() - self._used
 
-    def _save(self) -> None:
+    def _save_progress(self) -> None:
         begun = time.perf_counter()
         self._simulation.checkpoint()
         took = time.perf_counter() - begun
@@ -350,7 +350,7 @@ class LiveRun:
 
     # --- ends ---------------------------------------------------------------------------------
 
-    def _conclude(self, status: str, **more) -> None:
+    def _close_output(self, status: str, **more) -> None:
         """Close the output and report the verdict."""
         simulation = self._simulation
         self._send_state()
@@ -358,20 +358,20 @@ class LiveRun:
         where = simulation.finish()
         self.result = where if where.exists() else where.with_name(f"{where.name}.partial")
         try:
-            found |= _verdict_of(self.result)
+            found |= _read_verdict(self.result)
             found["doubts"] = [w for w in (simulation.warning, *simulation.peak_warnings) if w]
         except SiteddaError as error:
             found["doubts"].append(str(error))
         self.words |= {"verdict": found, "ending": simulation.ending}
         self._set_status(status)
 
-    def _fail(self, error: BaseException) -> None:
+    def _report_failure(self, error: BaseException) -> None:
         words = str(error) or type(error).__name__
         found: dict = {"failure": words, "blocks": self._named_blocks(words)}
         try:
             if self._simulation is not None and self._simulation.steps > 0:
                 self._send_frame()
-                self._conclude("failed", **found)
+                self._close_output("failed", **found)
                 return
         except SiteddaError as other:
             found["failure"] += f"; {other}"
@@ -385,7 +385,7 @@ class LiveRun:
         found = dict.fromkeys(int(number) - 1 for number in re.findall(r"\bblock (\d+)", words))
         return [one for one in found if one < len(self._start)]
 
-    def _leave(self) -> None:
+    def _close_simulation(self) -> None:
         try:
             if self._simulation is not None:
                 self._simulation.close()
@@ -393,14 +393,14 @@ class LiveRun:
             pass  # all data that can be stored have been stored
 
 
-def _stage_of(action: dict) -> tuple[str, str, dict[str, Typed]]:
+def _stage_values(action: dict) -> tuple[str, str, dict[str, Typed]]:
     """Return name, kind and other values of a stage as typed."""
     values = {name: Typed(value) for name, value in action["values"].items()}
     return str(values.pop("name")), str(values.pop("kind", "dynamic")), values
 
 
 def _first_positions(output: Path) -> np.ndarray:
-    """Positions (m) and rotations of the blocks in the first frame of an output that grows."""
+    """Return positions (m) and rotations of the blocks in the first frame of an open output."""
     from ..output.output_file import load
     from ..output.scene import Scene
 
@@ -412,7 +412,7 @@ def _input_key(simulation: Simulation) -> str:
     return hashlib.sha256(simulation.present_input.encode("utf-8", "surrogateescape")).hexdigest()
 
 
-def _verdict_of(output: Path) -> dict:
+def _read_verdict(output: Path) -> dict:
     """Return the verdict and all histories of an output."""
     from ..drawing.view.encode import Encoded, encode_histories
     from ..output.output_file import load

@@ -36,7 +36,7 @@ def written_script(
         if action["step"] > now:
             lines.append(f"run.advance({action['step'] - now})  # to t = {action['time']:.6g} s")
             now = action["step"]
-        lines.append(_call_text(action))
+        lines.append(_method_call(action))
     if steps is None:
         lines.append("while not run.advance(1000):\n        pass")
     elif steps > now:
@@ -46,7 +46,7 @@ def written_script(
     return _HEAD.format(title=f"The actions of the run {title}.", model=model, output=output) + body
 
 
-def _call_text(action: dict) -> str:
+def _method_call(action: dict) -> str:
     if action["do"] == "change":
         values = ", ".join(f"{k!r}: {literal(v)}" for k, v in action["changes"].items())
         return f"run.change({{{values}}})"
@@ -59,13 +59,13 @@ def literal(typed: str) -> str:
     words = typed.strip()
     if words.lower() in (".true.", ".false."):
         return str(words.lower() == ".true.")
-    numbers = [_number(one) for one in words.split(",")]
+    numbers = [_number_literal(one) for one in words.split(",")]
     if all(one is not None for one in numbers):
         return numbers[0] if len(numbers) == 1 else f"({', '.join(numbers)})"
     return repr(words)
 
 
-def _number(text: str) -> str | None:
+def _number_literal(text: str) -> str | None:
     try:
         value = float(text.strip().lower().replace("d", "e"))
     except ValueError:

@@ -57,7 +57,7 @@ _SOURCES = {
 }  # fmt: skip
 
 
-class _Guarded:
+class _GuardedHandler:
     """Base of all handlers: check of the host, headers, short errors."""
 
     application: Any  # these attributes belong to tornado's handler
@@ -84,7 +84,7 @@ class _Guarded:
         self.finish(f"{status_code}")
 
 
-class _File(_Guarded, RequestHandler):
+class _FileHandler(_GuardedHandler, RequestHandler):
     """Handler of the files of the page: public code without data of a model."""
 
     def get(self) -> None:
@@ -101,7 +101,7 @@ class _File(_Guarded, RequestHandler):
         self.finish(data)
 
 
-class _Socket(_Guarded, WebSocketHandler):
+class _PageSocket(_GuardedHandler, WebSocketHandler):
     """Web socket of an open page; nothing is sent before the page has sent the token."""
 
     def check_origin(self, origin: str) -> bool:
@@ -119,15 +119,15 @@ class _Socket(_Guarded, WebSocketHandler):
         self.waiting = 0  # unsent bytes of the page
         self.set_nodelay(True)
         loop = asyncio.get_running_loop()
-        self.limit = loop.call_later(SECONDS_TO_ENTER, self._leave_unless_entered)
+        self.limit = loop.call_later(SECONDS_TO_ENTER, self._close_without_token)
 
-    def _leave_unless_entered(self) -> None:
+    def _close_without_token(self) -> None:
         if not self.entered:
             self.close(4401, "no token")
 
     def on_message(self, message) -> None:
         if not self.entered:
-            self._enter(message)
+            self._check_token(message)
             return
         try:
             command, fields = read_message(message)
@@ -136,7 +136,7 @@ class _Socket(_Guarded, WebSocketHandler):
             return
         self.server.carry_out(command, fields, self.send)
 
-    def _enter(self, message) -> None:
+    def _check_token(self, message) -> None:
         try:
             found = json.loads(message) if isinstance(message, str) and len(message) < 400 else None
         except (ValueError, RecursionError):
@@ -167,9 +167,9 @@ class _Socket(_Guarded, WebSocketHandler):
         except WebSocketClosedError:
             return
         self.waiting += len(data)
-        written.add_done_callback(lambda done: self._count_sent(len(data), done))
+        written.add_done_callback(lambda done: self._subtract_sent(len(data), done))
 
-    def _count_sent(self, size: int, done: asyncio.Future) -> None:
+    def _subtract_sent(self, size: int, done: asyncio.Future) -> None:
         self.waiting -= size
         done.exception()  # a closed page needs no answer
 
@@ -192,10 +192,10 @@ class LiveServer:
 
     def __init__(self, folder: Path, shipped: Shipped, host: str = LOOPBACK, port: int = 0,
                  notebook: bool = False):  # fmt: skip
-        self.sockets: set[_Socket] = set()
+        self.sockets: set[_PageSocket] = set()
         self.journal = Journal(folder)
         try:
-            self._listening = _listen(host, port) if port else self._listen_again(host)
+            self._listening = _open_sockets(host, port) if port else self._listen_as_before(host)
         except OutputError:
             self.journal.close()
             raise
@@ -206,13 +206,13 @@ class LiveServer:
         self._worker = ThreadPoolExecutor(1, "commands")
         self.session = Session(folder, self.journal, shipped, self.tell, lambda: bool(self.sockets))
 
-    def _listen_again(self, host: str) -> list[socket.socket]:
+    def _listen_as_before(self, host: str) -> list[socket.socket]:
         """Listen at the port of the last server of the folder, or at a free port."""
         last = (self.journal.kept("port") or {}).get("port")
         if isinstance(last, int) and 0 < last < 65536:
             with suppress(OutputError):
-                return _listen(host, last)
-        return _listen(host, 0)
+                return _open_sockets(host, last)
+        return _open_sockets(host, 0)
 
     def tell(self, message: dict | bytes) -> None:
         """Send a message to all pages, from any thread."""
@@ -226,7 +226,7 @@ class LiveServer:
         for one in list(self.sockets):
             one.send(message)
 
-    def welcome(self, page: _Socket) -> None:
+    def welcome(self, page: _PageSocket) -> None:
         """Send the session to a new page, and all later events."""
 
         def greet() -> None:
@@ -261,7 +261,7 @@ class LiveServer:
         """Serve until a signal arrives."""
         self._loop = asyncio.get_running_loop()
         application = Application(
-            [("/socket", _Socket, {"server": self}), (".*", _File, {"server": self})],
+            [("/socket", _PageSocket, {"server": self}), (".*", _FileHandler, {"server": self})],
             guard=self.guard,
             websocket_max_message_size=MOST,
             log_function=lambda _: None,  # addresses are private
@@ -304,7 +304,7 @@ def schema() -> list[dict]:
     ]  # fmt: skip
 
 
-def _listen(host: str, port: int) -> list[socket.socket]:
+def _open_sockets(host: str, port: int) -> list[socket.socket]:
     try:
         return bind_sockets(port, host)
     except (OSError, OverflowError, UnicodeError) as trouble:

@@ -68,7 +68,7 @@ class Session:
         self._closing = False
         self._checker = Checker(self._publish)
         self._saver = threading.Lock()
-        threading.Thread(target=self._draw_always, name="draw", daemon=True).start()
+        threading.Thread(target=self._draw_repeatedly, name="draw", daemon=True).start()
 
     # --- pages ----------------------------------------------------------------------------------
 
@@ -130,7 +130,7 @@ class Session:
             getattr(self._check_editable(), command)(**fields)
             self._store_edit()
         elif command in _STARTS:
-            getattr(self._started_run(), command)(**fields)
+            getattr(self._run_or_start(), command)(**fields)
         elif command in _CONTROLS:
             getattr(self._check_running(), command)(**fields)
         else:
@@ -228,7 +228,7 @@ class Session:
 
     # --- drawing --------------------------------------------------------------------------------
 
-    def _draw_always(self) -> None:
+    def _draw_repeatedly(self) -> None:
         """Draw the latest version, repeatedly, as soon as there is a newer one."""
         done = 0
         while not self._closing:
@@ -237,9 +237,9 @@ class Session:
                     self._work.wait()
                 document, done = self.document, self._wanted
             if document is not None and self.run is None and not self._closing:
-                self._draw_version(document, document.version, document.text)
+                self._draw_if_latest(document, document.version, document.text)
 
-    def _draw_version(self, document: Document, version: int, text: str) -> None:
+    def _draw_if_latest(self, document: Document, version: int, text: str) -> None:
         begun = time.perf_counter()
         try:
             drawing = draw_model(text, document.file, version=version)
@@ -266,7 +266,7 @@ class Session:
 
     # --- run ------------------------------------------------------------------------------------
 
-    def _started_run(self) -> LiveRun:
+    def _run_or_start(self) -> LiveRun:
         """Return the run; start it if there is none."""
         if self.run is None:
             document = self._check_editable()
@@ -332,12 +332,14 @@ class Session:
             if self.run is None or self.run.result is None:
                 raise InputError(f"a {what} requires an ended run; stop the run or let it end")
             self.tell({"kind": "saving", "what": what})
-        threading.Thread(target=self._save, args=(what, target), name="save", daemon=True).start()
+        threading.Thread(
+            target=self._save_and_report, args=(what, target), name="save", daemon=True
+        ).start()
 
-    def _save(self, what: str, target: Path) -> None:
+    def _save_and_report(self, what: str, target: Path) -> None:
         with self._saver:
             try:
-                files = self._save_file(what, target)
+                files = self._write_file(what, target)
             except Exception as error:  # the page must receive an answer to any failure
                 message = str(error) or type(error).__name__
                 self.tell({"kind": "refused", "message": message, "what": what})
@@ -345,7 +347,7 @@ class Session:
         names = [str(file.relative_to(self.folder)) for file in files]
         self.tell({"kind": "saved", "what": what, "files": names, "folder": str(self.folder)})
 
-    def _save_file(self, what: str, target: Path) -> list[Path]:
+    def _write_file(self, what: str, target: Path) -> list[Path]:
         run, document = self.run, self.document
         if what == "namelist":
             text = document.text if run is None else run.namelist

@@ -44,7 +44,7 @@ class NamedArray:
 
     def sel(self, **labels: str) -> NamedArray:
         """Select values by the label along each given dimension."""
-        return self.isel(**_indices(self._labels, labels))
+        return self.isel(**_find_labels(self._labels, labels))
 
     def __array__(self, dtype=None, copy=None) -> np.ndarray:
         return np.array(self.values, dtype, copy=copy)
@@ -96,10 +96,10 @@ class NamedArrays:
 
     def sel(self, **labels: str) -> NamedArrays:
         """Select all variables by the label along each given dimension."""
-        return self.isel(**_indices(self._labels, labels))
+        return self.isel(**_find_labels(self._labels, labels))
 
 
-def _indices(labels: Mapping[str, list[str]], asked: Mapping[str, str]) -> dict[str, int]:
+def _find_labels(labels: Mapping[str, list[str]], asked: Mapping[str, str]) -> dict[str, int]:
     """Return the indices of the requested labels; raise KeyError if one is missing."""
     for name, label in asked.items():
         if label not in labels[name]:

@@ -47,10 +47,10 @@ def open_output(file) -> xr.Dataset:
     import xarray as xr
 
     check_readable(file)
-    with _reporting_damage(_unreadable_message(file)):
+    with _errors_as_damage(_unreadable_error(file)):
         data = xr.open_dataset(file, engine="netcdf4", cache=False, decode_times=False)
     try:
-        _check(data)
+        _check_run(data)
     except OutputError:
         data.close()
         raise
@@ -60,17 +60,17 @@ def open_output(file) -> xr.Dataset:
 def read_output(file) -> NamedArrays:
     """Read an output into memory for verdict and pictures; errors as in `open_output`."""
     check_readable(file)
-    with _reporting_damage(_unreadable_message(file)):
+    with _errors_as_damage(_unreadable_error(file)):
         data = read_netcdf(file)
-    _check(data)
+    _check_run(data)
     return data
 
 
-def _unreadable_message(file) -> Callable[[str], OutputError]:
+def _unreadable_error(file) -> Callable[[str], OutputError]:
     return lambda why: OutputError(f"{file} cannot be read as an output: {why}")
 
 
-def _check(data) -> None:
+def _check_run(data) -> None:
     """Check that structure, numbers and their order are those of a run."""
     _check_structure(data)
     for name in VARIABLES:
@@ -87,7 +87,7 @@ def read(data: xr.Dataset, name: str, which=...) -> np.ndarray:
     OutputError
         If the file does not contain them, or not of that kind.
     """
-    with _reporting_damage(lambda why: damaged(data, name, why)):
+    with _errors_as_damage(lambda why: damaged(data, name, why)):
         values = data[name][which].values
     known = VARIABLES.get(name)
     if known is None or known.kind == "text" or values.size == 0:
@@ -116,12 +116,12 @@ def load(file) -> xr.Dataset:
     def wrong(why: str) -> OutputError:
         return OutputError(f"{file} cannot be read: {why}")
 
-    with open_output(file) as data, _reporting_damage(wrong):
+    with open_output(file) as data, _errors_as_damage(wrong):
         return data.load()
 
 
 @contextmanager
-def _reporting_damage(wrong: Callable[[str], OutputError]) -> Iterator[None]:
+def _errors_as_damage(wrong: Callable[[str], OutputError]) -> Iterator[None]:
     """Turn any exception for invalid bytes into one error, except for lack of memory."""
     try:
         with FILES:
@@ -148,17 +148,19 @@ def _check_structure(data: xr.Dataset) -> None:
             raise damaged(data, name, f"its values are of type {found.dtype}")
     for name, length in data.sizes.items():
         if length != LENGTHS.get(name, length) or (name in _HELD and length == 0):
-            raise OutputError(f"{_file_of(data)} is damaged: its dimension {name} is {length} long")
+            raise OutputError(
+                f"{_file_name(data)} is damaged: its dimension {name} is {length} long"
+            )
     if "input_values" not in data.attrs:
-        raise OutputError(f"{_file_of(data)} is of an earlier version, without the attribute "
+        raise OutputError(f"{_file_name(data)} is of an earlier version, without the attribute "
                           "input_values: run its input again")  # fmt: skip
     for name in _ATTRIBUTES:
         if not isinstance(data.attrs.get(name, ""), str):
-            raise OutputError(f"{_file_of(data)} is damaged: its attribute {name} is not text")
+            raise OutputError(f"{_file_name(data)} is damaged: its attribute {name} is not text")
     try:
         input_values(data.attrs)
     except OutputError:
-        raise OutputError(f"{_file_of(data)} is damaged: its attribute input_values") from None
+        raise OutputError(f"{_file_name(data)} is damaged: its attribute input_values") from None
 
 
 def _check_order(data: xr.Dataset) -> None:
@@ -187,9 +189,9 @@ def _check_order(data: xr.Dataset) -> None:
 def damaged(data: xr.Dataset, name: str, why: str) -> OutputError:
     """Return the error for an invalid variable."""
     return OutputError(
-        f"{_file_of(data)} is damaged, or not an output of a run: variable {name}: {why}"
+        f"{_file_name(data)} is damaged, or not an output of a run: variable {name}: {why}"
     )
 
 
-def _file_of(data: xr.Dataset) -> str:
+def _file_name(data: xr.Dataset) -> str:
     return data.encoding.get("source", "the dataset")

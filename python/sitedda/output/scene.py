@@ -222,7 +222,7 @@ class Scene:
 
     def _cohesive_contacts(self, frame: int) -> dict[str, np.ndarray]:
         """Return edge, bond and damage of the contacts of cohesive joints."""
-        which = slice(*self._contact_starts[frame : frame + 2])
+        which = slice(*self._first_contacts[frame : frame + 2])
         names = ("edge", "bonded", "damage", "joint")
         found = {name: read(self.data, f"contact_{name}", which) for name in names}
         laws = [joint.get("law") == "cohesive" for joint in self.groups.get("joint", [])]
@@ -232,14 +232,14 @@ class Scene:
     @cached_property
     def base(self) -> np.ndarray:
         """Return the reference displacement of the base, shape (frames, 2), m; see `origin`."""
-        return self._base_motion("frame_base", self.frames)
+        return self._base_displacement("frame_base", self.frames)
 
     @cached_property
     def base_history(self) -> np.ndarray:
         """Return the reference displacement of the base at the samples, shape (times, 2), m."""
-        return self._base_motion("base_displacement", self.data.sizes.get("time", 0))
+        return self._base_displacement("base_displacement", self.data.sizes.get("time", 0))
 
-    def _base_motion(self, name: str, rows: int) -> np.ndarray:
+    def _base_displacement(self, name: str, rows: int) -> np.ndarray:
         if self.absolute or name not in self.data:
             return np.zeros((rows, 2))
         return self.data[name].values
@@ -261,7 +261,7 @@ class Scene:
         return moved - self.base[frame]
 
     @cached_property
-    def _contact_starts(self) -> np.ndarray:
+    def _first_contacts(self) -> np.ndarray:
         frame = read(self.data, "contact_frame")
         return np.searchsorted(frame, np.arange(self.frames + 1))
 
@@ -269,7 +269,7 @@ class Scene:
         """Return the contacts of a frame: vertex, edge, state, bonded, gap, forces and others."""
         names = ("vertex", "edge", "state", "bonded", "gap", "normal_force", "shear_force")
         names += tuple(n for n in ("place", "damage") if f"contact_{n}" in self.data.variables)
-        which = slice(*self._contact_starts[frame : frame + 2])
+        which = slice(*self._first_contacts[frame : frame + 2])
         return {name: read(self.data, f"contact_{name}", which) for name in names}
 
     # --- geometry ----------------------------------------------------------------------------
@@ -388,12 +388,17 @@ class Scene:
         A point moves with its block: x = x0 + R(θ) (I + ε) ρ.
         """
         now = self.coordinates(frame)[blocks]
-        return now[:, :2] + (_gradient(now) @ self.offsets(blocks, places)[..., None])[..., 0]
+        return (
+            now[:, :2]
+            + (_deformation_gradient(now) @ self.offsets(blocks, places)[..., None])[..., 0]
+        )
 
     def offsets(self, blocks: np.ndarray, places: np.ndarray) -> np.ndarray:
         """Return reference offsets ρ of points of blocks from centroids, shape (k, 2), m."""
         first = self.coordinates(0)[blocks]
-        return np.linalg.solve(_gradient(first), (places - first[:, :2])[..., None])[..., 0]
+        return np.linalg.solve(_deformation_gradient(first), (places - first[:, :2])[..., None])[
+            ..., 0
+        ]
 
     def joint_movement(self, frame: int) -> tuple[np.ndarray, np.ndarray]:
         """Return slip and opening of `interfaces` since the first frame, each (k,), m.
@@ -429,7 +434,7 @@ class Scene:
         return np.array(along), np.array(across)
 
     @cached_property
-    def _removal(self) -> np.ndarray:
+    def _removal_stage(self) -> np.ndarray:
         """Return the stage that removes each block; 0: none."""
         if "block_removal" not in self.data:
             return np.zeros(self.blocks, dtype=int)
@@ -437,9 +442,11 @@ class Scene:
 
     def removed(self, frame: int) -> np.ndarray:
         """Return whether a stage has removed each block by a frame, shape (blocks,)."""
-        if not self._removal.any() or "frame_stage" not in self.data:
+        if not self._removal_stage.any() or "frame_stage" not in self.data:
             return np.zeros(self.blocks, dtype=bool)
-        return (self._removal > 0) & (self._removal <= int(self.data["frame_stage"][frame]))
+        return (self._removal_stage > 0) & (
+            self._removal_stage <= int(self.data["frame_stage"][frame])
+        )
 
     def stage_starts(self) -> list[tuple[str, float]]:
         """Return names and first times (s) of stages if a run has several dynamic ones."""
@@ -512,11 +519,11 @@ class Scene:
             points = np.reshape([*group["from"], *between, *group["to"]], (-1, 2)).astype(float)
             blocks = np.zeros(len(points), dtype=int)
             if "bolt_force" in self.data:
-                blocks, points = self._bolt_points(name, points)
+                blocks, points = self._initial_bolt_points(name, points)
             routes.append((name, blocks, points))
         return routes
 
-    def _bolt_points(self, name: str, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _initial_bolt_points(self, name: str, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return blocks and initial positions of the points in the group of a bolt."""
         with FILES:
             mine = np.flatnonzero(self._bolt_names == name)
@@ -619,7 +626,7 @@ def is_netcdf(file: Path) -> bool:
     return head.startswith((b"\x89HDF\r\n\x1a\n", b"CDF"))
 
 
-def _gradient(coordinates: np.ndarray) -> np.ndarray:
+def _deformation_gradient(coordinates: np.ndarray) -> np.ndarray:
     """Return R(θ) (I + ε), shape (k, 2, 2)."""
     _, _, turn, ex, ey, gxy = coordinates.T
     cos, sin = np.cos(turn), np.sin(turn)

@@ -40,7 +40,7 @@ def verdict(source, bars=None) -> Verdict:
     found = Verdict(bars=bars, steps=str(scene.data.attrs.get("step_control", "")))
     add_fallen(found, scene)
     add_lost(found, scene)
-    _add_written(found, scene.data)
+    _add_engine_results(found, scene.data)
     add_drift(found, scene)
     add_sides(found, scene.data)
     add_damping(found, scene.data)
@@ -93,7 +93,7 @@ def damping_words(history: xr.Dataset, *frequencies: float) -> str:
     return f"damping of the scheme {at} (Δt = {1e3 * step:.3g} ms); of the material: {material}"
 
 
-def _add_written(found: Verdict, data: xr.Dataset) -> None:
+def _add_engine_results(found: Verdict, data: xr.Dataset) -> None:
     """Add the parts of the verdict that the engine has written into the output."""
     for name, value in data.attrs.items():
         if isinstance(value, float | np.floating):

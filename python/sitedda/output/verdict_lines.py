@@ -113,9 +113,9 @@ class Verdict:
     def rows(self) -> list[tuple[str, ...]]:
         """Return the table of results as texts, with its header first."""
         return [_HEADS, *((line.name, self._format_value(line.largest, line.unit),
-                           self._end(line), line.place) for line in self.figures)]  # fmt: skip
+                           self._at_end(line), line.place) for line in self.figures)]  # fmt: skip
 
-    def _end(self, line: FigureLine) -> str:
+    def _at_end(self, line: FigureLine) -> str:
         end, largest = (abs(self.values.get(key, math.nan)) for key in (line.end, line.largest))
         if end < _DIED_OUT * largest:
             return f"0 {line.unit}".strip()
@@ -140,7 +140,7 @@ class Verdict:
                        for of_check in (True, False))  # fmt: skip
         if first:
             first += f"\n{CHECK_SAYS_MORE}"
-        table = _align(self.rows()) if self.figures else ""
+        table = _align_columns(self.rows()) if self.figures else ""
         parts = (wrapped(self.happened), first, table, last, wrapped(self.steps))
         return "\n\n".join(filter(None, parts))
 
@@ -155,7 +155,7 @@ class Verdict:
         self.figures.append(FigureLine(name, "" if end else key, key if end else "", unit, place))
 
 
-def _align(rows: list[tuple[str, ...]]) -> str:
+def _align_columns(rows: list[tuple[str, ...]]) -> str:
     """Align columns at their usual positions, or wider if necessary."""
     wide = [max(least, 2 + max(len(row[i]) for row in rows)) for i, least in enumerate(_COLUMNS)]
     lines = []

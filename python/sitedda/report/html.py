@@ -37,7 +37,7 @@ def write_html(page: Page, file) -> Path:
 
 def to_html(page: Page) -> str:
     """Return a page as HTML."""
-    body = _Body()
+    body = _PartWriter()
     sections = "\n".join(body.section(section) for section in page.sections)
     style, script = page_style(), ""
     if body.views:
@@ -45,17 +45,17 @@ def to_html(page: Page) -> str:
         modules = "\n".join(_read_text(f"{name}.js", "drawing/view") for name in VIEW_MODULES)
         plain = re.sub(r"^(import [^;]*;\n|export )", "", modules, flags=re.MULTILINE)
         script = f'"use strict";\n(() => {{\n{plain}}})();\n'
-    facts = _write_facts(page.provenance)
+    facts = _facts_html(page.provenance)
     return "\n".join(
         [
             "<!doctype html>",
             "<html lang='en'>",
-            f"<head>{_head_of(page.title, style, script)}</head>",
+            f"<head>{_page_head(page.title, style, script)}</head>",
             "<body>",
             f"<header><h1>{escape(page.title)}</h1>",
             f"<p class='lead'>{escape(page.lead)}</p></header>" if page.lead else "</header>",
             "<div class='frame'>",
-            _list_contents(page.sections),
+            _contents_list(page.sections),
             f"<main>{sections}",
             f"<footer id='provenance'><h2>Provenance</h2>{facts}</footer>" if facts else "",
             "</main></div>",
@@ -67,11 +67,11 @@ def to_html(page: Page) -> str:
 
 def fragment(*parts: Part) -> str:
     """Return parts as HTML for a notebook, without the style and the script of a page."""
-    body = _Body()
+    body = _PartWriter()
     return "\n".join(map(body.part, parts))
 
 
-def _head_of(title: str, style: str, script: str) -> str:
+def _page_head(title: str, style: str, script: str) -> str:
     scripts = f"'sha256-{_hash_source(script)}'" if script else "'none'"
     policy = (
         f"default-src 'none'; style-src 'sha256-{_hash_source(style)}'; script-src {scripts}; "
@@ -125,7 +125,7 @@ def _format_emphasis(text: str) -> str:
     return re.sub(r"\^([-−+]?\d+(?:\.\d+)?)", r"<sup>\1</sup>", text)
 
 
-def _list_contents(sections: list[Section]) -> str:
+def _contents_list(sections: list[Section]) -> str:
     if len(sections) < 2:
         return ""
     items = "".join(
@@ -138,12 +138,12 @@ def _list_contents(sections: list[Section]) -> str:
     )
 
 
-def _write_facts(lines: Iterable[tuple[str, str]]) -> str:
+def _facts_html(lines: Iterable[tuple[str, str]]) -> str:
     items = "".join(f"<dt>{escape(name)}</dt><dd>{escape(value)}</dd>" for name, value in lines)
     return f"<dl class='facts'>{items}</dl>" if items else ""
 
 
-class _Body:
+class _PartWriter:
     """Writer of the parts of a page, which counts the views."""
 
     def __init__(self):
@@ -160,7 +160,7 @@ class _Body:
             case Paragraph():
                 return f"<p>{inline(part.text, part.markup)}</p>"
             case Facts():
-                return _write_facts(part.lines)
+                return _facts_html(part.lines)
             case Table():
                 return _write_table(part)
             case Bullets():
@@ -202,9 +202,9 @@ def _write_picture(part: Picture) -> str:
 
 
 def _write_table(table: Table) -> str:
-    right = [_is_numeric([row[k] for row in table.rows]) for k in range(len(table.heads))]
+    right = [_are_numeric([row[k] for row in table.rows]) for k in range(len(table.heads))]
     head = "".join(
-        f"<th scope='col'{_class(['n'] if right[k] else [])}>{inline(text, table.markup)}</th>"
+        f"<th scope='col'{_classes(['n'] if right[k] else [])}>{inline(text, table.markup)}</th>"
         if text
         else "<td></td>"
         for k, text in enumerate(table.heads)
@@ -230,14 +230,14 @@ def _write_cell(text: str, head: str, right: bool, judged: bool, markup: bool) -
         if judged and text in words:
             names.append(name)
     named = f" data-head='{escape(str(head))}'" if head else ""
-    return f"<td{_class(names)}{named}>{inline(text, markup)}</td>"
+    return f"<td{_classes(names)}{named}>{inline(text, markup)}</td>"
 
 
-def _class(names: list[str]) -> str:
+def _classes(names: list[str]) -> str:
     return f" class='{' '.join(names)}'" if names else ""
 
 
-def _is_numeric(cells: list[str]) -> bool:
+def _are_numeric(cells: list[str]) -> bool:
     """Return whether every non-empty cell is a number with at most a short unit."""
     cells = [str(cell).strip() for cell in cells]
     cells = [cell for cell in cells if cell not in ("", "–", "-")]

@@ -34,7 +34,7 @@ def plain(text: str) -> str:
 
 
 @lru_cache(maxsize=4096)
-def _width(text: str, size: float, bold: bool) -> float:
+def _line_width(text: str, size: float, bold: bool) -> float:
     """Return the width of a line in inches."""
     font = FontProperties(size=size, weight="bold" if bold else "normal")
     return RendererAgg(1, 1, 72.0).get_text_width_height_descent(text, font, False)[0] / 72.0
@@ -59,8 +59,8 @@ def folded(text: str, room: float, size: float, bold: bool = False, most: int = 
     for line in text.split("\n"):
         columns = len(line) + 1
         parts = [line]
-        while columns > 1 and max(_width(part, size, bold) for part in parts) > room:
-            widest = max(_width(part, size, bold) for part in parts)
+        while columns > 1 and max(_line_width(part, size, bold) for part in parts) > room:
+            widest = max(_line_width(part, size, bold) for part in parts)
             columns = max(1, min(columns - 1, int(columns * max(room / widest, 0.5))))
             parts = wrap(line, columns) or [line]
         lines += parts
@@ -115,7 +115,9 @@ class Head:
 
     def __init__(self, axes: Axes, title: str, words=("",)):
         self.room = room_of(axes)
-        self.lines = max(self._fold(one).count("\n") + 1 for one in words) if any(words) else 0
+        self.lines = (
+            max(self._fold_words(one).count("\n") + 1 for one in words) if any(words) else 0
+        )
         axes.set_title(plain(folded(title, self.room, 12, True, 2)), loc="left", fontsize=12,
                        color=INK, fontweight="bold", pad=11 + 13 * self.lines)  # fmt: skip
         self.note = axes.annotate("", (0, 1), xytext=(0, 8), xycoords="axes fraction",
@@ -124,12 +126,12 @@ class Head:
         self.note.set_in_layout(False)
         self.show(words[0])
 
-    def _fold(self, words: str, most: int = 6) -> str:
+    def _fold_words(self, words: str, most: int = 6) -> str:
         return folded(words, self.room, 9.5, most=most)
 
     def show(self, words: str) -> None:
         """Show a text; lines that do not fit end with …."""
-        words = self._fold(words, self.lines) if self.lines else ""
+        words = self._fold_words(words, self.lines) if self.lines else ""
         self.note.set_text(plain(words) + "\n" * (self.lines - 1 - words.count("\n")))
 
 

@@ -85,12 +85,12 @@ def new_figure(rows: int = 1, columns: int = 1, size=(9.0, 6.0), **options):
 
 def empty_figure(size) -> Figure:
     """Create a figure without axes, of a size in inches."""
-    figure = Figure(figsize=size, layout=_Settled())
+    figure = Figure(figsize=size, layout=_RepeatedLayout())
     FigureCanvasAgg(figure)
     return figure
 
 
-class _Settled(ConstrainedLayoutEngine):
+class _RepeatedLayout(ConstrainedLayoutEngine):
     """Constrained layout, repeated until the axes do not move: keys follow axes to scale."""
 
     def execute(self, fig) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..base.errors import InputError
-from ..build.profile import Ground, SoilProfile, curve_of, curve_table, read_soil_profile
+from ..build.profile import Ground, SoilProfile, parse_curve, read_curve_table, read_soil_profile
 from .column import Column, HalfSpace, Layer
 from .curves import SoilCurves, darendeli, gqh, hyperbolic, mkz, strength_corrected
 
@@ -124,7 +124,7 @@ def read_profile(file, fill: str = "") -> Profile:
 
 def _curves_of(layer: Ground, stress: float, file: Path) -> SoilCurves | None:
     where = f"{file}, row {layer.row}"
-    name, numbers = curve_of(layer.curve, where)
+    name, numbers = parse_curve(layer.curve, where)
     made: dict[str, Callable[..., SoilCurves]] = {
         "darendeli": lambda *more: darendeli(stress, *more), "hyperbolic": hyperbolic, "mkz": mkz,
         "gqh": lambda reference, *theta: gqh(reference, theta),
@@ -141,7 +141,7 @@ def _curves_of(layer: Ground, stress: float, file: Path) -> SoilCurves | None:
 
 def _read_table(file: Path) -> SoilCurves:
     """Read curves from a file of strain, G/G_max and damping ratio, all fractions."""
-    strain, reduction, damping = curve_table(file)
+    strain, reduction, damping = read_curve_table(file)
     try:
         return SoilCurves(strain, reduction, damping, name=file.stem)
     except ValueError as trouble:

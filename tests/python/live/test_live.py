@@ -528,8 +528,8 @@ def test_any_failure_to_save_is_answered(tmp_path):
     told: list[dict] = []
     session = SimpleNamespace(_saver=threading.Lock(), tell=told.append, folder=tmp_path)
     for trouble in (TypeError("can only repeat by an integer"), ZeroDivisionError()):
-        session._save_file = Mock(side_effect=trouble)
-        Session._save(session, "report", tmp_path / "r.html")
+        session._write_file = Mock(side_effect=trouble)
+        Session._save_progress(session, "report", tmp_path / "r.html")
     assert [one["message"] for one in told] == ["can only repeat by an integer",
                                                 "ZeroDivisionError"]  # fmt: skip
     assert all(one["kind"] == "refused" and one["what"] == "report" for one in told)

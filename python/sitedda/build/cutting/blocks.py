@@ -168,10 +168,10 @@ class _Cut:
         self.rounding = _BITS * float(np.spacing(abs(corners).max()))
         self.tolerance = settings.tolerance or max(_ROUNDING * self.size, self.rounding)
         self.messages: list[str] = []
-        self.outlines = [self._to_local(region.outline) for region in regions]
+        self.outlines = [self._centred_polygon(region.outline) for region in regions]
         self._check_overlap()
-        self.holes = [self._to_local(hole.outline) for hole in holes]
-        self.pits = [self._to_local(excavation.outline) for excavation in excavations]
+        self.holes = [self._centred_polygon(hole.outline) for hole in holes]
+        self.pits = [self._centred_polygon(excavation.outline) for excavation in excavations]
         self._check_inside(holes, self.holes, "hole")
         self._check_inside(excavations, self.pits, "excavation")
         # One at a time: the union of many polygons at once can lose some (GEOS 3.14).
@@ -182,7 +182,7 @@ class _Cut:
         shapely.prepare(self.domain)
         self._gather_segments(joints, surfaces, holes, excavations)
 
-    def _to_local(self, outline) -> shapely.Polygon:
+    def _centred_polygon(self, outline) -> shapely.Polygon:
         return shapely.Polygon(outline - self.centre)
 
     def _check_overlap(self) -> None:
@@ -209,15 +209,17 @@ class _Cut:
             )
         rows = []  # tuples of rank, joint, segments, outline or not
         for hole, polygon in zip(holes, self.holes, strict=True):
-            rows.append((0, hole.joint, _ring(polygon), True))
+            rows.append((0, hole.joint, _polygon_sides(polygon), True))
         for excavation, polygon in zip(excavations, self.pits, strict=True):
-            rows.append((1, excavation.joint, self._clip(_ring(polygon), ""), True))
+            rows.append(
+                (1, excavation.joint, self._clip_to_regions(_polygon_sides(polygon), ""), True)
+            )
         ranks = {JointLine: 2, JointSet: 4, Voronoi: 5}
         cutters = [(ranks[type(joint)], joint) for joint in joints]
         for rank, cutter in [*cutters, *((3, surface) for surface in surfaces)]:
             rows.append((rank, cutter.joint, self._clip_cutter(cutter, reach), False))
         for region, polygon in zip(self.regions, self.outlines, strict=True):
-            rows.append((6, region.joint, _ring(polygon), True))
+            rows.append((6, region.joint, _polygon_sides(polygon), True))
         keys = sorted({row[:2] for row in rows})
         self.joint_names = [name for _, name in keys]
         counts = [len(row[2]) for row in rows]
@@ -229,18 +231,22 @@ class _Cut:
     def _clip_cutter(self, cutter, reach: float) -> np.ndarray:
         """Return the parts of a joint or surface within what it cuts; an error names it."""
         try:
-            more = {"corner": self._lower_left(cutter)} if isinstance(cutter, JointSet) else {}
-            return self._clip(cutter.segments(self.centre, reach, **more) - self.centre, cutter)
+            more = (
+                {"corner": self._lower_left_corner(cutter)} if isinstance(cutter, JointSet) else {}
+            )
+            return self._clip_to_regions(
+                cutter.segments(self.centre, reach, **more) - self.centre, cutter
+            )
         except InputError as error:
             error.cause = cutter
             raise
 
-    def _lower_left(self, cutter) -> np.ndarray:
+    def _lower_left_corner(self, cutter) -> np.ndarray:
         """Return the lower left corner of the box around what a joint set cuts, m."""
         cut = [region.outline for region in self.regions if cutter.region in ("", region.name)]
         return np.min([outline.min(axis=0) for outline in cut or [self.centre[None]]], axis=0)
 
-    def _clip(self, segments, cutter) -> np.ndarray:
+    def _clip_to_regions(self, segments, cutter) -> np.ndarray:
         """Clip segments to the regions, or to one of them."""
         domain, wanted = self.domain, getattr(cutter, "region", "")
         if wanted:
@@ -303,8 +309,8 @@ class _Cut:
             )
         network, faces = self._merge_short_edges(network, faces)
         self._report_loops(loops)
-        polygons = _shapes(network, faces.cycles)
-        inner = self._find_inner(network, faces, polygons)
+        polygons = _face_polygons(network, faces.cycles)
+        inner = self._find_enclosed(network, faces, polygons)
         if inner and not rings:
             self._reject_rings(network, inner)
         for face, cycles in inner.items():
@@ -349,10 +355,10 @@ class _Cut:
         if loops:
             self.messages.append(
                 f"{counted(len(loops), 'loop', 'loops')} of joints inside one block omitted, as "
-                f"at {self._listed(loops)}"
+                f"at {self._format_points(loops)}"
             )
 
-    def _listed(self, places) -> str:
+    def _format_points(self, places) -> str:
         shown = [f"({x:.6g}, {y:.6g})" for x, y in np.array(places[:_NAMED]) + self.centre]
         return ", ".join(shown) + (" …" if len(places) > _NAMED else "")
 
@@ -371,8 +377,8 @@ class _Cut:
         keys, kinds = np.unique(np.column_stack([region, pit, layer]), axis=0, return_inverse=True)
         return np.where(region >= 0, kinds.ravel(), -1), keys
 
-    def _find_inner(self, network: Network, faces, polygons) -> dict[int, list[np.ndarray]]:
-        """Return the half-edges around what a face surrounds; such a block is no simple polygon."""
+    def _find_enclosed(self, network: Network, faces, polygons) -> dict[int, list[np.ndarray]]:
+        """Return half-edges around faces that lie inside another face, by the outer face."""
         count = len(network.nodes)
         ends = network.edges.T
         graph = coo_array((np.ones(ends.shape[1]), ends), shape=(count, count))
@@ -396,7 +402,7 @@ class _Cut:
         cycle = next(iter(inner.values()))[0]
         raise InputError(
             "a block is a ring around the hole or region with a corner at "
-            f"{self._listed(network.nodes[network.starts[cycle[:1]]])}; draw a joint "
+            f"{self._format_points(network.nodes[network.starts[cycle[:1]]])}; draw a joint "
             "that cuts it, or mesh it"
         )
 
@@ -450,7 +456,7 @@ class _Cut:
         most = int(count.argmax())
         if count[most] > MOST_CORNERS:
             raise InputError(
-                f"the block at {self._listed(rings.corners[rings.first[most]][None])} has "
+                f"the block at {self._format_points(rings.corners[rings.first[most]][None])} has "
                 f"{count[most]} corners, more than {MOST_CORNERS}; draw its outline with fewer "
                 "points or cut it"
             )
@@ -477,7 +483,7 @@ class _Cut:
         self.messages += [words] if words else []
 
 
-def _ring(polygon: shapely.Polygon) -> np.ndarray:
+def _polygon_sides(polygon: shapely.Polygon) -> np.ndarray:
     """Return the sides of a polygon, shape (n, 2, 2)."""
     corners = shapely.get_coordinates(polygon.exterior)
     return np.stack([corners[:-1], corners[1:]], axis=1)
@@ -503,7 +509,7 @@ def _find_containing(points, polygons) -> np.ndarray:
     return found
 
 
-def _shapes(network: Network, cycles) -> np.ndarray:
+def _face_polygons(network: Network, cycles) -> np.ndarray:
     """Return the faces as polygons of shapely."""
     lengths = [len(cycle) for cycle in cycles]
     if not lengths:

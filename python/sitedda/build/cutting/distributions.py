@@ -76,12 +76,15 @@ def normal_quantile(share) -> np.ndarray:
     centred = share - 0.5
     inner = 0.180625 - centred**2
     root = np.sqrt(-np.log(np.minimum(share, 1 - share)))
-    middle, tail = _evaluate_ratio(_MIDDLE, root - 1.6), _evaluate_ratio(_TAIL, root - 5.0)
+    middle, tail = (
+        _ratio_of_polynomials(_MIDDLE, root - 1.6),
+        _ratio_of_polynomials(_TAIL, root - 5.0),
+    )
     outer = np.sign(centred) * np.where(root <= 5.0, middle, tail)
-    return np.where(inner >= 0, centred * _evaluate_ratio(_CENTRAL, inner), outer)
+    return np.where(inner >= 0, centred * _ratio_of_polynomials(_CENTRAL, inner), outer)
 
 
-def _evaluate_ratio(polynomials, x):
+def _ratio_of_polynomials(polynomials, x):
     return np.polyval(polynomials[0], x) / np.polyval(polynomials[1], x)
 
 

@@ -127,9 +127,9 @@ class JointSet(schema.JointSetValues):
         if self.angle is None:
             self.angle = -self.dip
         for name in ("angle", "spacing", "trace_length", "bridge"):
-            check_distribution(name, *self._distribution_of(name))
+            check_distribution(name, *self._distribution_arguments(name))
 
-    def _distribution_of(self, name: str):
+    def _distribution_arguments(self, name: str):
         values = (f"{name}_distribution", name, f"{name}_deviation")
         return tuple(getattr(self, value) for value in values)
 
@@ -161,13 +161,16 @@ class JointSet(schema.JointSetValues):
                 ends, turn = np.array([[s0 - 2 * reach, s0 + 2 * reach]]), turns[k : k + 1]
                 if self.trace_length:
                     ends, turn = self._draw_traces(side, k, s0 - reach, s0 + reach)
-                found.append(_place_segments(origin, ends, side * places[k], turn, along, across))
+                found.append(_segments_on_line(origin, ends, side * places[k], turn, along, across))
         return np.concatenate(found) if found else np.zeros((0, 2, 2))
 
     def _draw_angles(self, stream, count: int) -> np.ndarray:
         if self.angle_distribution == "constant":
             return np.zeros(count)
-        return draw(uniform(self.seed, stream, count), *self._distribution_of("angle")) - self.angle
+        return (
+            draw(uniform(self.seed, stream, count), *self._distribution_arguments("angle"))
+            - self.angle
+        )
 
     def _draw_offsets(self, side: int, end: float) -> np.ndarray:
         """Return distances of the lines from the origin on one side, up to one beyond the end, m.
@@ -177,7 +180,7 @@ class JointSet(schema.JointSetValues):
         count = int(end / self.spacing * 1.2) + 16
         while True:
             share = uniform(self.seed, (1 + (side < 0),), count)
-            steps = draw_lengths(share, *self._distribution_of("spacing"))
+            steps = draw_lengths(share, *self._distribution_arguments("spacing"))
             places = np.cumsum(steps)
             if places[-1] > end:
                 places = places[: np.searchsorted(places, end) + 1]
@@ -195,14 +198,14 @@ class JointSet(schema.JointSetValues):
             shift += period * (uniform(self.seed, (7, *place), 1)[0] - 0.5)
         ends, turns = [], []
         for way in (0, 1):
-            pairs = self._draw_row((*place, way), max(stop - shift, shift - start, period))
+            pairs = self._draw_trace_ends((*place, way), max(stop - shift, shift - start, period))
             pairs = shift + pairs if way == 0 else shift - pairs[:, ::-1]
             keep = (pairs[:, 1] > start) & (pairs[:, 0] < stop)
             ends.append(pairs[keep])
             turns.append(np.radians(self._draw_angles((8, *place, way), len(pairs)))[keep])
         return np.concatenate(ends), np.concatenate(turns)
 
-    def _draw_row(self, place, end: float) -> np.ndarray:
+    def _draw_trace_ends(self, place, end: float) -> np.ndarray:
         """Return starts and ends of traces in one direction, (n, 2), to beyond the end, m.
 
         The first direction begins with a trace, the second with a bridge.
@@ -210,12 +213,13 @@ class JointSet(schema.JointSetValues):
         count = int(end / (self.trace_length + self.bridge) * 1.2) + 8
         while True:
             lengths = draw_lengths(
-                uniform(self.seed, (5, *place), count), *self._distribution_of("trace_length")
+                uniform(self.seed, (5, *place), count),
+                *self._distribution_arguments("trace_length"),
             )
             gaps = np.zeros(count)
             if self.bridge:
                 gaps = draw_lengths(
-                    uniform(self.seed, (6, *place), count), *self._distribution_of("bridge")
+                    uniform(self.seed, (6, *place), count), *self._distribution_arguments("bridge")
                 )
             finish = np.cumsum(lengths + gaps)
             if finish[-1] > end:
@@ -227,7 +231,7 @@ class JointSet(schema.JointSetValues):
             count *= 2
 
 
-def _place_segments(origin, ends, p: float, turns, along, across) -> np.ndarray:
+def _segments_on_line(origin, ends, p: float, turns, along, across) -> np.ndarray:
     """Return segments along a line at a distance p (m), turned about their middles."""
     middle, half = ends.mean(axis=1), 0.5 * (ends[:, 1] - ends[:, 0])
     foot = origin + middle[:, None] * along + p * np.asarray(across)

@@ -100,7 +100,7 @@ class _Merging:
             if other >= 0 and other != i and self.kinds[other] == self.kinds[i]:
                 common[other] = common.get(other, 0.0) + self.length[h >> 1]
         for other in sorted(common, key=lambda face: (-common[face], face)):
-            cycle = self._union_cycle(i, other)
+            cycle = self._cycle_around_both(i, other)
             if cycle is not None:
                 for h in cycle:
                     self.face[h] = other
@@ -109,7 +109,7 @@ class _Merging:
                 return other
         return None
 
-    def _union_cycle(self, i: int, other: int) -> list[int] | None:
+    def _cycle_around_both(self, i: int, other: int) -> list[int] | None:
         """Return the cycle around two faces; None if it is not one simple polygon."""
         rest, more = (
             rest_of_cycle(self.cycles[a], [self.face[h ^ 1] == b for h in self.cycles[a]])

@@ -142,7 +142,7 @@ def _sort_segments(segments, labels, outline) -> Network:
     return Network(nodes, kinds, edges, labels, outline)
 
 
-def _candidate_pairs(network: Network, tolerance: float):
+def _overlapping_pairs(network: Network, tolerance: float):
     """Yield pairs of edges i < j whose bounding boxes overlap, in chunks."""
     ends = network.nodes[network.edges]
     low, high = ends.min(axis=1) - tolerance, ends.max(axis=1) + tolerance
@@ -183,7 +183,7 @@ def _find_splits(network: Network, tolerance: float, rigid: bool):
     """
     edge, share, node, places, kinds, moved, targets, on_outline = ([] for _ in range(8))
     fresh = len(network.nodes)
-    for one, other in _candidate_pairs(network, tolerance):
+    for one, other in _overlapping_pairs(network, tolerance):
         touched = np.zeros(len(one), dtype=bool)
         for this, that in ((one, other), (other, one)):
             for side in (0, 1):
@@ -218,12 +218,12 @@ def _find_splits(network: Network, tolerance: float, rigid: bool):
     last = np.argsort(join(on_outline), kind="stable")
     moved, targets = join(moved)[last], join(targets)[last]
     split = np.array([join(edge), join(node)]), join(share)
-    keep = _on_last_outline(network, *split[0]) if rigid else slice(None)
+    keep = _is_unassigned(network, *split[0]) if rigid else slice(None)
     (edge, node), share = split[0][:, keep], split[1][keep]
     return edge, share, node, join(places), join(kinds), moved, targets
 
 
-def _on_last_outline(network: Network, edge, node) -> np.ndarray:
+def _is_unassigned(network: Network, edge, node) -> np.ndarray:
     """Return which events assign an inner node only to the last outline that it touches.
 
     The node is moved onto this outline; splitting another one would change its shape.
@@ -369,7 +369,7 @@ def without_dead_ends(network: Network) -> tuple[Network, int, list[np.ndarray]]
         A position (m) on each removed loop of joints, which lies inside a block and touches its
         outline at no more than one point.
     """
-    rest = _prune(network)
+    rest = _remove_dangling_edges(network)
     dead = len(network.edges) - len(rest.edges)
     parts = _biconnected_parts(len(rest.nodes), rest.edges)
     anchored = np.unique(parts[rest.outline])
@@ -381,7 +381,7 @@ def without_dead_ends(network: Network) -> tuple[Network, int, list[np.ndarray]]
     return rest.subset(keep), dead + int((~keep & ~loose).sum()), places
 
 
-def _prune(network: Network) -> Network:
+def _remove_dangling_edges(network: Network) -> Network:
     """Remove edges with a free end until none is left."""
     while True:
         degree = np.bincount(network.edges.ravel(), minlength=len(network.nodes))

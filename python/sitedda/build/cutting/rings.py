@@ -41,7 +41,7 @@ class Rings:
         """Return the polygon of each corner."""
         return np.repeat(np.arange(len(self.first) - 1), np.diff(self.first))
 
-    def _sums(self, values) -> np.ndarray:
+    def _sum_per_polygon(self, values) -> np.ndarray:
         return np.add.reduceat(values, self.first[:-1])
 
     def _relative_corners(self):
@@ -51,25 +51,27 @@ class Rings:
         return here, after, here[:, 0] * after[:, 1] - here[:, 1] * after[:, 0]
 
     def areas(self) -> np.ndarray:
-        """m², shape (polygons,)."""
-        return 0.5 * self._sums(self._relative_corners()[2])
+        """Return the area of each polygon, m²."""
+        return 0.5 * self._sum_per_polygon(self._relative_corners()[2])
 
     def centroids(self) -> np.ndarray:
-        """m, shape (polygons, 2)."""
+        """Return the centroids, shape (polygons, 2), m."""
         here, after, cross = self._relative_corners()
-        moments = np.column_stack([self._sums(cross * (here + after)[:, k]) for k in (0, 1)])
-        return self.corners[self.first[:-1]] + moments / (3 * self._sums(cross)[:, None])
+        moments = np.column_stack(
+            [self._sum_per_polygon(cross * (here + after)[:, k]) for k in (0, 1)]
+        )
+        return self.corners[self.first[:-1]] + moments / (3 * self._sum_per_polygon(cross)[:, None])
 
     def edge_lengths(self) -> np.ndarray:
-        """Length of the edge after each corner, m."""
+        """Return the length of the edge after each corner, m."""
         return np.hypot(*(self.corners[self._after] - self.corners).T)
 
     def shortest_edges(self) -> np.ndarray:
-        """m, shape (polygons,)."""
+        """Return the shortest edge of each polygon, m."""
         return np.minimum.reduceat(self.edge_lengths(), self.first[:-1])
 
     def sharpest_corners(self) -> np.ndarray:
-        """Degrees, shape (polygons,)."""
+        """Return the sharpest corner of each polygon, degrees."""
         after = self.corners[self._after] - self.corners
         before = after[self._before]
         sine = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]

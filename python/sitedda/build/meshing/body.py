@@ -119,7 +119,7 @@ class _Body:
     """The steps of `mesh_body`; coordinates are taken from the middle of the body."""
 
     def __init__(self, parts, cells, fine, fine_size, seed):
-        self.parts, self.cells, self.seed = list(map(_in_order, parts)), cells, seed
+        self.parts, self.cells, self.seed = list(map(_normalised_part, parts)), cells, seed
         parts = self.parts
         corners = np.concatenate([ring for part in parts for ring, _ in part.rings])
         low, high = corners.min(axis=0), corners.max(axis=0)
@@ -145,11 +145,11 @@ class _Body:
 
     def mesh(self) -> Cut:
         """The cells."""
-        network = self._network()
+        network = self._body_network()
         faces = trace_faces(network)
         starts = network.starts
         cycles = [starts[np.array(cycle)].tolist() for cycle in faces.cycles]
-        kinds = self._kinds(network, cycles)
+        kinds = self._find_parts(network, cycles)
         ends = network.edges[network.outline].tolist()
         labels = dict(zip(map(tuple, ends), network.labels[network.outline].tolist(), strict=True))
         inside = [i for i, kind in enumerate(kinds) if kind >= 0]
@@ -157,21 +157,21 @@ class _Body:
         cells.make_convex(self.sizes.at)
         cells.merge_small(self.sizes.at)
         self._check_area(cells)
-        return self._finished(cells)
+        return self._ordered_cells(cells)
 
     # --- Edges -----------------------------------------------------------------------------------
 
-    def _graphs(self) -> list[Graph]:
-        """Return the lines that divide the body: a common graph, or polygons of each part."""
+    def _dividing_lines(self) -> list[Graph]:
+        """Return the lines that divide the body, common to all parts or one set per part."""
         if self.cells == "voronoi":
             return [polygons(shape, self.sizes, self.seed) for shape in self.shapes]
         if len(self.parts) == 1 and not self.sizes.varies:
             graph = divided(self.shapes[0], self.sizes.largest)
             if graph is not None:
                 return [graph]
-        return [squares(shapely.multipolygons(self.shapes), self.sizes, self._direction())]
+        return [squares(shapely.multipolygons(self.shapes), self.sizes, self._main_direction())]
 
-    def _direction(self) -> float:
+    def _main_direction(self) -> float:
         """Return the direction of the longest straight side, between 0 and 90°, rad."""
         ring = np.concatenate(
             [np.stack([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in self.rings]
@@ -184,7 +184,7 @@ class _Body:
         longest = np.flatnonzero(length > (1 - 1e-6) * length.max())
         return float(angle[longest].min())
 
-    def _network(self) -> Network:
+    def _body_network(self) -> Network:
         """Return outlines and dividing lines of the body, split at their crossings."""
         self.names = sorted(
             {name for part in self.parts for _, names in part.rings for name in names}
@@ -200,10 +200,10 @@ class _Body:
             outline.append(np.full(len(ring), True))
             kinds.append(np.full(len(ring), CORNER))
             count += len(ring)
-        for graph, shape in zip(self._graphs(), self.shapes, strict=False):
+        for graph, shape in zip(self._dividing_lines(), self.shapes, strict=False):
             shape = shape if self.cells == "voronoi" else self.domain
             graph = fitted(graph, self.rings, _CORNER_REACH[self.cells], _LINE_REACH[self.cells])
-            inner = _clipped(graph, shape)
+            inner = _clip_graph(graph, shape)
             nodes.append(inner.nodes)
             edges.append(inner.edges + count)
             labels.append(np.full(len(inner.edges), len(self.names)))
@@ -211,7 +211,7 @@ class _Body:
             kinds.append(np.full(len(inner.nodes), CROSSING))
             count += len(inner.nodes)
         joined = map(np.concatenate, (nodes, kinds, edges, labels, outline))
-        network = split_network(_compact(Network(*joined)), self.tolerance)
+        network = split_network(_drop_unused_nodes(Network(*joined)), self.tolerance)
         network, _, _ = without_dead_ends(self._clipped_network(network))
         network, _ = merge_close_nodes(network, _CLOSE * self.sizes.smallest)
         return without_dead_ends(self._clipped_network(network))[0]
@@ -222,7 +222,7 @@ class _Body:
         inside = shapely.contains_xy(self.domain, *ends.mean(axis=1).T)
         return network.subset(inside | network.outline)
 
-    def _kinds(self, network: Network, cycles) -> np.ndarray:
+    def _find_parts(self, network: Network, cycles) -> np.ndarray:
         """Return the part of each face, −1 for none."""
         owner = np.repeat(np.arange(len(cycles)), list(map(len, cycles)))
         corners = network.nodes[np.concatenate(cycles)]
@@ -245,11 +245,11 @@ class _Body:
                 "smaller cells"
             )
 
-    def _finished(self, cells: Cells) -> Cut:
+    def _ordered_cells(self, cells: Cells) -> Cut:
         """Return corners, edge joints and parts in a canonical order."""
         kept = [i for i, cycle in enumerate(cells.cycles) if cycle]
         cycles = [cells.cycles[i] for i in kept]
-        self._check_whole(cells, kept)
+        self._check_connected(cells, kept)
         nodes = np.concatenate(cycles)
         after = np.concatenate([cycle[1:] + cycle[:1] for cycle in cycles])
         inner = len(self.names)
@@ -262,7 +262,7 @@ class _Body:
         rings = Rings(np.array(cells.nodes)[nodes], list(map(len, cycles)))
         rings, turned, labels, order = rings.in_order(labels, self.size, self.rounding)
         short, long = self._unusual_faces(rings)
-        polygons = parts_of(self._placed(rings.corners[turned]), rings.first)
+        polygons = parts_of(self._original_positions(rings.corners[turned]), rings.first)
         joints = np.array([*self.names, ""], dtype=object)[labels].tolist()
         return Cut(
             [polygons[i] for i in order],
@@ -272,8 +272,8 @@ class _Body:
             long,
         )
 
-    def _placed(self, places) -> np.ndarray:
-        """Restore positions as given: corners of outlines are exact."""
+    def _original_positions(self, places) -> np.ndarray:
+        """Return positions without the offset; corners of outlines are exact as given."""
         given = np.concatenate([ring for part in self.parts for ring, _ in part.rings])
         away, which = cKDTree(given - self.centre).query(places)
         found = places + self.centre
@@ -281,7 +281,7 @@ class _Body:
         found[same] = given[which[same]]
         return found
 
-    def _check_whole(self, cells: Cells, kept) -> None:
+    def _check_connected(self, cells: Cells, kept) -> None:
         """Reject a body of several unconnected pieces."""
         place = {i: k for k, i in enumerate(kept)}
         links = np.array(
@@ -307,7 +307,7 @@ class _Body:
         return places[length < _SHORTEST * local], places[length > _LONGEST * local]
 
 
-def _in_order(part: Part) -> Part:
+def _normalised_part(part: Part) -> Part:
     """Return a part whose rings begin at their lowest, leftmost corner."""
     rings = []
     for k, (ring, joints) in enumerate(part.rings):
@@ -319,7 +319,7 @@ def _in_order(part: Part) -> Part:
     return Part(*rings[0], part.size, sorted(rings[1:], key=lambda one: tuple(one[0][0])))
 
 
-def _clipped(graph: Graph, shape) -> Graph:
+def _clip_graph(graph: Graph, shape) -> Graph:
     """Clip the edges of a graph to a shape."""
     lines = shapely.linestrings(graph.nodes[graph.edges])
     whole = shapely.contains_properly(shape, lines)
@@ -333,7 +333,7 @@ def _clipped(graph: Graph, shape) -> Graph:
     return Graph(nodes, np.concatenate([graph.edges[whole], edges]), graph.local)
 
 
-def _compact(network: Network) -> Network:
+def _drop_unused_nodes(network: Network) -> Network:
     """Remove the nodes without edges from a network."""
     used, where = np.unique(network.edges, return_inverse=True)
     edges = np.sort(where.reshape(-1, 2), axis=1)

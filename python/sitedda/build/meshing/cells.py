@@ -33,9 +33,9 @@ class Cells:
         self.cycles, self.kinds, self.labels = cycles, list(kinds), labels
         self.owner: dict[tuple[int, int], int] = {}
         for i in range(len(cycles)):
-            self._own(i)
+            self._register_edges(i)
 
-    def _own(self, i: int) -> None:
+    def _register_edges(self, i: int) -> None:
         cycle = self.cycles[i]
         self.owner.update(dict.fromkeys(zip(cycle, cycle[1:] + cycle[:1], strict=True), i))
 
@@ -103,18 +103,21 @@ class Cells:
         size = float(local(np.array([self.nodes[cycle[reflex[0]]]]))[0])
         best, found = -np.inf, None
         for k in reflex:
-            for end, place in [*self._corners(cycle, k), *self._edges(cycle, k, _NEAR * size)]:
-                one, other = self._halves(cycle, k, end, place)
+            for end, place in [
+                *self._visible_corners(cycle, k),
+                *self._ray_points(cycle, k, _NEAR * size),
+            ]:
+                one, other = self._split_cycle(cycle, k, end, place)
                 if min(len(one), len(other)) < 3:
                     continue
-                worst = min(self._quality(half, place, size) for half in (one, other))
+                worst = min(self._rate_half(half, place, size) for half in (one, other))
                 worst = round(worst + 0.05 * (place is None), _DIGITS)
                 if worst > best:
                     best, found = worst, (k, end, place)
         return found
 
-    def _quality(self, cycle, place, size: float) -> float:
-        """Rate a half: round, not small, with few reflex corners."""
+    def _rate_half(self, cycle, place, size: float) -> float:
+        """Rate one half of a split: best if round, not small, with few reflex corners."""
         nodes = self.nodes
         self.nodes = [*nodes, place] if place is not None else nodes
         cycle = [len(nodes) if node < 0 else node for node in cycle]
@@ -125,7 +128,7 @@ class Cells:
         return worth
 
     @staticmethod
-    def _halves(cycle, k, end, place):
+    def _split_cycle(cycle, k, end, place):
         """Return the two cycles of a split from corner k to corner `end` or the edge after it."""
         turned = cycle[k:] + cycle[:k]
         at = (end - k) % len(cycle)
@@ -133,7 +136,7 @@ class Cells:
             return turned[: at + 1], turned[at:] + turned[:1]
         return turned[: at + 1] + [-1], [-1] + turned[at + 1 :] + turned[:1]
 
-    def _corners(self, cycle, k):
+    def _visible_corners(self, cycle, k):
         """Return the corners visible from corner k, except its neighbours."""
         count = len(cycle)
         for end in range(count):
@@ -142,7 +145,7 @@ class Cells:
             if self._is_visible(cycle, k, self.nodes[cycle[end]], (end, (end - 1) % count)):
                 yield end, None
 
-    def _edges(self, cycle, k, near: float):
+    def _ray_points(self, cycle, k, near: float):
         """Return where rays from corner k meet edges: along its sides, bisecting, perpendicular."""
         count = len(cycle)
         px, py = self.nodes[cycle[k]]
@@ -190,20 +193,20 @@ class Cells:
     def _split(self, i: int, k: int, end: int, place) -> tuple[int, int]:
         """Split a cell and return the two new cells."""
         cycle = self.cycles[i]
-        one, other = self._halves(cycle, k, end, place)
+        one, other = self._split_cycle(cycle, k, end, place)
         if place is not None:
             new = len(self.nodes)
             self.nodes.append(place)
             one, other = ([new if node < 0 else node for node in half] for half in (one, other))
-            self._insert(cycle[end], cycle[(end + 1) % len(cycle)], new)
+            self._insert_node(cycle[end], cycle[(end + 1) % len(cycle)], new)
         self.cycles[i] = one
         self.cycles.append(other)
         self.kinds.append(self.kinds[i])
-        self._own(i)
-        self._own(len(self.cycles) - 1)
+        self._register_edges(i)
+        self._register_edges(len(self.cycles) - 1)
         return i, len(self.cycles) - 1
 
-    def _insert(self, a: int, b: int, new: int) -> None:
+    def _insert_node(self, a: int, b: int, new: int) -> None:
         """Insert a node into an edge, its neighbour cell and its label."""
         label = self.labels.pop((min(a, b), max(a, b)), None)
         if label is not None:
@@ -214,7 +217,7 @@ class Cells:
         if beyond is not None:
             cycle = self.cycles[beyond]
             cycle.insert(cycle.index(b) + 1, new)
-            self._own(beyond)
+            self._register_edges(beyond)
 
     # --- Merging ---------------------------------------------------------------------------------
 
@@ -225,18 +228,20 @@ class Cells:
         )
         self._least = (_SMALL * local(middles) ** 2).tolist()
         self.areas = [self._relative_area(i) for i in range(len(self.cycles))]
-        return merge_smallest(self.cycles, self.areas, lambda i: self.areas[i] < 1, self._merge)
+        return merge_smallest(
+            self.cycles, self.areas, lambda i: self.areas[i] < 1, self._merge_cell
+        )
 
     def _relative_area(self, i: int) -> float:
         return round(self.area(self.cycles[i]) / self._least[i], _DIGITS)
 
-    def _merge(self, i: int) -> int | None:
+    def _merge_cell(self, i: int) -> int | None:
         """Merge a cell into the neighbour that makes the roundest convex union."""
         cycle = self.cycles[i]
         others = {self.owner.get((b, a)) for a, b in zip(cycle, cycle[1:] + cycle[:1], strict=True)}
         best, found = -1.0, None
         for other in sorted(others - {None, i}):
-            if self.kinds[other] == self.kinds[i] and (union := self._union(i, other)):
+            if self.kinds[other] == self.kinds[i] and (union := self._convex_union(i, other)):
                 worth = round(self.roundness(union), _DIGITS)
                 if worth > best:
                     best, found = worth, (other, union)
@@ -248,13 +253,13 @@ class Cells:
             for edge in zip(cycle, cycle[1:] + cycle[:1], strict=True):
                 self.owner.pop(edge, None)
         self.cycles[into], self.cycles[i] = union, []
-        self._own(into)
+        self._register_edges(into)
         self.areas[into] = self._relative_area(into)
         return into
 
-    def _union(self, i: int, other: int) -> list[int] | None:
-        """Return the cycle around two cells, if it is one convex polygon."""
-        rest, more = self._rest(i, other), self._rest(other, i)
+    def _convex_union(self, i: int, other: int) -> list[int] | None:
+        """Return the cycle around two cells; None unless it is a convex polygon."""
+        rest, more = self._outer_nodes(i, other), self._outer_nodes(other, i)
         if rest is None or more is None:
             return None
         union = rest + more
@@ -262,7 +267,7 @@ class Cells:
             return None
         return union
 
-    def _rest(self, i: int, other: int) -> list[int] | None:
+    def _outer_nodes(self, i: int, other: int) -> list[int] | None:
         """Return the nodes of a cell that are not inside its common edges with another cell."""
         cycle = self.cycles[i]
         edges = zip(cycle[1:] + cycle[:1], cycle, strict=True)

@@ -53,7 +53,7 @@ def counted(lengths: np.ndarray, size: float) -> np.ndarray:
     return counts.astype(int)
 
 
-def _leaves(low, high, sizes: Sizes, turn, shape):
+def _quadtree_squares(low, high, sizes: Sizes, turn, shape):
     """Return the squares of a quadtree over a box: corners and sides in units of the finest.
 
     A square is cut in four until it is no larger than wanted at its middle.  Sizes grow so slowly
@@ -89,7 +89,7 @@ def squares(shape, sizes: Sizes, angle: float) -> Graph:
     turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
     own = shapely.get_coordinates(shape) @ turn.T
     low, high = own.min(axis=0), own.max(axis=0)
-    leaves, unit = _leaves(low, high, sizes, turn, shape)
+    leaves, unit = _quadtree_squares(low, high, sizes, turn, shape)
     around = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
     corners = leaves[:, None, :2] + leaves[:, None, 2:] * around
     keys = corners @ np.array([2**32, 1])
@@ -120,7 +120,7 @@ def squares(shape, sizes: Sizes, angle: float) -> Graph:
 def polygons(shape, sizes: Sizes, seed: int) -> Graph:
     """Return even polygons of a Voronoi diagram with relaxed seeds."""
     low, high = np.reshape(shape.bounds, (2, 2))
-    leaves, unit = _leaves(low, high, sizes, np.eye(2), shape)
+    leaves, unit = _quadtree_squares(low, high, sizes, np.eye(2), shape)
     share = uniform(seed, (11,), 2 * len(leaves)).reshape(-1, 2) - 0.5
     seeds = low + (leaves[:, :2] + leaves[:, 2:] * (0.5 + 2 * _JITTER * share)) * unit
     inside = shapely.contains_xy(shape, *seeds.T)
@@ -128,24 +128,24 @@ def polygons(shape, sizes: Sizes, seed: int) -> Graph:
     shapely.prepare(shape)
     seeds = np.array(seeds, dtype=float)
     for _ in range(_RELAXATIONS if len(seeds) > 1 else 0):
-        seeds = _relaxed(seeds, shape, sizes)
-    diagram = _diagram(seeds, shape)
+        seeds = _relax_seeds(seeds, shape, sizes)
+    diagram = _voronoi_diagram(seeds, shape)
     sides = np.array(diagram.ridge_vertices)
     sides = sides[(sides >= 0).all(axis=1)]
     return _without_short_sides(diagram.vertices, sides, sizes)
 
 
-def _diagram(seeds, shape) -> Voronoi:
-    """Return the Voronoi diagram of seeds, bounded by four distant seeds."""
+def _voronoi_diagram(seeds, shape) -> Voronoi:
+    """Return the Voronoi diagram of seeds; four distant extra seeds bound it."""
     x, y = np.reshape(shape.bounds, (2, 2)).mean(axis=0)
     far = 20 * shapely.length(shapely.envelope(shape))
     frame = [[x - far, y], [x + far, y], [x, y - far], [x, y + far]]
     return Voronoi(np.concatenate([seeds, frame]))
 
 
-def _relaxed(seeds, shape, sizes: Sizes) -> np.ndarray:
-    """Move seeds to the middles of their cells, weighted towards small sizes."""
-    diagram = _diagram(seeds, shape)
+def _relax_seeds(seeds, shape, sizes: Sizes) -> np.ndarray:
+    """Move seeds to the weighted centres of their cells; small sizes have more weight."""
+    diagram = _voronoi_diagram(seeds, shape)
     regions = [diagram.regions[i] for i in diagram.point_region[: len(seeds)]]
     owner = np.repeat(np.arange(len(seeds)), [len(region) for region in regions])
     corners = diagram.vertices[np.concatenate(regions)]

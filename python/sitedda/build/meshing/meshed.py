@@ -72,34 +72,34 @@ def mesh_blocks(
     messages : list of str
     """
     blocks, taken, messages = [], {}, []
-    _estimate(pieces, meshes, materials, placed)
+    _check_estimate(pieces, meshes, materials, placed)
     bodies: dict[str, str] = {}
     for mesh, place in meshes:
         with placed(place):
-            for body, members in _bodies(mesh, pieces):
+            for body, members in _bodies_of_mesh(mesh, pieces):
                 again = [pieces[i].name for i in members if i in taken]
                 if again or body in bodies:
                     where = taken[members[0]] if again else bodies[body]
                     raise InputError(f"{(again or [body])[0]!r} is already meshed by {where}")
                 bodies[body] = place
                 taken |= dict.fromkeys(members, place)
-                cut = _cut(mesh, [pieces[i] for i in members], materials)
-                blocks += _cells(body, cut, [pieces[i].values for i in members])
+                cut = _cut_body(mesh, [pieces[i] for i in members], materials)
+                blocks += _cell_values(body, cut, [pieces[i].values for i in members])
                 messages += _unusual_notes(body, cut)
     return blocks, sorted(taken), messages
 
 
-def _estimate(pieces, meshes, materials: dict[str, dict], placed) -> None:
-    """Refuse outlines that bound no area, and more cells than can be made, before the work."""
+def _check_estimate(pieces, meshes, materials: dict[str, dict], placed) -> None:
+    """Reject outlines without area and too many cells, before the work begins."""
     expected = 0.0
     for mesh, place in meshes:
         with placed(place):
-            for _, members in _bodies(mesh, pieces):
+            for _, members in _bodies_of_mesh(mesh, pieces):
                 for i in members:
                     values = pieces[i].values
                     material = values.get("material") or next(iter(materials), "")
                     size = mesh.size_of(material, materials.get(material, {}))
-                    expected += max(1.0, _area(values) / size / size)
+                    expected += max(1.0, _outline_area(values) / size / size)
             if expected > MOST_CELLS:
                 raise _too_many_error(size, expected)
     if expected > _MANY:
@@ -128,7 +128,7 @@ def _too_many_error(size: float, cells: float) -> InputError:
     )
 
 
-def _area(values: dict) -> float:
+def _outline_area(values: dict) -> float:
     """Return the area within the outline of a block, m²."""
     outline = shapely.Polygon(np.reshape(values["vertices"], (-1, 2)))
     if outline.is_valid and outline.area > _FLAT * outline.length**2:
@@ -139,20 +139,20 @@ def _area(values: dict) -> float:
     )
 
 
-def _bodies(mesh: Mesh, pieces: Sequence[Piece]) -> Iterator[tuple[str, list[int]]]:
+def _bodies_of_mesh(mesh: Mesh, pieces: Sequence[Piece]) -> Iterator[tuple[str, list[int]]]:
     """Return the names of bodies and their pieces."""
     what = "regions" if mesh.regions else "blocks"
     patterns = mesh.regions or mesh.blocks
     for one in filter(None, map(str.strip, patterns.split(","))):
-        if not any(is_listed(_key(piece, what), one) for piece in pieces):
-            known = sorted({_key(piece, what) for piece in pieces} - {""})
+        if not any(is_listed(_mesh_key(piece, what), one) for piece in pieces):
+            known = sorted({_mesh_key(piece, what) for piece in pieces} - {""})
             raise InputError(
                 f"{what} = {one!r} names none of the {what}"
                 + (f" {', '.join(known[:12])}" if known else ": there are none")
                 + (" …" if len(known) > 12 else "")
                 + "; blocks of &layers, &drums, &wall and &blocks cannot be meshed"
             )
-    members = [i for i, piece in enumerate(pieces) if is_listed(_key(piece, what), patterns)]
+    members = [i for i, piece in enumerate(pieces) if is_listed(_mesh_key(piece, what), patterns)]
     if mesh.body:
         yield _check_name(mesh.body), members
         return
@@ -162,7 +162,7 @@ def _bodies(mesh: Mesh, pieces: Sequence[Piece]) -> Iterator[tuple[str, list[int
         yield _check_name(pieces[i].name), [i]
 
 
-def _key(piece: Piece, what: str) -> str:
+def _mesh_key(piece: Piece, what: str) -> str:
     return piece.region if what == "regions" else piece.name
 
 
@@ -172,7 +172,7 @@ def _check_name(name: str) -> str:
     return name
 
 
-def _cut(mesh: Mesh, pieces: Sequence[Piece], materials: dict[str, dict]) -> Cut:
+def _cut_body(mesh: Mesh, pieces: Sequence[Piece], materials: dict[str, dict]) -> Cut:
     parts = []
     for piece in pieces:
         values = piece.values
@@ -192,8 +192,8 @@ def _cut(mesh: Mesh, pieces: Sequence[Piece], materials: dict[str, dict]) -> Cut
         raise InputError(f"body {mesh.body or pieces[0].name!r}: {error}") from None
 
 
-def _cells(body: str, cut: Cut, values: Sequence[dict]) -> Iterator[dict]:
-    """Variables of the &block groups of the cells."""
+def _cell_values(body: str, cut: Cut, values: Sequence[dict]) -> Iterator[dict]:
+    """Yield the variables of the &block groups of the cells."""
     rows = zip(cut.polygons, cut.joints, cut.parts.tolist(), strict=True)
     for polygon, joints, part in rows:
         polygon.flags.writeable = False
@@ -207,7 +207,7 @@ def _cells(body: str, cut: Cut, values: Sequence[dict]) -> Iterator[dict]:
 
 
 def _unusual_notes(body: str, cut: Cut) -> Iterator[str]:
-    """Notes on faces that are shorter or longer than intended."""
+    """Yield notes on faces that are shorter or longer than intended."""
     for places, words in ((cut.short, "shorter than 0.05"), (cut.long, "longer than 1.6")):
         if len(places):
             shown = ", ".join(f"({x:.6g}, {y:.6g})" for x, y in places[:_NAMED])

@@ -35,6 +35,6 @@ class Mesh(schema.MeshValues):
 
 
 def is_listed(name: str, patterns: str) -> bool:
-    """Whether a name is one of 'one, two, all_*'."""
+    """Return whether a name matches one of the patterns 'one, two, all_*'."""
     entries = filter(None, map(str.strip, patterns.split(",")))
     return any(name.startswith(one[:-1]) if one.endswith("*") else name == one for one in entries)

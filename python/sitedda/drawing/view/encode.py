@@ -109,7 +109,7 @@ def encode(scene: Scene, budget: int) -> Encoded:
     If the data do not fit, contact forces are omitted first, then frames, evenly.
     """
     result = Encoded()
-    _put_model(result, scene)
+    _add_model(result, scene)
     left = budget - result.size
     lean = _estimate_size(scene, lean=False) * scene.frames > 0.7 * left
     cost = _estimate_size(scene, lean)
@@ -117,7 +117,7 @@ def encode(scene: Scene, budget: int) -> Encoded:
     while True:
         frames = np.unique(np.linspace(0, scene.frames - 1, kept).round().astype(int))
         streams = Encoded()
-        _put_channels(streams, motion_channels(scene, frames, lean), "channels")
+        _add_channels(streams, motion_channels(scene, frames, lean), "channels")
         if streams.size <= left or kept <= 2:
             break
         kept = max(2, int(0.93 * kept * left / streams.size))
@@ -133,8 +133,8 @@ def encode(scene: Scene, budget: int) -> Encoded:
         "stage_frames": _stage_frames(scene, frames),
         "loops": bool(scene.data.attrs.get("loops", False)),
     }
-    _put_lines(result, scene, frames)
-    _put_contacts(result, scene, frames, budget - result.size)
+    _add_bolts_and_water(result, scene, frames)
+    _add_contacts(result, scene, frames, budget - result.size)
     return result
 
 
@@ -156,7 +156,7 @@ def _find_removals(scene: Scene, frames: np.ndarray) -> list[list[int]]:
     return [[int(b), int(np.argmax(gone[:, b]))] for b in np.flatnonzero(gone.any(axis=0))]
 
 
-def _put_model(result: Encoded, scene: Scene) -> None:
+def _add_model(result: Encoded, scene: Scene) -> None:
     """Add shapes and names, which do not change with time."""
     start = scene.coordinates(0)
     low, high = scene.box
@@ -185,7 +185,7 @@ def motion_channels(scene: Scene, frames: np.ndarray, lean: bool) -> list[Channe
     """Return channels: displacement, rotation, strains; then speed and stresses for colours."""
     start = scene.coordinates(0)
     moved = np.stack([scene.coordinates(f) for f in frames]) - start
-    _freeze_lost_blocks(moved, scene)
+    _stop_lost_blocks(moved, scene)
     offsets = scene.offsets(scene.owner, scene.vertices(0))
     reach = float(np.sqrt((offsets**2).sum(axis=1).max()))
     quanta = (POSITION, ROTATION / reach, STRAIN / reach)
@@ -211,7 +211,7 @@ def motion_channels(scene: Scene, frames: np.ndarray, lean: bool) -> list[Channe
     return channels + [Channel.rooted(name, values, steps) for name, values in colors.items()]
 
 
-def _freeze_lost_blocks(moved: np.ndarray, scene: Scene) -> None:
+def _stop_lost_blocks(moved: np.ndarray, scene: Scene) -> None:
     """Fix blocks far outside the first view at the position where they left it."""
     low, high = scene.box
     reach = 2.0 * scene.size
@@ -222,7 +222,7 @@ def _freeze_lost_blocks(moved: np.ndarray, scene: Scene) -> None:
         moved[first:, block] = moved[max(first - 1, 0), block]
 
 
-def _put_channels(result: Encoded, channels: list[Channel], key: str) -> None:
+def _add_channels(result: Encoded, channels: list[Channel], key: str) -> None:
     described = []
     for channel in channels:
         whole = channel.whole
@@ -246,14 +246,14 @@ def _estimate_size(scene: Scene, lean: bool) -> float:
     return 4 / 3 * total / max(1, len(frames) - 1)
 
 
-def _put_lines(result: Encoded, scene: Scene, frames: np.ndarray) -> None:
+def _add_bolts_and_water(result: Encoded, scene: Scene, frames: np.ndarray) -> None:
     """Add bolts and channels of water: values and states over the frames."""
     bolts = scene.bolt_routes()
     water = [(np.repeat(block, 2), ends) for block, ends in zip(*scene.water_lines, strict=True)]
     result.meta["lines"] = {}
     for kind, routes, read in (
-        ("bolts", [route[1:] for route in bolts], partial(_bolt_values, scene, bolts)),
-        ("water", water, partial(_water_values, scene)),
+        ("bolts", [route[1:] for route in bolts], partial(_bolt_forces, scene, bolts)),
+        ("water", water, partial(_water_pressures, scene)),
     ):
         if not routes:
             continue
@@ -263,10 +263,10 @@ def _put_lines(result: Encoded, scene: Scene, frames: np.ndarray) -> None:
         ]
         size, state = np.stack([read(frame) for frame in frames]).swapaxes(0, 1)
         of_size = Channel.rooted(f"{kind}_size", size, _FINE)
-        _put_channels(result, [of_size, Channel(f"{kind}_state", state, 1.0)], f"{kind}_channels")
+        _add_channels(result, [of_size, Channel(f"{kind}_state", state, 1.0)], f"{kind}_channels")
 
 
-def _bolt_values(scene: Scene, routes: list, frame: int) -> np.ndarray:
+def _bolt_forces(scene: Scene, routes: list, frame: int) -> np.ndarray:
     """Return forces (N/m) and states of the bolts, shape (2, bolts)."""
     found = {one["name"]: one for one in scene.bolts(frame)}
     absent = {"force": 0.0, "state": 0}
@@ -274,13 +274,13 @@ def _bolt_values(scene: Scene, routes: list, frame: int) -> np.ndarray:
     return np.array([[np.nan_to_num(b["force"]) for b in bolts], [b["state"] for b in bolts]])
 
 
-def _water_values(scene: Scene, frame: int) -> np.ndarray:
+def _water_pressures(scene: Scene, frame: int) -> np.ndarray:
     """Return pressures (Pa) of channels, and 1 if full, otherwise 2, shape (2, channels)."""
     pressure, full, _ = scene.water(frame)
     return np.array([np.clip(pressure, 0, None), np.where(full, 1, NOT_FULL)])
 
 
-def _put_contacts(result: Encoded, scene: Scene, frames: np.ndarray, room: int) -> None:
+def _add_contacts(result: Encoded, scene: Scene, frames: np.ndarray, room: int) -> None:
     """Add the forces of all contacts ever closed, over the frames; none if too many.
 
     A contact is a vertex, an edge, and the position of the contact point in hundredths of the edge
@@ -314,7 +314,7 @@ def _put_contacts(result: Encoded, scene: Scene, frames: np.ndarray, room: int) 
     streams = Encoded()
     parts = (("normal", normal), ("shear", shear))
     forces = [Channel.rooted(name, values, _COARSE) for name, values in parts]
-    _put_channels(streams, forces, "force_channels")
+    _add_channels(streams, forces, "force_channels")
     pair, place = np.divmod(pairs, _PLACES)
     streams.put_array("pairs", np.column_stack([pair // vertices, pair % vertices, place]), "<i4")
     if streams.size > room:
