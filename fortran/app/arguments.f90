@@ -34,7 +34,7 @@ contains
       allocate (arguments%changes(0))
       i = 1
       do while (i <= command_argument_count())
-         word = argument(i)
+         word = command_argument(i)
          select case (word)
          case ('-h', '--help')
             arguments%command = 'help'
@@ -48,11 +48,11 @@ contains
             arguments%check_first = .true.
          case ('-o', '--output')
             i = i + 1
-            arguments%output = argument(i)
+            arguments%output = command_argument(i)
             if (arguments%output == '') call fail(error, error_input, '--output needs a file name')
          case ('--set')
             i = i + 1
-            call read_change(arguments, argument(i), error)
+            call read_change(arguments, command_argument(i), error)
          case default
             call read_word(arguments, word, error)
          end select
@@ -97,7 +97,7 @@ contains
    end subroutine read_word
 
    !> Argument of the command line; blank after the last one.
-   function argument(i) result(word)
+   function command_argument(i) result(word)
       integer, intent(in) :: i  !< from 1
       character(len=:), allocatable :: word
       integer :: length
@@ -105,7 +105,7 @@ contains
       call get_command_argument(i, length=length)
       allocate (character(len=length) :: word)
       call get_command_argument(i, word)
-   end function argument
+   end function command_argument
 
    !> .true. if a change of the input names the output.
    pure logical function names_output(arguments)

@@ -87,7 +87,7 @@ contains
    end subroutine fail_archive
 
    !> Copy bytes from an address to the archive, or from the archive to the address.
-   subroutine pass(archive, place, bytes)
+   subroutine transfer_bytes(archive, place, bytes)
       type(archive_type), intent(inout) :: archive  !< written or read
       type(c_ptr), intent(in) :: place        !< of the value
       integer(long), intent(in) :: bytes      !< of the value
@@ -100,21 +100,21 @@ contains
       call c_f_pointer(place, value, [bytes])
       done = 0
       do while (done < bytes)
-         call make_room(archive, bytes - done)
+         call extend_buffer(archive, bytes - done)
          used = archive%at - archive%before
          part = min(bytes - done, size(archive%bytes, kind=long) - used)
          if (archive%reading) then
-            call copy(archive%bytes(used + 1:used + part), value(done + 1:done + part))
+            call copy_bytes(archive%bytes(used + 1:used + part), value(done + 1:done + part))
          else
-            call copy(value(done + 1:done + part), archive%bytes(used + 1:used + part))
+            call copy_bytes(value(done + 1:done + part), archive%bytes(used + 1:used + part))
          end if
          archive%at = archive%at + part
          done = done + part
       end do
-   end subroutine pass
+   end subroutine transfer_bytes
 
    !> Make room in the buffer, so that the position is before its end.
-   subroutine make_room(archive, wanted)
+   subroutine extend_buffer(archive, wanted)
       type(archive_type), intent(inout) :: archive  !< written or read
       integer(long), intent(in) :: wanted           !< bytes that come
       integer(long) :: used
@@ -128,15 +128,15 @@ contains
          if (archive%reading) call archive%stream%get(archive%bytes(:min(archive%length &
             - archive%at, size(archive%bytes, kind=long))))
       end if
-   end subroutine make_room
+   end subroutine extend_buffer
 
    !> Copy bytes between positions that do not overlap.
-   pure subroutine copy(from, to)
+   pure subroutine copy_bytes(from, to)
       integer(int8), contiguous, intent(in) :: from(:)     !< [bytes]
       integer(int8), contiguous, intent(inout) :: to(:)    !< [bytes]
 
       to = from
-   end subroutine copy
+   end subroutine copy_bytes
 
    !> Serialise a label between parts of the state; it is checked on reading.
    subroutine serialise_label(archive, label)
@@ -173,7 +173,7 @@ contains
    end subroutine serialise_count
 
    !> Serialise an array as its bytes, after its size, which must be that of the target array.
-   subroutine pass_array(archive, place, items, bits)
+   subroutine serialise_array(archive, place, items, bits)
       type(archive_type), intent(inout) :: archive  !< written or read
       type(c_ptr), intent(in) :: place  !< address of the values
       integer(long), intent(in) :: items  !< of the array
@@ -183,17 +183,17 @@ contains
 
       wanted = items*bits/8
       bytes = wanted
-      call pass(archive, c_loc(bytes), storage_size(bytes, long)/8)
+      call transfer_bytes(archive, c_loc(bytes), storage_size(bytes, long)/8)
       if (bytes /= wanted) call fail_archive(archive, 'an array has another size')
-      call pass(archive, place, wanted)
-   end subroutine pass_array
+      call transfer_bytes(archive, place, wanted)
+   end subroutine serialise_array
 
    !> Serialise default integers.
    subroutine serialise_integers(archive, values)
       type(archive_type), intent(inout) :: archive  !< written or read
       integer, contiguous, target, intent(inout) :: values(..)  !< any shape, written or read
 
-      call pass_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
+      call serialise_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
    end subroutine serialise_integers
 
    !> Serialise 64-bit integers.
@@ -201,7 +201,7 @@ contains
       type(archive_type), intent(inout) :: archive  !< written or read
       integer(long), contiguous, target, intent(inout) :: values(..)  !< any shape, written or read
 
-      call pass_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
+      call serialise_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
    end subroutine serialise_longs
 
    !> Serialise double-precision numbers.
@@ -209,7 +209,7 @@ contains
       type(archive_type), intent(inout) :: archive  !< written or read
       real(wp), contiguous, target, intent(inout) :: values(..)  !< any shape, written or read
 
-      call pass_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
+      call serialise_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
    end subroutine serialise_reals
 
    !> Serialise single-precision numbers.
@@ -217,7 +217,7 @@ contains
       type(archive_type), intent(inout) :: archive  !< written or read
       real(sp), contiguous, target, intent(inout) :: values(..)  !< any shape, written or read
 
-      call pass_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
+      call serialise_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
    end subroutine serialise_singles
 
    !> Serialise logical values.
@@ -225,7 +225,7 @@ contains
       type(archive_type), intent(inout) :: archive  !< written or read
       logical, contiguous, target, intent(inout) :: values(..)  !< any shape, written or read
 
-      call pass_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
+      call serialise_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
    end subroutine serialise_logicals
 
    !> Serialise a text; on reading, it has the length that was written.
@@ -239,7 +239,7 @@ contains
       call serialise_count(archive, length)
       allocate (character(len=length) :: buffer)
       if (.not. archive%reading) buffer = text
-      call pass(archive, c_loc(buffer), int(length, long))
+      call transfer_bytes(archive, c_loc(buffer), int(length, long))
       text = buffer
    end subroutine serialise_text
 

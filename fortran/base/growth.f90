@@ -29,7 +29,7 @@ contains
 
       if (.not. allocated(list)) allocate (list(0))
       if (size(list) >= least) return
-      allocate (longer(larger(size(list), least, exactly)))
+      allocate (longer(enlarged_size(size(list), least, exactly)))
       longer(:size(list)) = list
       longer(size(list) + 1:) = 0
       call move_alloc(longer, list)
@@ -44,7 +44,7 @@ contains
 
       if (.not. allocated(list)) allocate (list(0))
       if (size(list) >= least) return
-      allocate (longer(larger(size(list), least, exactly)))
+      allocate (longer(enlarged_size(size(list), least, exactly)))
       longer(:size(list)) = list
       longer(size(list) + 1:) = 0.0_wp
       call move_alloc(longer, list)
@@ -59,7 +59,7 @@ contains
 
       if (.not. allocated(list)) allocate (list(0))
       if (size(list) >= least) return
-      allocate (longer(larger(size(list), least, exactly)))
+      allocate (longer(enlarged_size(size(list), least, exactly)))
       longer(:size(list)) = list
       longer(size(list) + 1:) = .false.
       call move_alloc(longer, list)
@@ -73,7 +73,7 @@ contains
 
       if (.not. allocated(list)) allocate (list(0))
       if (size(list) >= least) return
-      allocate (longer(larger(size(list), least)))
+      allocate (longer(enlarged_size(size(list), least)))
       longer(:size(list)) = list
       longer(size(list) + 1:) = ' '
       call move_alloc(longer, list)
@@ -103,7 +103,7 @@ contains
 
       if (.not. allocated(list)) allocate (list(rows, 0))
       if (size(list, 2) >= least) return
-      allocate (longer(rows, larger(size(list, 2), least, exactly)))
+      allocate (longer(rows, enlarged_size(size(list, 2), least, exactly)))
       longer(:, :size(list, 2)) = list
       longer(:, size(list, 2) + 1:) = 0
       call move_alloc(longer, list)
@@ -119,19 +119,19 @@ contains
 
       if (.not. allocated(list)) allocate (list(rows, 0))
       if (size(list, 2) >= least) return
-      allocate (longer(rows, larger(size(list, 2), least, exactly)))
+      allocate (longer(rows, enlarged_size(size(list, 2), least, exactly)))
       longer(:, :size(list, 2)) = list
       longer(:, size(list, 2) + 1:) = 0.0_wp
       call move_alloc(longer, list)
    end subroutine grow_real_columns
 
    !> New size of an array that has become too small.
-   pure integer function larger(present_size, least, exactly)
+   pure integer function enlarged_size(present_size, least, exactly)
       integer, intent(in) :: present_size, least  !< elements; needed
       logical, intent(in), optional :: exactly    !< no more than these
 
-      larger = max(least, 2*present_size)
-      if (present(exactly)) larger = merge(least, larger, exactly)
-   end function larger
+      enlarged_size = max(least, 2*present_size)
+      if (present(exactly)) enlarged_size = merge(least, enlarged_size, exactly)
+   end function enlarged_size
 
 end module dda_growth

@@ -23,7 +23,7 @@ contains
       allocate (known(size(names)), source=.false.)
       do i = 1, size(names)
          if (names(i) == '') cycle
-         at = hash(names(i), size(slot))
+         at = hash_slot(names(i), size(slot))
          do while (slot(at) > 0)
             if (names(slot(at)) == names(i)) exit
             at = modulo(at + 1, size(slot))
@@ -40,7 +40,7 @@ contains
    end subroutine find_repeated
 
    !> Position of a name in a hash table.
-   pure integer function hash(name, slots)
+   pure integer function hash_slot(name, slots)
       character(len=*), intent(in) :: name  !< any
       integer, intent(in) :: slots          !< positions, from 0
       integer(long) :: value
@@ -50,7 +50,7 @@ contains
       do i = 1, len_trim(name)
          value = modulo(257*value + iachar(name(i:i)), 2147483647_long)
       end do
-      hash = int(modulo(value, int(slots, long)))
-   end function hash
+      hash_slot = int(modulo(value, int(slots, long)))
+   end function hash_slot
 
 end module dda_repeated_names

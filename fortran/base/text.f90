@@ -46,10 +46,10 @@ contains
          text = '0'
       else if (abs(value) >= 1.0e-3_wp .and. abs(value) < 1.0e6_wp) then
          write (buffer, '(f32.6)') value
-         text = without_zeros(trim(adjustl(buffer)))
+         text = without_trailing_zeros(trim(adjustl(buffer)))
       else
          write (buffer, '(es13.5e3)') value
-         text = power_of_ten(trim(adjustl(buffer)))
+         text = short_exponent(trim(adjustl(buffer)))
       end if
    end function real_to_text
 
@@ -65,16 +65,16 @@ contains
          text = to_text(value)
       else if (abs(value) < 1.0e-3_wp .or. abs(value) >= 1.0e6_wp) then
          write (buffer, '(es24.'//to_text(digits - 1)//'e3)') value
-         text = power_of_ten(trim(adjustl(buffer)))
+         text = short_exponent(trim(adjustl(buffer)))
       else
          decimals = max(0, digits - 1 - floor(log10(abs(value))))
          write (buffer, '(f24.'//to_text(decimals)//')') value
-         text = without_zeros(trim(adjustl(buffer)))
+         text = without_trailing_zeros(trim(adjustl(buffer)))
       end if
    end function short_text
 
    !> Remove trailing zeros, and a trailing point.
-   pure function without_zeros(digits) result(text)
+   pure function without_trailing_zeros(digits) result(text)
       character(len=*), intent(in) :: digits  !< as 1.500
       character(len=:), allocatable :: text
 
@@ -82,10 +82,10 @@ contains
       if (index(digits, '.') == 0) return
       text = digits(:verify(digits, '0', back=.true.))
       if (text(len(text):) == '.') text = text(:len(text) - 1)
-   end function without_zeros
+   end function without_trailing_zeros
 
    !> Convert 1.500E-007 to 1.5e-7; other texts are unchanged.
-   pure function power_of_ten(number) result(text)
+   pure function short_exponent(number) result(text)
       character(len=*), intent(in) :: number  !< with an exponent
       character(len=:), allocatable :: text
       integer :: e, power, status
@@ -94,8 +94,8 @@ contains
       e = index(number, 'E')
       if (e == 0) return
       read (number(e + 1:), *, iostat=status) power
-      if (status == 0) text = without_zeros(number(:e - 1))//'e'//to_text(power)
-   end function power_of_ten
+      if (status == 0) text = without_trailing_zeros(number(:e - 1))//'e'//to_text(power)
+   end function short_exponent
 
    !> Convert ASCII letters to lower case.
    pure function lower_case(text) result(lowered)  ! total
@@ -269,7 +269,7 @@ contains
       if (len_trim(word) < 2) return
       least = max(1, (min(len_trim(word), 64) + 1)/3) + 1
       do i = 1, size(words)
-         difference = edits(lower_case(trim(word(:min(len(word), 64)))), trim(words(i)))
+         difference = edit_distance(lower_case(trim(word(:min(len(word), 64)))), trim(words(i)))
          if (difference < least) best = i
          least = min(least, difference)
       end do
@@ -279,7 +279,7 @@ contains
    end function closest
 
    !> Number of letters to insert, remove or replace to convert one word into another.
-   pure integer function edits(a, b)
+   pure integer function edit_distance(a, b)
       character(len=*), intent(in) :: a, b       !< trailing blanks count
       integer :: cost(0:len(b)), diagonal, above, i, j
 
@@ -293,7 +293,7 @@ contains
             diagonal = above
          end do
       end do
-      edits = cost(len(b))
-   end function edits
+      edit_distance = cost(len(b))
+   end function edit_distance
 
 end module dda_text

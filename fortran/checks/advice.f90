@@ -152,7 +152,7 @@ contains
       last = 0
       do i = 1, 60
          new_s = (s(1)*g(2) - s(2)*g(1))/(g(2) - g(1))
-         call miss(work, new_s, penalty, new_g, error)
+         call frequency_misfit(work, new_s, penalty, new_g, error)
          if (allocated(error)) return
          if (abs(new_g) <= 2.0_wp*close_enough/penalty%target**2) exit
          if (new_g < 0.0_wp) then
@@ -191,7 +191,7 @@ contains
       g = [1.0_wp/penalty%limit**2 - 1.0_wp/penalty%target**2, 0.0_wp]
       new_s = 1.0_wp/first_guess
       do i = 1, 20
-         call miss(work, new_s, penalty, new_g, error)
+         call frequency_misfit(work, new_s, penalty, new_g, error)
          if (allocated(error)) return
          side = merge(1, 2, new_g < 0.0_wp)
          s(side) = new_s
@@ -203,7 +203,7 @@ contains
    end subroutine bracket_root
 
    !> Difference of 1/f² at k = 1/s from that of the target.
-   subroutine miss(work, s, penalty, g, error)
+   subroutine frequency_misfit(work, s, penalty, g, error)
       type(linear_model_type), intent(inout) :: work  !< linearised model, changed
       real(wp), intent(in) :: s
       type(penalty_type), intent(inout) :: penalty  !< a normal stiffness and its effects
@@ -215,6 +215,6 @@ contains
       if (allocated(error)) return
       penalty%solves = penalty%solves + 1
       g = 1.0_wp/penalty%frequency**2 - 1.0_wp/penalty%target**2
-   end subroutine miss
+   end subroutine frequency_misfit
 
 end module dda_advice

@@ -28,7 +28,7 @@ contains
       integer :: i
 
       do i = 1, size(motions)
-         call band_of(motions(i), own)
+         call motion_band(motions(i), own)
          if (.not. own%known) cycle
          if (.not. band%known) band = own
          band%lowest = min(band%lowest, own%lowest)
@@ -36,7 +36,7 @@ contains
       end do
    end subroutine significant_band
 
-   subroutine band_of(motion, band)
+   subroutine motion_band(motion, band)
       type(motion_type), intent(in) :: motion  !< prescribed motion
       type(band_type), intent(out) :: band  !< Hz, of the motions
       real(wp), allocatable :: frequency(:)
@@ -57,6 +57,6 @@ contains
          if (below <= (1.0_wp - outside)*total) band%highest = frequency(i)
       end do
       band%known = band%highest > 0.0_wp
-   end subroutine band_of
+   end subroutine motion_band
 
 end module dda_check_band

@@ -81,7 +81,7 @@ contains
             'deflection of a beam', advice_if(thinnest%cells < enough, 'where it bends, cells '// &
             'of '//short_text(thinnest%width/enough)//' m'))
          call check_yielding(model, blocks, report)
-         offset = offset_face(blocks, model%welds)
+         offset = find_offset_cell(blocks, model%welds)
          if (offset > 0) call add_line(report, verdict_warn, 'cells', 'of body '// &
             quoted(trim(model%body_names(blocks%body(offset))))//' are longer than '// &
             short_text(slender)//' times their height, in rows that are offset: S waves along '// &
@@ -137,14 +137,14 @@ contains
          if (.not. wanted(b)) cycle
          do e = blocks%first(b), blocks%first(b + 1) - 1
             if (.not. free(e)) cycle
-            call cross(blocks, welds, first, weld, free, e, cells, width)
+            call count_crossed_cells(blocks, welds, first, weld, free, e, cells, width)
             if (cells > 0 .and. cells < thinnest%cells) thinnest = thinnest_type(cells, width, b)
          end do
       end do
    end function thinnest_part
 
    !> Number of cells that a ray from an edge crosses up to a side that faces the edge.
-   pure subroutine cross(blocks, welds, first, weld, free, edge, cells, width)
+   pure subroutine count_crossed_cells(blocks, welds, first, weld, free, edge, cells, width)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(weld_type), intent(in) :: welds(:)  !< of all bodies
       integer, intent(in) :: first(:), weld(:) !< welds of each cell
@@ -161,7 +161,7 @@ contains
       out = edge
       width = 0.0_wp
       do cells = 1, blocks%n
-         call leave(blocks, cell, at, way, out, step)
+         call find_exit_edge(blocks, cell, at, way, out, step)
          if (out == 0) exit
          width = width + step
          at = at + step*way
@@ -169,15 +169,15 @@ contains
             if (dot_product(blocks%along(:, out), blocks%along(:, edge)) < facing) return
             exit
          end if
-         out = beyond(blocks, welds(weld(first(cell):first(cell + 1) - 1)), out, at)
+         out = edge_welded_at(blocks, welds(weld(first(cell):first(cell + 1) - 1)), out, at)
          if (out == 0) exit
          cell = blocks%owner(out)
       end do
       cells = 0
-   end subroutine cross
+   end subroutine count_crossed_cells
 
    !> Edge that is welded to an edge at a position; 0 if there is none.
-   pure integer function beyond(blocks, welds, edge, at) result(other)
+   pure integer function edge_welded_at(blocks, welds, edge, at) result(other)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(weld_type), intent(in) :: welds(:)  !< welds of the cell of the edge
       integer, intent(in) :: edge              !< edge by its first vertex
@@ -194,10 +194,10 @@ contains
          other = welds(i)%edge(merge(2, 1, welds(i)%edge(1) == edge))
          return
       end do
-   end function beyond
+   end function edge_welded_at
 
    !> Edge at which a ray leaves a cell, and its distance from the entry.
-   pure subroutine leave(blocks, cell, at, way, edge, step)
+   pure subroutine find_exit_edge(blocks, cell, at, way, edge, step)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       integer, intent(in) :: cell              !< convex
       real(wp), intent(in) :: at(2), way(2)    !< m; unit vector
@@ -220,10 +220,10 @@ contains
          step = distance
          edge = e
       end do
-   end subroutine leave
+   end subroutine find_exit_edge
 
    !> Find a slender cell in offset rows: a face is only a part of both long edges; 0 if none.
-   pure integer function offset_face(blocks, welds) result(cell)
+   pure integer function find_offset_cell(blocks, welds) result(cell)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(weld_type), intent(in) :: welds(:)  !< of all bodies
       real(wp) :: heights(2), lengths(2)
@@ -238,6 +238,6 @@ contains
          cell = welds(i)%block(1)
          return
       end do
-   end function offset_face
+   end function find_offset_cell
 
 end module dda_check_bodies

@@ -63,14 +63,14 @@ contains
          worst = max(worst, slowest_crossing(blocks, boundaries(i)))
       end do
       found = '99 % of the energy is absorbed up to '// &
-         to_text(min(angle_of(ratio(1), wave_p), angle_of(ratio(2), wave_p)))// &
-         '° from the normal for P waves, '//to_text(min(angle_of(ratio(1), wave_s), &
-         angle_of(ratio(2), wave_s)))//'° for S waves'
+         to_text(min(absorption_angle(ratio(1), wave_p), absorption_angle(ratio(2), wave_p)))// &
+         '° from the normal for P waves, '//to_text(min(absorption_angle(ratio(1), wave_s), &
+         absorption_angle(ratio(2), wave_s)))//'° for S waves'
       advice = ''
       if (report%band%known) then
          ! (kh)²/48, kh = ω h/V_s
          by_blocks = (2.0_wp*pi*report%band%highest*worst)**2/48.0_wp
-         by_scheme = scheme_floor(linear, report%band%highest)
+         by_scheme = scheme_reflection(linear, report%band%highest)
          found = found//'; of waves at normal incidence and '//short_text(report%band%highest)// &
             ' Hz they reflect '//short_text(100*by_blocks)//' % by the size of the blocks, '// &
             short_text(100*by_scheme)//' % by the time step'
@@ -83,12 +83,12 @@ contains
    end subroutine check_dashpots
 
    !> Angle from the normal, degrees, up to which a half-space of V_p/V_s absorbs nearly all energy.
-   pure integer function angle_of(ratio, wave)
+   pure integer function absorption_angle(ratio, wave)
       real(wp), intent(in) :: ratio  !< V_p/V_s
       integer, intent(in) :: wave    !< wave_p or wave_s
 
-      angle_of = absorbed_angle(ratio, wave, 1.0_wp - absorbed)
-   end function angle_of
+      absorption_angle = absorbed_angle(ratio, wave, 1.0_wp - absorbed)
+   end function absorption_angle
 
    !> Longest time, s, that an S wave needs through a block in front of a boundary.
    pure real(wp) function slowest_crossing(blocks, boundary) result(time)
@@ -112,7 +112,7 @@ contains
    !> Fraction of the amplitude that matched dashpots reflect due to the scheme.
    !> In steady vibration stresses have the factor (1 + iaτ)(1 + ibτ), a = 2θ − 1, b = 2χ − 1;
    !> dashpots have 1 + ibτ.  DDA: τ/4, about ωΔt/8.
-   pure real(wp) function scheme_floor(linear, frequency) result(reflected)
+   pure real(wp) function scheme_reflection(linear, frequency) result(reflected)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: frequency  !< Hz
       complex(wp) :: impedance
@@ -122,7 +122,7 @@ contains
       impedance = sqrt(cmplx(1.0_wp, (2.0_wp*linear%scheme%theta - 1.0_wp)*tau, wp) &
          /cmplx(1.0_wp, (2.0_wp*linear%scheme%chi - 1.0_wp)*tau, wp))
       reflected = abs((impedance - 1.0_wp)/(impedance + 1.0_wp))
-   end function scheme_floor
+   end function scheme_reflection
 
    !> Check that waves from sides without continuing ground do not reach the middle of the model.
    subroutine check_sides(model, x, report)

@@ -30,9 +30,9 @@ contains
          do m = 1, size(model%materials)
             if (.not. any(model%blocks%material == m)) cycle
             if (.not. model%materials(m)%has_law()) cycle
-            side = largest(simulation, m)
+            side = largest_block_side(simulation, m)
             if (model%materials(m)%own_law%in_words() /= '') &
-               call check_softer(model, m, side, report)
+               call check_curve_fit(model, m, side, report)
             words = model%materials(m)%own_law%unmet()
             if (words /= '') call add_line(report, verdict_warn, 'material law', &
                quoted(trim(model%materials(m)%name))//': '//words, 'fit of the branches', &
@@ -43,7 +43,7 @@ contains
    end subroutine check_laws
 
    !> Check the fit of the curves, and wave lengths in softened soil.
-   subroutine check_softer(model, m, side, report)
+   subroutine check_curve_fit(model, m, side, report)
       type(model_type), intent(in) :: model       !< materials and blocks
       integer, intent(in) :: m                    !< material
       real(wp), intent(in) :: side                !< the largest of its blocks, m
@@ -70,10 +70,10 @@ contains
             'secant moduli', advice_if(.not. fine, 'blocks no larger than '// &
             short_text(side*coarsest/eta)//' m in soil that will yield'))
       end associate
-   end subroutine check_softer
+   end subroutine check_curve_fit
 
    !> Largest of the smaller sides of the blocks of a material, m.
-   pure real(wp) function largest(simulation, m) result(side)
+   pure real(wp) function largest_block_side(simulation, m) result(side)
       type(simulation_type), intent(in) :: simulation  !< materials and blocks
       integer, intent(in) :: m                         !< material
       integer :: b
@@ -83,7 +83,7 @@ contains
          if (simulation%model%blocks%material(b) == m) &
             side = max(side, smaller_side(simulation%blocks, b))
       end do
-   end function largest
+   end function largest_block_side
 
    !> Check for blocks that soften faster than they unload, which causes dynamic jumps.
    subroutine check_softening(model, m, side, report)

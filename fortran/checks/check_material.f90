@@ -26,13 +26,13 @@ contains
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
 
-      if (is_dispersive(linear)) call check_bodies(simulation, linear, report)
+      if (is_dispersive(linear)) call check_maxwell_bodies(simulation, linear, report)
       if (any(linear%damping%alpha > 0.0_wp .or. linear%damping%beta > 0.0_wp)) &
          call check_rayleigh(linear, report)
    end subroutine check_material
 
    !> Check generalised Maxwell bodies: fit, modulus at the first mode, band of the record, weight.
-   subroutine check_bodies(simulation, linear, report)
+   subroutine check_maxwell_bodies(simulation, linear, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
@@ -43,13 +43,13 @@ contains
       body = pack(linear%damping, has_body(linear%damping))
       band = [maxval(body%band(1)), minval(body%band(2))]
       misfit = maxval(body%misfit)
-      found = span(100*minval(body%ratio), 100*maxval(body%ratio))//' % over '// &
+      found = range_text(100*minval(body%ratio), 100*maxval(body%ratio))//' % over '// &
          short_text(band(1))//' … '//short_text(band(2))//' Hz, to '// &
          short_text(100*misfit)//' % of it by '// &
-         span(real(minval(body%n), wp), real(maxval(body%n), wp))//' mechanisms'
+         range_text(real(minval(body%n), wp), real(maxval(body%n), wp))//' mechanisms'
       if (report%has_modes) then
          associate (factor => real(modulus_factor(body, report%modes%omega(1))))
-            found = found//'; moduli '//span(minval(factor), maxval(factor))// &
+            found = found//'; moduli '//range_text(minval(factor), maxval(factor))// &
                ' times the given ones at the first mode, at most '// &
                short_text(maxval(body%unrelaxed))//' times'
          end associate
@@ -70,7 +70,7 @@ contains
       end if
       call add_line(report, merge(verdict_ok, verdict_warn, advice == ''), 'material damping', &
          found, 'generalised Maxwell bodies', advice(min(3, len(advice) + 1):))
-   end subroutine check_bodies
+   end subroutine check_maxwell_bodies
 
    !> Check Rayleigh damping: ratios, speed limit of free blocks by α, ringing of strains by β.
    subroutine check_rayleigh(linear, report)
@@ -82,9 +82,9 @@ contains
       alpha = maxval(linear%damping%alpha)
       found = 'α up to '//short_text(alpha)//' 1/s, β up to '// &
          short_text(maxval(linear%damping%beta))//' s'
-      if (report%has_modes) found = found//'; '//ratios(report%modes%frequency(1))
-      if (report%band%known) found = found//'; '//ratios(report%band%lowest)//'; '// &
-         ratios(report%band%highest)
+      if (report%has_modes) found = found//'; '//damping_ratio_text(report%modes%frequency(1))
+      if (report%band%known) found = found//'; '//damping_ratio_text(report%band%lowest)//'; '// &
+         damping_ratio_text(report%band%highest)
       advice = ''
       brief = ''
       if (alpha > 0.0_wp .and. (linear%unilateral > 0 .or. report%modes%rigid > 0 .or. &
@@ -95,7 +95,7 @@ contains
          brief = 'α limits the speed of falling blocks to '// &
             short_text(9.81_wp/alpha)//' m/s'
       end if
-      steps = ringing_of_strains(linear)
+      steps = strain_ringing_steps(linear)
       if (steps > 0.0_wp) found = found//'; the stiffest strain of a block changes the sign of '// &
          'its rate every step and falls to 1/e in '//short_text(steps)//' steps'
       if (steps > most_ringing) then
@@ -109,21 +109,21 @@ contains
    contains
 
       !> Damping ratios at a frequency, %.
-      function ratios(frequency) result(text)
+      function damping_ratio_text(frequency) result(text)
          real(wp), intent(in) :: frequency  !< Hz
          character(len=:), allocatable :: text
 
          associate (ratio => 100*rayleigh_ratio(pack(linear%damping, linear%damping%alpha &
             > 0.0_wp .or. linear%damping%beta > 0.0_wp), frequency))
-            text = span(minval(ratio), maxval(ratio))//' % at '//short_text(frequency)//' Hz'
+            text = range_text(minval(ratio), maxval(ratio))//' % at '//short_text(frequency)//' Hz'
          end associate
-      end function ratios
+      end function damping_ratio_text
    end subroutine check_rayleigh
 
    !> Steps in which the stiffest strain that alternates due to its dashpot decays to 1/e; 0: none.
    !>
    !> If only a dashpot c acts on a mass m, v₁/v₀ = [1 − (1 − χ) cΔt/m]/[1 + χ cΔt/m].
-   real(wp) function ringing_of_strains(linear) result(steps)
+   real(wp) function strain_ringing_steps(linear) result(steps)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp) :: values(6), vectors(6, 6), rate, root
       real(wp), allocatable :: dashpot(:,:,:)  ! [6,6,n] of β
@@ -142,7 +142,7 @@ contains
       steps = 0.0_wp
       root = (1.0_wp - (1.0_wp - linear%scheme%chi)*rate)/(1.0_wp + linear%scheme%chi*rate)
       if (root < 0.0_wp) steps = -1.0_wp/log(-root)
-   end function ringing_of_strains
+   end function strain_ringing_steps
 
    !> Collect βK of each block alone; springs of welded faces count for both of their cells.
    subroutine collect_dashpots(linear, dashpot)
@@ -170,12 +170,12 @@ contains
    end subroutine collect_dashpots
 
    !> Text of a number, or of a range of two numbers.
-   pure function span(least, most) result(text)
+   pure function range_text(least, most) result(text)
       real(wp), intent(in) :: least, most
       character(len=:), allocatable :: text
 
       text = short_text(least)
       if (short_text(most) /= text) text = text//' … '//short_text(most)
-   end function span
+   end function range_text
 
 end module dda_check_material

@@ -73,12 +73,12 @@ contains
       call significant_band(simulation%model%motions, report%band)
       call measure_blocks(simulation%blocks, report)
       call check_contacts(simulation, linear, report)
-      call check_start(simulation, report)
+      call check_sudden_gravity(simulation, report)
       do i = 1, size(linear%bending)
          call add_line(report, verdict_warn, linear%bending(i)%topic, linear%bending(i)%words, &
             'linear stress', '')
       end do
-      call check_highest(stiff, report)
+      call check_omega_max(stiff, report)
       call fail_if_stopped(error)
       if (allocated(error)) return
       call check_ringing(stiff, report)
@@ -156,7 +156,7 @@ contains
 
    !> Warn if gravity acts suddenly on many blocks with closed head joints.
    !> Contacts in these joints neither press nor open until the first wave of settlement has passed.
-   subroutine check_start(simulation, report)
+   subroutine check_sudden_gravity(simulation, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(report_type), intent(inout) :: report  !< check report
       integer :: c, head_joints
@@ -172,10 +172,10 @@ contains
             'in head joints: the first steps take 10 to 50 times as long as later ones', &
             'model', 'geostatic = .true. and a head_joint of &wall above 0')
       end associate
-   end subroutine check_start
+   end subroutine check_sudden_gravity
 
    !> Report ω_max, and Δt relative to 4/ω_max.
-   subroutine check_highest(linear, report)
+   subroutine check_omega_max(linear, report)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
       type(error_type), allocatable :: error
@@ -202,7 +202,7 @@ contains
       if (.not. (resolved .or. allocated(error))) found = found//'; '//report%unresolved%words
       ! Nearly all contacts have a similar stiffness; the line on ringing shows the consequences.
       call add_line(report, verdict_ok, 'time step', found, 'paper eq. 13', '')
-   end subroutine check_highest
+   end subroutine check_omega_max
 
    !> Report the duration of velocities that change sign every step.
    !> Warn if the duration exceeds a period of the first mode.
@@ -294,7 +294,7 @@ contains
          report%shift = 1.0_wp - sqrt(max(0.0_wp, 1.0_wp - energy%of_penalty))
       end if
       found = found//'; joints lower the first frequency by '//short_text(100*report%shift)// &
-         ' %, limit 5 %; '//cost_of_penalty(linear, report%shift)
+         ' %, limit 5 %; '//penalty_cost_text(linear, report%shift)
       call add_line(report, merge(verdict_ok, verdict_warn, report%shift < 0.05_wp), 'penalty', &
          found, 'stiff limit', advice_if(report%shift >= 0.05_wp, &
          'a higher normal_stiffness, unless the joints are meant to be that soft'), first_mode, &
@@ -308,7 +308,7 @@ contains
    !> A contact iteration converges more slowly for a larger condition number of K̂ in the metric of
    !> inertia, κ = 1 + θχ z k_n Δt²/m of the block with the largest contact stiffness over mass.
    !> The contribution of joints to 1/f² is proportional to 1/k_n.
-   pure function cost_of_penalty(linear, shift) result(words)
+   pure function penalty_cost_text(linear, shift) result(words)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: shift  !< first frequency over its stiff limit
       character(len=:), allocatable :: words
@@ -331,7 +331,7 @@ contains
       ratio = ((1.0_wp - shift)**(-2) - 1.0_wp)/((1.0_wp - wanted)**(-2) - 1.0_wp)
       words = words//'; for 1 %, normal_stiffness = '// &
          short_text(ratio*linear%normal_stiffness)//' N/m, with '//short_text(1.0_wp + ratio*cost)
-   end function cost_of_penalty
+   end function penalty_cost_text
 
    !> Report whether the penalty limits penetration and whether rounding causes relevant forces.
    !> A stiff penalty limits penetration; a soft penalty limits the effect of rounding of positions.
@@ -422,7 +422,7 @@ contains
       if (report%band%known) then
          sampled = report%band%highest < 0.5_wp/linear%time_step
          if (found /= '') found = found//'; '
-         found = found//damping_over(report%band, linear)
+         found = found//damping_range_text(report%band, linear)
       end if
       if (found == '') return
       advice = advice_if(first >= 0.1_wp, 'time_step for a given ratio '// &
@@ -442,7 +442,7 @@ contains
    end subroutine check_damping
 
    !> Numerical damping ratio over a band, %; none at or beyond the Nyquist frequency.
-   pure function damping_over(band, linear) result(text)
+   pure function damping_range_text(band, linear) result(text)
       type(band_type), intent(in) :: band  !< Hz, of the motions
       type(linear_model_type), intent(in) :: linear  !< linearised model
       character(len=:), allocatable :: text
@@ -464,7 +464,7 @@ contains
             short_text(100*damping_at(linear, band%highest))//' % over '// &
             short_text(band%lowest)//' … '//short_text(band%highest)//' Hz'
       end if
-   end function damping_over
+   end function damping_range_text
 
    !> Numerical damping ratio in steady vibration at a frequency.
    pure real(wp) function damping_at(linear, frequency)

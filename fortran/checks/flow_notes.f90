@@ -32,7 +32,7 @@ contains
          depth = huge(1.0_wp)
          longest = 0.0_wp
          do c = 1, size(flow%channel)
-            own = depth_in(model, c)
+            own = pressure_depth(model, c)
             if (own >= depth) cycle
             depth = own
             longest = flow%channel(c)%length
@@ -51,7 +51,7 @@ contains
    end function flow_notes
 
    !> Depth, m, to which a pressure penetrates the joint of channel c.
-   pure real(wp) function depth_in(model, c) result(depth)
+   pure real(wp) function pressure_depth(model, c) result(depth)
       type(model_type), intent(in) :: model  !< with flow
       integer, intent(in) :: c               !< channel
       real(wp) :: stiffness, diffusivity
@@ -65,6 +65,6 @@ contains
             /(1.0_wp/stiffness + law%aperture/law%bulk_modulus)
          depth = sqrt(diffusivity/(pi*frequency))
       end associate
-   end function depth_in
+   end function pressure_depth
 
 end module dda_flow_notes

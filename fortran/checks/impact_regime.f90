@@ -51,12 +51,12 @@ contains
             regime%highest = max(regime%highest, omega)
          end do
       end associate
-      call describe_regime(regime, linear)
+      call write_regime_text(regime, linear)
       if (.not. simulation%laws%plain) regime%advice = ''  ! joint laws have no restitution
    end subroutine find_impact_regime
 
-   !> Write the text and the advice on the regime.
-   subroutine describe_regime(regime, linear)
+   !> Write the text and the advice on the impact regime.
+   subroutine write_regime_text(regime, linear)
       type(impact_regime_type), intent(inout) :: regime  !< of the contacts
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp) :: most
@@ -72,8 +72,9 @@ contains
       most = 1.0_wp/linear%scheme%chi - 1.0_wp
       if (regime%highest <= resolved) then
          regime%words = regime%words//'impacts are resolved and rebound with '// &
-            short_text(left_of(linear, regime%highest))//' … '// &
-            short_text(left_of(linear, regime%lowest))//' of their speed, by numerical damping'
+            short_text(speed_fraction(linear, regime%highest))//' … '// &
+            short_text(speed_fraction(linear, regime%lowest))// &
+            ' of their speed, by numerical damping'
       else if (most > 0.0_wp) then
          regime%words = regime%words//'impacts rebound with 0 to '//short_text(most)// &
             ' of their speed, depending on when in a step they occur'
@@ -81,14 +82,14 @@ contains
       else
          regime%words = regime%words//'impacts do not rebound'
       end if
-   end subroutine describe_regime
+   end subroutine write_regime_text
 
    !> Velocity ratio exp(−πζ) at Ω, with the damping ratio [(χ − ½) + ½] Ω/2 of unilateral contacts.
-   pure real(wp) function left_of(linear, omega) result(left)
+   pure real(wp) function speed_fraction(linear, omega) result(left)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: omega  !< Ω
 
       left = exp(-0.5_wp*pi*linear%scheme%chi*omega)
-   end function left_of
+   end function speed_fraction
 
 end module dda_impact_regime

@@ -108,10 +108,10 @@ contains
 
       select case (which)
       case ('closed', 'present')
-         call build(linear, simulation, which == 'closed')
+         call build_matrices(linear, simulation, which == 'closed')
       case ('settled', 'auto')
          if (norm2(simulation%model%control%gravity) == 0.0_wp .and. which == 'auto') then
-            call build(linear, simulation, .true.)
+            call build_matrices(linear, simulation, .true.)
             return
          end if
          settled = simulation
@@ -123,7 +123,7 @@ contains
             unrest, budget)
          call fail_if_stopped(error)
          if (allocated(error)) return
-         call build(linear, settled, .false.)
+         call build_matrices(linear, settled, .false.)
          call restore_run(linear, simulation)
          call assemble(linear)
       case default
@@ -133,7 +133,7 @@ contains
    end subroutine linearise
 
    !> Build mass, stiffness and terms of a simulation in its present state.
-   subroutine build(linear, simulation, all_closed)
+   subroutine build_matrices(linear, simulation, all_closed)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       logical, intent(in) :: all_closed  !< all touching contacts stick
@@ -166,7 +166,7 @@ contains
          call add_contacts(linear, simulation, contacts, all_closed)
       end associate
       call assemble(linear)
-   end subroutine build
+   end subroutine build_matrices
 
    !> Assemble K and its pattern.
    !> Elements may differ from those in static equilibrium, since bolts may break during a run.
@@ -274,7 +274,7 @@ contains
       linear%dynamic_factor = simulation%model%control%dynamic_factor
       linear%base_motion = simulation%model%control%base_motion
       call linear_terms_of(simulation%elements, simulation%blocks, next_step(simulation), terms)
-      call take_masses(linear, simulation%blocks, terms)
+      call assemble_masses(linear, simulation%blocks, terms)
       linear%element_terms = terms%n
       do i = first_contact, linear%terms%n
          call add_term(terms, linear%terms%term(i))
@@ -283,7 +283,7 @@ contains
    end subroutine restore_run
 
    !> Assemble M from the blocks and from terms of mass, which are removed from the list.
-   subroutine take_masses(linear, blocks, terms)
+   subroutine assemble_masses(linear, blocks, terms)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       type(blocks_type), intent(in) :: blocks           !< blocks in their present state
       type(linear_terms_type), intent(inout) :: terms   !< of the elements
@@ -307,7 +307,7 @@ contains
          end associate
       end do
       terms = others
-   end subroutine take_masses
+   end subroutine assemble_masses
 
    !> Add the springs of closed contacts.
    subroutine add_contacts(linear, simulation, contacts, all_closed)
@@ -340,7 +340,7 @@ contains
                simulation%laws%restitution(contacts%joint(c)) >= 0.0_wp
             if (is_point(contacts, c)) term%place = on_edge(simulation%blocks%vertex, &
                contacts%vertex(c), simulation%blocks%next(contacts%vertex(c)), contacts%fraction(c))
-            if (contacts%with_laws) call set_law(simulation%laws, contacts, c, term)
+            if (contacts%with_laws) call set_law_properties(simulation%laws, contacts, c, term)
             call find_rows(contacts, c, rows)
             call add_spring(linear, term, term_normal, normal_slope(simulation%laws, contacts, &
                c), rows%normal_v, rows%normal_e)
@@ -356,7 +356,7 @@ contains
 
    !> Set properties of a joint law for a contact.
    !> They are the instant at which it acts, and whether its stiffness is a penalty.
-   pure subroutine set_law(laws, contacts, c, term)
+   pure subroutine set_law_properties(laws, contacts, c, term)
       type(laws_type), intent(in) :: laws             !< stiffness and strength of the contacts
       type(contacts_type), intent(in) :: contacts     !< contacts of this step
       integer, intent(in) :: c                        !< number of the contact
@@ -367,7 +367,7 @@ contains
          if (law%cohesive) return  ! at the instant of other bonds
          if (.not. acts_before_end(contacts, law, c)) term%instant = at_end
       end associate
-   end subroutine set_law
+   end subroutine set_law_properties
 
    !> Slope of the normal force of contact c at its present closure, N/m per metre of thickness.
    pure real(wp) function normal_slope(laws, contacts, c) result(slope)
@@ -438,12 +438,12 @@ contains
       do i = 1, linear%terms%n
          associate (term => linear%terms%term(i))
             part = stiffness_weights(term%instant)*term%coefficient*stretch_of(term, x)**2
-            call add_share(energy, term%kind, i, part)
+            call add_term_energy(energy, term%kind, i, part)
             if (term%of_penalty) energy%of_penalty = energy%of_penalty + part
          end associate
       end do
       do i = 1, linear%n
-         call add_share(energy, strain_energy, i, &
+         call add_term_energy(energy, strain_energy, i, &
             dot_product(x(4:6, i), matmul(linear%elastic(:, :, i), x(4:6, i))))
       end do
       energy%total = sum(energy%share)
@@ -454,7 +454,7 @@ contains
    end function energy_of
 
    !> Add energy to a kind, and note its term or block with most energy.
-   pure subroutine add_share(energy, kind, holder, part)
+   pure subroutine add_term_energy(energy, kind, holder, part)
       type(energy_share_type), intent(inout) :: energy  !< J per metre of thickness
       integer, intent(in) :: kind, holder  !< kind of term; number of the term or block
       real(wp), intent(in) :: part
@@ -463,7 +463,7 @@ contains
       ! if equal, the first term
       if (part > (1.0_wp + alike)*energy%most(kind)) energy%holder(kind) = holder
       energy%most(kind) = max(energy%most(kind), part)
-   end subroutine add_share
+   end subroutine add_term_energy
 
    !> Text of a block: its number and name.
    pure function block_label(linear, b) result(label)

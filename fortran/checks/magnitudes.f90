@@ -51,18 +51,19 @@ contains
       call note_bed(model, notes)
       i = findloc(model%boundaries%kind == 'compliant', .true., 1)
       if (i == 0) return
-      call note(notes, all(model%boundaries(i)%motion == 0), 'the compliant &boundary has no '// &
+      call note_if(notes, all(model%boundaries(i)%motion == 0), &
+         'the compliant &boundary has no '// &
          "motion, so no waves enter through it. Set motion_x or motion_y, or use kind = 'viscous'")
    end function magnitude_notes
 
    !> Add a note if its condition is met.
-   pure subroutine note(notes, condition, words)
+   pure subroutine note_if(notes, condition, words)
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
       logical, intent(in) :: condition       !< of the rule
       character(len=*), intent(in) :: words  !< a line
 
       if (condition) notes = [character(len=note_length) :: notes, words]
-   end subroutine note
+   end subroutine note_if
 
    !> Check gravity, sizes and output.
    subroutine note_control(model, notes)
@@ -75,16 +76,16 @@ contains
       width = 2.0_wp*half_size(model%blocks)
       steps = run_steps(model)
       interval = model%output%history_interval
-      call note(notes, norm2(g) > most_gravity, 'gravity = '//short_text(g(1))//', '// &
+      call note_if(notes, norm2(g) > most_gravity, 'gravity = '//short_text(g(1))//', '// &
          short_text(g(2))//' m/s²: is it meant in cm/s² or mm/s²? That of the Earth is 0, -9.81')
-      call note(notes, abs(g(1)) > 0.0_wp .and. .not. abs(g(2)) > 0.0_wp, 'gravity = '// &
+      call note_if(notes, abs(g(1)) > 0.0_wp .and. .not. abs(g(2)) > 0.0_wp, 'gravity = '// &
          short_text(g(1))//', 0 m/s² acts along x alone; weight is the second value: 0, -9.81')
-      call note(notes, width > largest_model, 'the model measures '//short_text(width)// &
+      call note_if(notes, width > largest_model, 'the model measures '//short_text(width)// &
          ' m: lengths are in m, not in mm')
-      call note(notes, steps > 0 .and. interval > steps, 'history_interval = '// &
+      call note_if(notes, steps > 0 .and. interval > steps, 'history_interval = '// &
          to_text(interval)//' of &output is more than the '//to_text(steps)//' steps of the run'// &
          ': histories contain only its start and end')
-      call note(notes, size(model%free_fields) == 1, 'only one side has a free field: give '// &
+      call note_if(notes, size(model%free_fields) == 1, 'only one side has a free field: give '// &
          'both sides one, or neither')
    end subroutine note_control
 
@@ -102,16 +103,17 @@ contains
          yields = material%yields()
          speed = norm2(material%initial_velocity(1:2))
          turn = abs(material%initial_velocity(3))*model%control%time_step
-         call note(notes, speed > fastest, 'initial_velocity of '//of//' is '// &
+         call note_if(notes, speed > fastest, 'initial_velocity of '//of//' is '// &
             short_text(speed)//' m/s: faster than falling rock')
-         call note(notes, turn > most_turn, 'initial_velocity of '//of//' turns its blocks by '// &
-            short_text(turn)//' rad a step: the third value is in rad/s; take a smaller time_step')
-         call note(notes, material%density >= weights(1) .and. material%density < weights(2) &
+         call note_if(notes, turn > most_turn, 'initial_velocity of '//of// &
+            ' turns its blocks by '//short_text(turn)// &
+            ' rad a step: the third value is in rad/s; take a smaller time_step')
+         call note_if(notes, material%density >= weights(1) .and. material%density < weights(2) &
             .and. (material%young_modulus < of_foam(1) .or. material%young_modulus > of_foam(2)), &
             'density = '// &
             short_text(material%density)//' kg/m³ of '//of//': is it a unit weight in '// &
             'kN/m³? That would be '//short_text(1000.0_wp*material%density/9.81_wp)//' kg/m³')
-         call note(notes, yields .and. count(own) == 1 .and. &
+         call note_if(notes, yields .and. count(own) == 1 .and. &
             any(own .and. model%blocks%body == 0), of//' yields, and '// &
             'its block has uniform strain, so it yields as a whole: mesh it (&mesh)')
       end associate
@@ -123,7 +125,7 @@ contains
       real(wp), intent(in) :: value                    !< Pa
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
 
-      call note(notes, value > 0.0_wp .and. value < least_strength, variable//' = '// &
+      call note_if(notes, value > 0.0_wp .and. value < least_strength, variable//' = '// &
          short_text(value)//' Pa of &joint '//quoted(trim(joint))//' is almost zero: is it '// &
          'meant in kPa or MPa?')
    end subroutine note_strength
@@ -138,10 +140,10 @@ contains
       associate (motion => model%motions(i), step => model%control%time_step)
          if (.not. allocated(motion%curve%acceleration)) return
          most = maxval(abs(motion%curve%acceleration))
-         call note(notes, most > most_acceleration .and. motion%file /= '', 'motion '// &
+         call note_if(notes, most > most_acceleration .and. motion%file /= '', 'motion '// &
             quoted(trim(motion%name))//': PGA = '//short_text(most)//' m/s² is '// &
             short_text(most/9.81_wp)//' g: is the record in gal (cm/s²), or scaled twice?')
-         call note(notes, motion%curve%duration < few_steps*step .and. motion%file /= '', &
+         call note_if(notes, motion%curve%duration < few_steps*step .and. motion%file /= '', &
             'motion '//quoted(trim(motion%name))//' lasts '// &
             short_text(motion%curve%duration)//' s, fewer than ten steps of time_step = '// &
             short_text(step)//' s')
@@ -164,10 +166,10 @@ contains
          if (load%kind == load_surface) level = level + maxval(load%line(2, :))
          of = trim(merge('&traction', '&water   ', load%kind == load_level))
          if (load%name /= '') of = of//' '//quoted(trim(load%name))
-         call note(notes, level > high + highest_head*(high - low), of//' stands up to '// &
+         call note_if(notes, level > high + highest_head*(high - low), of//' stands up to '// &
             short_text(level - high)//' m above the model, which is '// &
             short_text(high - low)//' m high: are its levels in m, along y?')
-         call note(notes, level <= low, of//' has no effect: it lies below the model')
+         call note_if(notes, level <= low, of//' has no effect: it lies below the model')
       end associate
    end subroutine note_water
 
@@ -194,7 +196,7 @@ contains
       if (.not. stiffness > 0.0_wp) return
       depth = norm2(weight)/stiffness
       height = maxval(model%blocks%vertex(2, :)) - minval(model%blocks%vertex(2, :))
-      call note(notes, depth > deepest_bed*height, 'the weight presses the model about '// &
+      call note_if(notes, depth > deepest_bed*height, 'the weight presses the model about '// &
          short_text(depth)//' m into its bed of springs: is stiffness_per_area meant in '// &
          'kPa/m or MPa/m?')
    end subroutine note_bed

@@ -38,11 +38,11 @@ contains
       call note_names(model, notes)
       call note_points(model, notes)
       if (model%control%gravity(2) > 0.0_wp) then
-         call add(notes, 'gravity = '//to_text(model%control%gravity(1))//', '// &
+         call append_note(notes, 'gravity = '//to_text(model%control%gravity(1))//', '// &
             to_text(model%control%gravity(2))//' m/s² points upwards: weight needs a negative '// &
             'second value')
       else if (norm2(model%control%gravity) > 0.0_wp) then
-         call note_weights(model, notes)
+         call note_weight_effects(model, notes)
       end if
       call note_motions(model, notes)
       call note_softening(model, notes)
@@ -61,28 +61,28 @@ contains
          if (model%joints(j)%law /= 'cohesive') cycle
          if (.not. any(model%blocks%joint == j)) cycle
          words = coarse_points(model, j)
-         if (words /= '') call add(notes, words)
+         if (words /= '') call append_note(notes, words)
          words = long_steps(model, j)
-         if (words /= '') call add(notes, words)
+         if (words /= '') call append_note(notes, words)
       end do
    end subroutine note_softening
 
    !> Append a note to the list.
-   pure subroutine add(notes, words)
+   pure subroutine append_note(notes, words)
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
       character(len=*), intent(in) :: words  !< a line
 
       notes = [character(len=note_length) :: notes, words]
-   end subroutine add
+   end subroutine append_note
 
    !> Text ' (and 3 more)' for further cases; blank if there are none.
-   pure function others(number) result(words)
+   pure function more_text(number) result(words)
       integer, intent(in) :: number  !< number of further ones
       character(len=:), allocatable :: words
 
       words = ''
       if (number > 0) words = ' (and '//to_text(number)//' more)'
-   end function others
+   end function more_text
 
    !> Note densities that may be in g/cm³.
    pure subroutine note_densities(model, notes)
@@ -93,8 +93,8 @@ contains
       first = findloc(model%materials%density < least_density, .true., 1)
       if (first == 0) return
       associate (material => model%materials(first))
-         call add(notes, 'density = '//to_text(material%density)//' kg/m³ of &material '// &
-            quoted(material%name)//others(count(model%materials%density < least_density) - 1)// &
+         call append_note(notes, 'density = '//to_text(material%density)//' kg/m³ of &material '// &
+            quoted(material%name)//more_text(count(model%materials%density < least_density) - 1)// &
             ': is it meant in g/cm³? Water has 1000 kg/m³')
       end associate
    end subroutine note_densities
@@ -108,8 +108,8 @@ contains
       associate (angle => model%joints%friction_angle)
          associate (small => angle >= radians(1) .and. angle < radians(2))
             first = findloc(small, .true., 1)
-            if (first > 0) call add(notes, 'friction_angle = '//to_text(angle(first))// &
-               '° of &joint '//quoted(model%joints(first)%name)//others(count(small) - 1)// &
+            if (first > 0) call append_note(notes, 'friction_angle = '//to_text(angle(first))// &
+               '° of &joint '//quoted(model%joints(first)%name)//more_text(count(small) - 1)// &
                ': is it meant in radians? '//to_text(angle(first))//' rad are '// &
                short_text(angle(first)*180.0_wp/pi)//'°')
          end associate
@@ -128,7 +128,7 @@ contains
             if (.not. stage%duration > 0.0_wp) cycle
             length = real(stage%steps, wp)*stage%time_step
             if (abs(length - stage%duration) <= most_rounding*stage%duration) cycle
-            call add(notes, 'duration = '//to_text(stage%duration)//' s of stage '// &
+            call append_note(notes, 'duration = '//to_text(stage%duration)//' s of stage '// &
                quoted(stage%name)//' is not a multiple of time_step = '// &
                to_text(stage%time_step)//' s: it is rounded to '//to_text(length)// &
                ' s (steps: '//to_text(stage%steps)//')')
@@ -146,8 +146,8 @@ contains
       associate (names => pack(model%block_names, model%blocks%body == 0))
          call find_repeated(names, first, more)
          if (first == 0) return
-         call add(notes, to_text(count(names == names(first)))//' blocks are named '// &
-            quoted(names(first))//others(more)//': in a list of names, it selects all of them')
+         call append_note(notes, to_text(count(names == names(first)))//' blocks are named '// &
+            quoted(names(first))//more_text(more)//': in a list of names, it selects all of them')
       end associate
    end subroutine note_names
 
@@ -160,14 +160,15 @@ contains
       first = findloc(model%points%other > 0, .true., 1)
       if (first == 0) return
       associate (point => model%points(first))
-         call add(notes, 'measured point '//quoted(point%name)//others(count(model%points%other &
-            > 0) - 1)//' lies on '//label(model, point%block)//' and '//label(model, &
-            point%other)//' and follows the first: set its variable block, or move the point')
+         call append_note(notes, 'measured point '//quoted(point%name)// &
+            more_text(count(model%points%other > 0) - 1)//' lies on '//block_label(model, &
+            point%block)//' and '//block_label(model, point%other)// &
+            ' and follows the first: set its variable block, or move the point')
       end associate
    end subroutine note_points
 
    !> Note effects of the weight on a model: unsupported blocks, strains, penetration.
-   subroutine note_weights(model, notes)
+   subroutine note_weight_effects(model, notes)
       type(model_type), intent(in) :: model  !< with gravity
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
       type(linear_terms_type) :: terms
@@ -177,18 +178,19 @@ contains
 
       call find_grounded(model, held, terms)
       if (.not. any(held)) then
-         call add(notes, 'nothing supports the blocks against gravity: no &fixed_point and no '// &
+         call append_note(notes, &
+            'nothing supports the blocks against gravity: no &fixed_point and no '// &
             '&boundary fixes a block in that direction')
          return
       end if
       call find_overburden(model%blocks, model%control%gravity, held, overburden)
       call find_supported(model, held, terms, overburden, supported)
       first = findloc(supported, .false., 1)
-      if (first > 0) call add(notes, 'nothing supports '//label(model, first)// &
-         others(count(.not. supported) - 1)//' against gravity, and there is no block below')
+      if (first > 0) call append_note(notes, 'nothing supports '//block_label(model, first)// &
+         more_text(count(.not. supported) - 1)//' against gravity, and there is no block below')
       call note_strain(model, overburden, notes)
-      call note_depth(model, overburden, held, notes)
-   end subroutine note_weights
+      call note_penetration(model, overburden, held, notes)
+   end subroutine note_weight_effects
 
    !> Note the largest strain σ/E due to the weight above a block and half its own weight.
    !> Blocks with initial stress are excluded, since that stress supports the weight.
@@ -205,7 +207,7 @@ contains
          strain = stress/model%materials(blocks%material)%young_modulus
          b = maxloc(strain, 1)
          if (strain(b) <= most_strain) return
-         call add(notes, 'the weight strains '//label(model, b)//' by about '// &
+         call append_note(notes, 'the weight strains '//block_label(model, b)//' by about '// &
             short_text(100*strain(b))//' %, beyond the '//short_text(100*most_strain)// &
             ' % of small strains: '//short_text(stress(b))//' Pa over young_modulus = '// &
             to_text(model%materials(blocks%material(b))%young_modulus)//' Pa')
@@ -214,7 +216,7 @@ contains
 
    !> Note the largest penetration of a block into its support due to the weight.
    !> It is given as a fraction of its smaller side.
-   pure subroutine note_depth(model, overburden, held, notes)
+   pure subroutine note_penetration(model, overburden, held, notes)
       type(model_type), intent(in) :: model  !< model as read from the input
       type(overburden_type), intent(in) :: overburden  !< weights
       logical, intent(in) :: held(:)         !< [blocks] supported by the ground
@@ -228,21 +230,21 @@ contains
       worst = 0
       do b = 1, model%blocks%n
          if (held(b) .or. overburden%beneath(b) == 0) cycle
-         share = depth_of(model, overburden, b)/smaller_side(model%blocks, b)
+         share = weight_penetration(model, overburden, b)/smaller_side(model%blocks, b)
          if (share <= most) cycle
          most = share
          worst = b
       end do
       if (worst == 0) return
-      depth = depth_of(model, overburden, worst)
-      call add(notes, 'the weight presses '//label(model, worst)//' about '// &
+      depth = weight_penetration(model, overburden, worst)
+      call append_note(notes, 'the weight presses '//block_label(model, worst)//' about '// &
          short_text(depth)//' m into its support, '//short_text(100*most)// &
          ' % of its smaller side: contacts of normal_stiffness = '// &
          to_text(model%contact%normal_stiffness)//' N/m, or of its joint, are soft')
-   end subroutine note_depth
+   end subroutine note_penetration
 
    !> Penetration, m, with two contacts per block below, or with the area of the stiffest joint.
-   pure real(wp) function depth_of(model, overburden, b) result(depth)
+   pure real(wp) function weight_penetration(model, overburden, b) result(depth)
       type(model_type), intent(in) :: model  !< model as read from the input
       type(overburden_type), intent(in) :: overburden  !< weights
       integer, intent(in) :: b               !< block
@@ -259,7 +261,7 @@ contains
             depth = min(depth, one)
          end associate
       end do
-   end function depth_of
+   end function weight_penetration
 
    !> Note motions that no support uses.
    pure subroutine note_motions(model, notes)
@@ -277,19 +279,19 @@ contains
          used(model%boundaries(i)%motion) = .true.
       end do
       i = findloc(used(1:), .false., 1)
-      if (i > 0) call add(notes, '&motion '//quoted(model%motions(i)%name)// &
-         others(count(.not. used(1:)) - 1)//' is not used: no motion_x, motion_y, '// &
+      if (i > 0) call append_note(notes, '&motion '//quoted(model%motions(i)%name)// &
+         more_text(count(.not. used(1:)) - 1)//' is not used: no motion_x, motion_y, '// &
          'base_motion_x or base_motion_y names it')
    end subroutine note_motions
 
    !> Text of a block: its name, or its number.
-   pure function label(model, b)
+   pure function block_label(model, b)
       type(model_type), intent(in) :: model  !< model as read from the input
       integer, intent(in) :: b               !< number of the block
-      character(len=:), allocatable :: label
+      character(len=:), allocatable :: block_label
 
-      label = 'block '//to_text(b)
-      if (model%block_names(b) /= '') label = 'block '//quoted(model%block_names(b))
-   end function label
+      block_label = 'block '//to_text(b)
+      if (model%block_names(b) /= '') block_label = 'block '//quoted(model%block_names(b))
+   end function block_label
 
 end module dda_model_notes

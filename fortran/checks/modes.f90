@@ -83,7 +83,7 @@ contains
          end do
       end do
       modes%effective_mass = modes%participation**2/modes%total_mass
-      call put_in_words(linear, count, modes)
+      call write_mode_text(linear, count, modes)
    end subroutine find_modes
 
    !> Iterate each mode with the moduli at its own frequency until the frequency does not change.
@@ -220,12 +220,12 @@ contains
          pairs%value(i) = energy%total
       end do
       call select_pairs(pairs, ascending_order(pairs%value))
-      limit = nothing*scale_of(linear)
+      limit = nothing*omega_max_scale(linear)
       mechanisms = count(pairs%value < limit)
    end subroutine set_frequencies
 
    !> Scale of ω_max²: the largest ratio of stiffness and mass of a block.
-   pure real(wp) function scale_of(linear) result(scale)
+   pure real(wp) function omega_max_scale(linear) result(scale)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       integer :: b, i
 
@@ -235,10 +235,10 @@ contains
             scale = max(scale, linear%stiffness%diagonal(i, i, b)/linear%mass(i, i, b))
          end do
       end do
-   end function scale_of
+   end function omega_max_scale
 
    !> Write the text on contacts, singular stiffness and moduli of the modes.
-   subroutine put_in_words(linear, wanted, modes)
+   subroutine write_mode_text(linear, wanted, modes)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       integer, intent(in) :: wanted  !< number of modes
       type(modes_type), intent(inout) :: modes  !< lowest modes
@@ -258,6 +258,6 @@ contains
          '; moduli and damping ratios of the materials are those at the frequency of each mode'
       if (modes%n < wanted) modes%words = modes%words//'; only '//to_text(modes%n)// &
          ' modes have stiffness'
-   end subroutine put_in_words
+   end subroutine write_mode_text
 
 end module dda_modes

@@ -26,9 +26,9 @@ contains
       p = sin(angle)/speed(wave)
       normal = sqrt(cmplx(1.0_wp - (p*speed)**2, 0.0_wp, wp))  ! cosines of both waves
       if (p*ratio > 1.0_wp) normal(1) = -normal(1)             ! P decays inwards
-      row(:, wave_p) = imbalance(ratio, wave_p, p, -normal(wave_p))
-      row(:, wave_s) = imbalance(ratio, wave_s, p, -normal(wave_s))
-      known = -imbalance(ratio, wave, p, normal(wave))
+      row(:, wave_p) = stress_imbalance(ratio, wave_p, p, -normal(wave_p))
+      row(:, wave_s) = stress_imbalance(ratio, wave_s, p, -normal(wave_s))
+      known = -stress_imbalance(ratio, wave, p, normal(wave))
       determinant = row(1, 1)*row(2, 2) - row(1, 2)*row(2, 1)
       amplitude = [known(1)*row(2, 2) - known(2)*row(1, 2), known(2)*row(1, 1) &
          - known(1)*row(2, 1)]/determinant
@@ -36,12 +36,12 @@ contains
    end function reflected_energy
 
    !> Stress on the edge minus that of the dashpots, normal and tangential, of a unit wave over −iω.
-   pure function imbalance(ratio, wave, p, cosine)
+   pure function stress_imbalance(ratio, wave, p, cosine)
       real(wp), intent(in) :: ratio       !< V_p/V_s
       integer, intent(in) :: wave         !< wave_p or wave_s
       real(wp), intent(in) :: p           !< slowness along the edge
       complex(wp), intent(in) :: cosine   !< cosine of its direction, along the outward normal
-      complex(wp) :: imbalance(2)
+      complex(wp) :: stress_imbalance(2)
       complex(wp) :: d(2), u(2)
       real(wp) :: speed, lambda
 
@@ -50,9 +50,9 @@ contains
       d = [cmplx(p*speed, 0.0_wp, wp), cosine]
       u = d
       if (wave == wave_s) u = [cosine, -d(1)]
-      imbalance(1) = (lambda*sum(d*u) + 2.0_wp*d(2)*u(2))/speed - ratio*u(2)
-      imbalance(2) = (d(2)*u(1) + d(1)*u(2))/speed - u(1)
-   end function imbalance
+      stress_imbalance(1) = (lambda*sum(d*u) + 2.0_wp*d(2)*u(2))/speed - ratio*u(2)
+      stress_imbalance(2) = (d(2)*u(1) + d(1)*u(2))/speed - u(1)
+   end function stress_imbalance
 
    !> Largest whole angle, degrees, up to which at most a given energy fraction is reflected.
    pure integer function absorbed_angle(ratio, wave, share) result(angle)

@@ -72,8 +72,8 @@ contains
       result%products = pairs%products
       result%shape = pairs%vector(:, :, 1)
       result%energy = energy_of(linear, result%shape)
-      call name_governing(linear, result)
-      call put_in_words(linear, result)
+      call find_governing_term(linear, result)
+      call write_omega_text(linear, result)
       call check_bracket(result, error)
    end subroutine find_omega_max
 
@@ -84,11 +84,11 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), allocatable :: upper(:,:,:)
 
-      call largest_of_blocks(linear%stiffness%diagonal, linear%mass, bracket%lower, &
+      call largest_block_omega(linear%stiffness%diagonal, linear%mass, bracket%lower, &
          bracket%lower_block, error)
       if (allocated(error)) return
       call upper_blocks(linear, upper)
-      call largest_of_blocks(upper, linear%mass, bracket%upper, bracket%upper_block, error)
+      call largest_block_omega(upper, linear%mass, bracket%upper, bracket%upper_block, error)
       bracket%upper = tie*bracket%upper
    end subroutine find_bracket
 
@@ -118,7 +118,7 @@ contains
    end subroutine upper_blocks
 
    !> Find the block with the largest eigenvalue of k x = λ m x, and its square root.
-   subroutine largest_of_blocks(k, m, omega, block, error)
+   subroutine largest_block_omega(k, m, omega, block, error)
       real(wp), intent(in) :: k(:,:,:), m(:,:,:)  !< [6,6,n]
       real(wp), intent(out) :: omega              !< rad/s
       integer, intent(out) :: block  !< 6×6 block of a matrix
@@ -138,10 +138,10 @@ contains
          largest = max(largest, values(6))
       end do
       omega = sqrt(largest)
-   end subroutine largest_of_blocks
+   end subroutine largest_block_omega
 
    !> Find the kind with most energy of the highest mode, and its spring or block with most energy.
-   subroutine name_governing(linear, result)
+   subroutine find_governing_term(linear, result)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(omega_max_type), intent(inout) :: result  !< highest frequency
       integer :: holder
@@ -156,10 +156,10 @@ contains
          result%block = [linear%terms%term(holder)%block_a, linear%terms%term(holder)%block_b]
          result%governs = term_label(linear, holder)
       end if
-   end subroutine name_governing
+   end subroutine find_governing_term
 
    !> Write the text on ω_max, its bounds and the governing term.
-   subroutine put_in_words(linear, result)
+   subroutine write_omega_text(linear, result)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(omega_max_type), intent(inout) :: result  !< highest frequency
       integer :: kind
@@ -167,16 +167,16 @@ contains
       associate (energy => result%energy)
          result%words = 'ω_max = '//short_text(result%omega)//' rad/s, guaranteed between '// &
             bracket_text(result%bracket)//'; relative residual '//short_text(result%residual)// &
-            '; governed by '//result%governs//' with '//percent(energy%most(result%kind))// &
+            '; governed by '//result%governs//' with '//percent_text(energy%most(result%kind))// &
             ' of the energy of its mode ('
          do kind = 1, energy_kinds
             if (energy%share(kind) > 0.0_wp) result%words = result%words// &
-               trim(kind_names(kind))//' '//percent(energy%share(kind))//', '
+               trim(kind_names(kind))//' '//percent_text(energy%share(kind))//', '
          end do
          result%words = result%words(:len(result%words) - 2)//'); the largest bound comes from '// &
             block_label(linear, result%bracket%upper_block)
       end associate
-   end subroutine put_in_words
+   end subroutine write_omega_text
 
    !> Return an error if ω_max lies outside its bracket, as no eigenvalue can.
    subroutine check_bracket(result, error)
@@ -199,12 +199,12 @@ contains
       text = short_text(bracket%lower)//' and '//short_text(bracket%upper)
    end function bracket_text
 
-   pure function percent(share) result(text)
+   pure function percent_text(share) result(text)
       real(wp), intent(in) :: share  !< of the energy
       character(len=:), allocatable :: text
 
       text = to_text(nint(100*share))//' %'
       if (share < 0.1_wp) text = to_text(0.1_wp*nint(1000*share))//' %'
-   end function percent
+   end function percent_text
 
 end module dda_omega_max

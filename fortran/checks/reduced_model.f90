@@ -149,26 +149,26 @@ contains
       omega = 2.0_wp*tan(0.5_wp*omega*linear%time_step)/linear%time_step
       do k = 1, size(linear%damping)
          associate (damping => linear%damping(k))
-            weights%part(elastic_part(k)) = modulus_factor(damping, omega) - 1.0_wp &
+            weights%part(elastic_index(k)) = modulus_factor(damping, omega) - 1.0_wp &
                + damping%beta*steady%mean_dashpot
-            weights%part(mass_part(k)) = damping%alpha*steady%mean_dashpot
+            weights%part(mass_index(k)) = damping%alpha*steady%mean_dashpot
          end associate
       end do
    end function weights_at
 
    !> Index of the part with the elasticity of a damping law.
-   pure integer function elastic_part(k)
+   pure integer function elastic_index(k)
       integer, intent(in) :: k  !< number of the damping
 
-      elastic_part = instants + 2*k - 1
-   end function elastic_part
+      elastic_index = instants + 2*k - 1
+   end function elastic_index
 
    !> Index of the part with the mass of a damping law.
-   pure integer function mass_part(k)
+   pure integer function mass_index(k)
       integer, intent(in) :: k  !< number of the damping
 
-      mass_part = instants + 2*k
-   end function mass_part
+      mass_index = instants + 2*k
+   end function mass_index
 
    !> Factors of the parts of A in continuous time without damping.
    pure type(weights_type) function undamped_weights(frequency) result(weights)
@@ -217,12 +217,12 @@ contains
       complex(wp) :: pull
       integer :: i, b
 
-      x_re = combined(reduced%basis, real(y))
-      x_im = combined(reduced%basis, aimag(y))
+      x_re = linear_combination(reduced%basis, real(y))
+      x_im = linear_combination(reduced%basis, aimag(y))
       call multiply(linear%stiffness, x_re, re)
       call multiply(linear%stiffness, x_im, im)
-      re = combined(force, real(weights%ground)) - re
-      im = combined(force, aimag(weights%ground)) - im
+      re = linear_combination(force, real(weights%ground)) - re
+      im = linear_combination(force, aimag(weights%ground)) - im
       do b = 1, linear%n
          associate (c => weights%inertia, m_re => matmul(linear%mass(:, :, b), x_re(:, b)), &
             m_im => matmul(linear%mass(:, :, b), x_im(:, b)))
@@ -239,8 +239,8 @@ contains
             if (any(term%damped_share > 0.0_wp)) pull = pull + damping_pull(linear, weights, term, &
                cmplx(stretch_of(term, x_re), stretch_of(term, x_im), wp))
             if (.not. abs(pull) > 0.0_wp) cycle
-            call add_row(term, real(pull), re)
-            call add_row(term, aimag(pull), im)
+            call add_term_row(term, real(pull), re)
+            call add_term_row(term, aimag(pull), im)
          end associate
       end do
    end subroutine residual_of
@@ -257,7 +257,7 @@ contains
       share = shares_of_laws(linear, term)
       pull = 0.0_wp
       do k = 1, size(share)
-         pull = pull - term%coefficient*share(k)*weights%part(elastic_part(k))*stretch
+         pull = pull - term%coefficient*share(k)*weights%part(elastic_index(k))*stretch
       end do
    end function damping_pull
 
@@ -271,8 +271,8 @@ contains
       complex(wp) :: force(6)
 
       associate (k => linear%law(b))
-         force = weights%part(mass_part(k))*matmul(linear%mass(:, :, b), x)
-         force(4:6) = force(4:6) + weights%part(elastic_part(k)) &
+         force = weights%part(mass_index(k))*matmul(linear%mass(:, :, b), x)
+         force(4:6) = force(4:6) + weights%part(elastic_index(k)) &
             *matmul(linear%elastic(:, :, b), x(4:6))
       end associate
       re = re - real(force)
@@ -280,7 +280,7 @@ contains
    end subroutine subtract_damping
 
    !> Compute Σ factor × vector.
-   pure function combined(vectors, factors) result(sum)
+   pure function linear_combination(vectors, factors) result(sum)
       real(wp), intent(in) :: vectors(:,:,:), factors(:)
       real(wp) :: sum(size(vectors, 1), size(vectors, 2))
       integer :: j
@@ -289,10 +289,10 @@ contains
       do j = 1, size(factors)
          if (abs(factors(j)) > 0.0_wp) sum = sum + factors(j)*vectors(:, :, j)
       end do
-   end function combined
+   end function linear_combination
 
    !> Compute x += c u.
-   pure subroutine add_row(term, c, x)
+   pure subroutine add_term_row(term, c, x)
       type(linear_term_type), intent(in) :: term  !< term of the list
       real(wp), intent(in) :: c
       real(wp), intent(inout) :: x(:,:)
@@ -303,7 +303,7 @@ contains
          call get_row(term, k, b, row)
          x(:, b) = x(:, b) + c*row
       end do
-   end subroutine add_row
+   end subroutine add_term_row
 
    !> Compute xᵀMy.
    pure real(wp) function mass_product(linear, x, y) result(total)
@@ -344,12 +344,12 @@ contains
       end do
       reduced%m = reduced%m + 1
       reduced%basis(:, :, reduced%m) = v
-      call project(reduced, linear, force, v)
+      call extend_projection(reduced, linear, force, v)
       added = .true.
    end subroutine add_vector
 
    !> Compute the rows and columns of the projected matrices for the last vector v.
-   subroutine project(reduced, linear, force, v)
+   subroutine extend_projection(reduced, linear, force, v)
       type(reduced_model_type), intent(inout) :: reduced  !< projected model
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: force(:,:,:), v(:,:)
@@ -360,7 +360,7 @@ contains
       product(:, :, 1:) = 0.0_wp
       do i = 1, linear%terms%n
          associate (term => linear%terms%term(i))
-            call add_row(term, term%coefficient*stretch_of(term, v), &
+            call add_term_row(term, term%coefficient*stretch_of(term, v), &
                product(:, :, term%instant))
          end associate
       end do
@@ -376,12 +376,12 @@ contains
          do j = 1, size(force, 3)
             reduced%force(m, j) = sum(v*force(:, :, j))
          end do
-         if (size(linear%damping) > 0) call project_damping(reduced, linear, v)
+         if (size(linear%damping) > 0) call extend_damping_projection(reduced, linear, v)
       end associate
-   end subroutine project
+   end subroutine extend_projection
 
    !> Compute the rows and columns of the projected damping parts for the last vector.
-   subroutine project_damping(reduced, linear, v)
+   subroutine extend_damping_projection(reduced, linear, v)
       type(reduced_model_type), intent(inout) :: reduced  !< projected model
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: v(:,:)
@@ -392,8 +392,8 @@ contains
          if (linear%law(b) == 0) cycle
          elastic = matmul(linear%elastic(:, :, b), v(4:6, b))
          inertial = matmul(linear%mass(:, :, b), v(:, b))
-         associate (m => reduced%m, of_k => elastic_part(linear%law(b)), &
-            of_m => mass_part(linear%law(b)))
+         associate (m => reduced%m, of_k => elastic_index(linear%law(b)), &
+            of_m => mass_index(linear%law(b)))
             do j = 1, m
                reduced%part(m, j, of_k) = reduced%part(m, j, of_k) &
                   + dot_product(reduced%basis(4:6, b, j), elastic)
@@ -408,7 +408,7 @@ contains
             do k = 1, size(share)
                if (.not. share(k) > 0.0_wp) cycle
                do j = 1, m
-                  reduced%part(m, j, elastic_part(k)) = reduced%part(m, j, elastic_part(k)) &
+                  reduced%part(m, j, elastic_index(k)) = reduced%part(m, j, elastic_index(k)) &
                      + share(k)*term%coefficient*stretch_of(term, v) &
                      *stretch_of(term, reduced%basis(:, :, j))
                end do
@@ -418,6 +418,6 @@ contains
       do j = 1, reduced%m
          reduced%part(j, reduced%m, instants + 1:) = reduced%part(reduced%m, j, instants + 1:)
       end do
-   end subroutine project_damping
+   end subroutine extend_damping_projection
 
 end module dda_reduced_model

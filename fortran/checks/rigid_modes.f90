@@ -27,7 +27,7 @@ contains
 
       call find_parts(linear, free)
       call rigid_motions(linear, free, motion)
-      call leave_free_ones(linear, free, motion, error)
+      call retain_unrestrained(linear, free, motion, error)
    end subroutine find_rigid_modes
 
    !> Number the connected parts of the model.
@@ -42,7 +42,7 @@ contains
          associate (term => linear%terms%term(i))
             do k = 2, blocks_in(term)
                call get_row(term, k, b, row)
-               roots = [root_of(parent, term%block_a), root_of(parent, b)]
+               roots = [find_root(parent, term%block_a), find_root(parent, b)]
                ! The smaller root becomes the root of both, so that a root comes before its members.
                parent(maxval(roots)) = minval(roots)
             end do
@@ -58,7 +58,7 @@ contains
    end subroutine find_parts
 
    !> Find the root of the part of a block, and shorten the path to it.
-   integer function root_of(parent, b) result(root)
+   integer function find_root(parent, b) result(root)
       integer, intent(inout) :: parent(:)  !< [n] a block of the same part, or itself
       integer, intent(in) :: b  !< block
 
@@ -67,7 +67,7 @@ contains
          parent(root) = parent(parent(root))
          root = parent(root)
       end do
-   end function root_of
+   end function find_root
 
    !> Compute two translations and the rotation of each part, mass-orthonormal.
    !> The centre is the centre of mass.  Blocks removed by a stage are separate parts.
@@ -107,7 +107,7 @@ contains
    end subroutine rigid_motions
 
    !> Retain the combinations of each part's motions that its supports do not restrain.
-   subroutine leave_free_ones(linear, free, motion, error)
+   subroutine retain_unrestrained(linear, free, motion, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(null_space_type), intent(inout) :: free  !< rigid motions of loose parts
       real(wp), intent(in) :: motion(:,:,:)  !< prescribed motion
@@ -136,6 +136,6 @@ contains
       do b = 1, linear%n
          free%basis(:, :, b) = matmul(motion(:, :, b), resistance(:, :, free%group(b)))
       end do
-   end subroutine leave_free_ones
+   end subroutine retain_unrestrained
 
 end module dda_rigid_modes

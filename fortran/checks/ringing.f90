@@ -52,7 +52,7 @@ contains
       ringing%steps = maxval(steps)
       ringing%resolution = omega*linear%time_step
       energy = energy_of(free, pairs%vector(:, :, 1))
-      call put_in_words(ringing, linear%scheme, trim(kind_names(maxloc(energy%share, 1))))
+      call write_ringing_text(ringing, linear%scheme, trim(kind_names(maxloc(energy%share, 1))))
    end subroutine find_ringing
 
    !> Copy the model without springs to the ground and springs whose dashpots prevent ringing.
@@ -71,7 +71,7 @@ contains
    end subroutine remove_ground
 
    !> Write the texts on the slowest alternating mode, and the advice.
-   subroutine put_in_words(ringing, scheme, kind)
+   subroutine write_ringing_text(ringing, scheme, kind)
       type(ringing_type), intent(inout) :: ringing  !< slowest alternating mode
       type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
       character(len=*), intent(in) :: kind  !< of term
@@ -93,6 +93,6 @@ contains
          ringing%brief = 'never dies out'
       end if
       ringing%brief = kind//', '//ringing%brief
-   end subroutine put_in_words
+   end subroutine write_ringing_text
 
 end module dda_ringing

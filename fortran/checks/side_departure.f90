@@ -41,17 +41,17 @@ contains
       real(wp) :: omega
 
       departure = -1.0_wp
-      bar = bar_of(model, x)
+      bar = make_side_bar(model, x)
       if (.not. (bar%base > 0.0_wp .and. maxval(bar%dashpot) > 0.0_wp)) return
       omega = min(2.0_wp*pi*frequency, 0.5_wp*pi*bar%base/maxval(bar%mass))
       frequency = omega/(2.0_wp*pi)
       free = 2.0_wp/cmplx(1.0_wp, omega*bar%mass([1, cells])/bar%base, wp)
-      u = motion_of(bar, omega, free)
+      u = bar_motion(bar, omega, free)
       departure = maxval(abs(u([1, cells + 1])/free - 1.0_wp), mask=bar%dashpot > 0.0_wp)
    end subroutine find_side_departure
 
    !> Distribute the blocks over the cells that they overlap; set dashpots of the base and sides.
-   type(bar_type) function bar_of(model, x) result(bar)
+   type(bar_type) function make_side_bar(model, x) result(bar)
       type(model_type), intent(in) :: model  !< model as read from the input
       real(wp), intent(in) :: x(:)           !< [vertices] positions at the start, m
       real(wp) :: left, low, high, plate, share(cells)
@@ -84,10 +84,10 @@ contains
             bar%dashpot(side) = 2.0_wp*sum(field%boundary%dashpot(1, :))
          end associate
       end do
-   end function bar_of
+   end function make_side_bar
 
    !> Solve for the motion at the ends of the cells for u_in = 1, by tridiagonal elimination.
-   pure function motion_of(bar, omega, free) result(u)
+   pure function bar_motion(bar, omega, free) result(u)
       type(bar_type), intent(in) :: bar
       real(wp), intent(in) :: omega       !< rad/s
       complex(wp), intent(in) :: free(2)  !< motion of the free fields of the sides
@@ -115,6 +115,6 @@ contains
       do i = cells, 1, -1
          u(i) = (u(i) + bar%modulus(i)/bar%length*u(i + 1))/diagonal(i)
       end do
-   end function motion_of
+   end function bar_motion
 
 end module dda_side_departure

@@ -65,7 +65,7 @@ contains
             'model has '//to_text(size(linear%points)))
          return
       end if
-      call excite(transfer, linear, base_axis, static, force, error)
+      call find_base_excitation(transfer, linear, base_axis, static, force, error)
       if (.not. allocated(error)) &
          call reduce_model(transfer%reduced, linear, static, force, highest, error)
       if (allocated(error)) return
@@ -96,7 +96,7 @@ contains
 
    !> Compute the forces for a unit base motion, and the static response to it.
    !> The static response is a translation if all ground terms move.
-   subroutine excite(transfer, linear, axis, static, force, error)
+   subroutine find_base_excitation(transfer, linear, axis, static, force, error)
       type(transfer_type), intent(inout) :: transfer  !< prepared transfer function
       type(linear_model_type), intent(in) :: linear  !< linearised model
       integer, intent(in) :: axis  !< 1: x, 2: y
@@ -116,22 +116,22 @@ contains
          end do
          return
       end if
-      call push_ground(linear, axis, force, held, moved)
+      call find_ground_forces(linear, axis, force, held, moved)
       if (held == 0) then
          call fail(error, error_input, 'there is no base: no fixed point or dashpot supports '// &
             'the model in '//merge('x', 'y', axis == 1)//', and there is no base motion')
       else if (moved < held) then
-         transfer%words = to_text(moved)//' of '//to_text(held)//' '//ground_name(linear)//' move'
+         transfer%words = to_text(moved)//' of '//to_text(held)//' '//supports_text(linear)//' move'
          call prepare_inverse(inverse, linear%stiffness, linear%mass, error)
          if (.not. allocated(error)) call solve(inverse%factor, force(:, :, at_theta) &
             + force(:, :, at_end), static)
       else
-         transfer%words = 'all '//ground_name(linear)//' move together'
+         transfer%words = 'all '//supports_text(linear)//' move together'
       end if
-   end subroutine excite
+   end subroutine find_base_excitation
 
-   !> Text on the supports of the model on the ground.
-   pure function ground_name(linear) result(name)
+   !> Text that names the supports on which the model stands.
+   pure function supports_text(linear) result(name)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       character(len=:), allocatable :: name
 
@@ -139,11 +139,11 @@ contains
       associate (term => linear%terms%term(:linear%terms%n))
          if (any(term%block_b == 0 .and. term%kind /= term_support)) name = 'supports and dashpots'
       end associate
-   end function ground_name
+   end function supports_text
 
    !> Compute the forces for a unit displacement of the ground.
    !> Only ground terms with a motion along the axis move; if there are none, all ground terms move.
-   pure subroutine push_ground(linear, axis, force, held, moved)
+   pure subroutine find_ground_forces(linear, axis, force, held, moved)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       integer, intent(in) :: axis  !< 1: x, 2: y
       real(wp), intent(inout) :: force(:,:,:)  !< [6,n,instants]
@@ -180,7 +180,7 @@ contains
          is_held = linear%terms%term(i)%block_b == 0 .and. &
             abs(linear%terms%term(i)%row_a(axis)) > 0.0_wp
       end function is_held
-   end subroutine push_ground
+   end subroutine find_ground_forces
 
    !> Find the undamped frequencies of the basis, with the moduli at each of them.
    subroutine find_resonances(transfer, error)
@@ -265,7 +265,7 @@ contains
       best = maxloc(amplitude, 1)
       a = maxval(frequency, mask=frequency < frequency(best))
       b = minval(frequency, mask=frequency > frequency(best))
-      call climb(transfer, max(a, low), min(b, high), peak)
+      call refine_maximum(transfer, max(a, low), min(b, high), peak)
       if (amplitude(best) > peak%amplitude) then
          peak%frequency = frequency(best)
          peak%amplitude = amplitude(best)
@@ -274,7 +274,7 @@ contains
    end subroutine transfer_peak
 
    !> Find the maximum between two frequencies by golden section.
-   subroutine climb(transfer, low, high, peak)
+   subroutine refine_maximum(transfer, low, high, peak)
       type(transfer_type), intent(in) :: transfer  !< prepared transfer function
       real(wp), intent(in) :: low, high  !< Hz
       type(transfer_peak_type), intent(inout) :: peak  !< frequency (Hz) and amplitude
@@ -300,6 +300,6 @@ contains
       end do
       peak%frequency = x(maxloc(h, 1))
       peak%amplitude = maxval(h)
-   end subroutine climb
+   end subroutine refine_maximum
 
 end module dda_transfer

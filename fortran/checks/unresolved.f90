@@ -54,11 +54,11 @@ contains
       unresolved%limit = 4.0_wp/time_step
       unresolved%modes = 6*linear%n
       if (linear%n <= dense_blocks) then
-         call count_all(linear, unresolved, error)
+         call count_by_lapack(linear, unresolved, error)
       else
-         call bound_above(linear, unresolved, error)
+         call find_upper_bound(linear, unresolved, error)
          if (allocated(error)) return
-         call bound_below(linear, unresolved)
+         call find_lower_bound(linear, unresolved)
          if (unresolved%least < unresolved%most) then
             call factor_mass(mass, linear%mass, error)
             if (allocated(error)) return
@@ -69,11 +69,11 @@ contains
          end if
       end if
       unresolved%exact = unresolved%least == unresolved%most
-      call put_in_words(unresolved)
+      call write_unresolved_text(unresolved)
    end subroutine count_unresolved
 
    !> Count every mode by LAPACK.
-   subroutine count_all(linear, unresolved, error)
+   subroutine count_by_lapack(linear, unresolved, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(unresolved_type), intent(inout) :: unresolved  !< modes beyond 4/Δt
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -91,10 +91,10 @@ contains
          unresolved%of_kind(kind) = unresolved%of_kind(kind) + 1
       end do
       unresolved%least = unresolved%most
-   end subroutine count_all
+   end subroutine count_by_lapack
 
    !> Count the modes beyond the limit of the blocks of the upper bracket: an upper bound.
-   subroutine bound_above(linear, unresolved, error)
+   subroutine find_upper_bound(linear, unresolved, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(unresolved_type), intent(inout) :: unresolved  !< modes beyond 4/Δt
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -103,7 +103,7 @@ contains
       integer :: b, i, kind
 
       call upper_blocks(linear, upper)
-      call split_blocks(linear, by_kind)
+      call split_block_stiffness(linear, by_kind)
       do b = 1, linear%n
          if (is_above(unresolved%limit**2, upper(:, :, b), linear%mass(:, :, b))) cycle
          call block_eigen(upper(:, :, b), linear%mass(:, :, b), values, vectors, error)
@@ -111,14 +111,14 @@ contains
          do i = 1, 6
             if (values(i) <= unresolved%limit**2) cycle
             unresolved%most = unresolved%most + 1
-            kind = governing(vectors(:, i), by_kind(:, :, :, b))
+            kind = governing_kind(vectors(:, i), by_kind(:, :, :, b))
             unresolved%of_kind(kind) = unresolved%of_kind(kind) + 1
          end do
       end do
-   end subroutine bound_above
+   end subroutine find_upper_bound
 
    !> Stiffness of each block alone by kind; each term counts as often as it has blocks.
-   subroutine split_blocks(linear, by_kind)
+   subroutine split_block_stiffness(linear, by_kind)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), allocatable, intent(out) :: by_kind(:,:,:,:)  !< [6,6,kinds,n]
       real(wp) :: k, row(6)
@@ -135,10 +135,10 @@ contains
             end do
          end associate
       end do
-   end subroutine split_blocks
+   end subroutine split_block_stiffness
 
    !> Find the kind of stiffness with most of the energy of a block's motion.
-   pure integer function governing(x, by_kind)
+   pure integer function governing_kind(x, by_kind)
       real(wp), intent(in) :: x(6), by_kind(:,:,:)
       real(wp) :: energy(energy_kinds)
       integer :: kind
@@ -146,11 +146,11 @@ contains
       do kind = 1, energy_kinds
          energy(kind) = dot_product(x, matmul(by_kind(:, :, kind), x))
       end do
-      governing = maxloc(energy, 1)
-   end function governing
+      governing_kind = maxloc(energy, 1)
+   end function governing_kind
 
    !> Count unresolved modes of blocks without common springs: a lower bound.
-   subroutine bound_below(linear, unresolved)
+   subroutine find_lower_bound(linear, unresolved)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(unresolved_type), intent(inout) :: unresolved  !< modes beyond 4/Δt
       logical :: taken(linear%n)
@@ -160,7 +160,7 @@ contains
 
       taken = .false.
       do b = 1, linear%n
-         if (touches(linear%stiffness, taken, b)) cycle
+         if (shares_spring(linear%stiffness, taken, b)) cycle
          if (is_above(unresolved%limit**2, linear%stiffness%diagonal(:, :, b), &
             linear%mass(:, :, b))) cycle
          call block_eigen(linear%stiffness%diagonal(:, :, b), linear%mass(:, :, b), values, &
@@ -169,19 +169,19 @@ contains
          taken(b) = .true.
          unresolved%least = unresolved%least + count(values > unresolved%limit**2)
       end do
-   end subroutine bound_below
+   end subroutine find_lower_bound
 
    !> .true. if block b shares a spring with an earlier chosen block.
-   pure logical function touches(matrix, taken, b)
+   pure logical function shares_spring(matrix, taken, b)
       type(block_matrix_type), intent(in) :: matrix  !< block matrix
       logical, intent(in) :: taken(:)
       integer, intent(in) :: b  !< number of the block
 
-      touches = any(taken(matrix%column(matrix%row_start(b):matrix%row_start(b + 1) - 1)))
-   end function touches
+      shares_spring = any(taken(matrix%column(matrix%row_start(b):matrix%row_start(b + 1) - 1)))
+   end function shares_spring
 
    !> Write the text on the number and kind of unresolved modes.
-   subroutine put_in_words(unresolved)
+   subroutine write_unresolved_text(unresolved)
       type(unresolved_type), intent(inout) :: unresolved  !< modes beyond 4/Δt
       real(wp) :: share
       integer :: kind
@@ -207,6 +207,6 @@ contains
          end do
          u%words = u%words//"; the line 'ringing' tells how soon they die out"
       end associate
-   end subroutine put_in_words
+   end subroutine write_unresolved_text
 
 end module dda_unresolved

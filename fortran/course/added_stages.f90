@@ -35,18 +35,18 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< the stages cannot be appended
       integer :: i
 
-      call check_added(simulation, model, error)
+      call check_added_stages(simulation, model, error)
       if (allocated(error)) return
       do i = 1, column_count(simulation)
          call add_stages(column_of(simulation, i), column_model(model, model%free_fields(i)), error)
          if (allocated(error)) return
       end do
-      call end_stage(simulation)
+      call extend_present_stage(simulation)
       call adopt_stages(simulation%model, model)
    end subroutine add_stages
 
    !> Check that added stages follow a dynamic stage and add nothing but changes of the model.
-   subroutine check_added(simulation, model, error)
+   subroutine check_added_stages(simulation, model, error)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       type(model_type), intent(in) :: model  !< model of the changed input
       type(error_type), allocatable, intent(out) :: error  !< names the stage
@@ -70,10 +70,10 @@ contains
             end associate
          end do
       end associate
-   end subroutine check_added
+   end subroutine check_added_stages
 
    !> Extend the present stage to the largest number of steps that an input can have.
-   pure subroutine end_stage(simulation)
+   pure subroutine extend_present_stage(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       real(wp), parameter :: rounding = 1.0e-9_wp  !< relative to Δt, as for the end of a stage
       integer(long) :: steps
@@ -84,7 +84,7 @@ contains
             /control%time_step + rounding, long) + 2
          control%step_count = min(control%step_count, steps)
       end associate
-   end subroutine end_stage
+   end subroutine extend_present_stage
 
    !> Adopt the additional stages of a changed input.
    pure subroutine adopt_stages(own, model)

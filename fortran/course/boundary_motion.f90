@@ -26,7 +26,7 @@ contains
       motions = 0.0_wp
       do i = 1, size(simulation%model%boundary_motions)
          associate (motion => simulation%model%boundary_motions(i))
-            motions(:, i, :3) = incoming(simulation, motion)
+            motions(:, i, :3) = incoming_motion(simulation, motion)
             do k = 1, size(motion%point)
                call measure_point(simulation%blocks, motion%point(k), part(:, 1), part(:, 2), &
                   part(:, 3))
@@ -37,7 +37,7 @@ contains
    end subroutine take_boundary_motions
 
    !> Find displacement, velocity and acceleration of the incoming motion.
-   function incoming(simulation, motion) result(wave)
+   function incoming_motion(simulation, motion) result(wave)
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       type(boundary_motion_type), intent(in) :: motion  !< of a boundary
       real(wp) :: wave(2, 3)
@@ -59,6 +59,6 @@ contains
                velocity_at(curve, time), acceleration_at(curve, time)]
          end associate
       end do
-   end function incoming
+   end function incoming_motion
 
 end module dda_boundary_motion

@@ -43,8 +43,8 @@ contains
       real(wp) :: speed
       integer :: i
 
-      call check_same(simulation%model, simulation%blocks, model, error)
-      if (.not. allocated(error)) call check_bodies(simulation, model, error)
+      call check_unchanged(simulation%model, simulation%blocks, model, error)
+      if (.not. allocated(error)) call check_maxwell_steps(simulation, model, error)
       do i = 1, column_count(simulation)
          if (.not. allocated(error)) call change_now(column_of(simulation, i), &
             column_model(model, model%free_fields(i)), error)
@@ -57,7 +57,7 @@ contains
       points = simulation%model%fixed_points
       motions = simulation%model%motions
       call adopt_values(simulation, model)
-      call keep_positions(simulation, points, motions)
+      call set_targets_here(simulation, points, motions)
       call set_time_step(simulation, model%control%time_step)
       call set_elements(simulation%elements, simulation%model, simulation%blocks, &
          simulation%time)
@@ -67,7 +67,7 @@ contains
    end subroutine change_now
 
    !> Check that the model differs in changeable values only.
-   subroutine check_same(old, blocks, new, error)
+   subroutine check_unchanged(old, blocks, new, error)
       type(model_type), intent(in) :: old, new  !< stage of the run; stage of the changed input
       type(blocks_type), intent(in) :: blocks   !< of the run
       type(error_type), allocatable, intent(out) :: error  !< error: a different model
@@ -87,10 +87,10 @@ contains
       if (.not. same) call fail(error, error_input, new%file//': blocks, and the numbers of '// &
          'joints, motions and stages, cannot change during a run, nor can fixed points be '// &
          'added to fixed edges')
-   end subroutine check_same
+   end subroutine check_unchanged
 
    !> Check that the new Δt is valid for the Maxwell branches, which are not fitted again.
-   subroutine check_bodies(simulation, new, error)
+   subroutine check_maxwell_steps(simulation, new, error)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       type(model_type), intent(in) :: new  !< of the changed input
       type(error_type), allocatable, intent(inout) :: error  !< allocated on failure
@@ -107,7 +107,7 @@ contains
                to_text(maxval(body%omega(:body%n))/(2.0_wp*pi))//' Hz; begin with this time_step')
          end associate
       end do
-   end subroutine check_bodies
+   end subroutine check_maxwell_steps
 
    !> Adopt the values that do not affect the state; removals by stages remain.
    recursive subroutine adopt_values(simulation, model)
@@ -127,7 +127,7 @@ contains
          simulation%laws = laws
          do m = 1, size(own%motions)
             associate (begins => own%motions(m)%curve%start)
-               own%motions(m) = begun(model%motions(m), begins)
+               own%motions(m) = motion_from_time(model%motions(m), begins)
             end associate
          end do
          call adopt_loads(own, model, simulation%blocks%removed)
@@ -140,13 +140,13 @@ contains
    end subroutine adopt_values
 
    !> Motion that begins at a given time.
-   pure type(motion_type) function begun(motion, start)
+   pure type(motion_type) function motion_from_time(motion, start)
       type(motion_type), intent(in) :: motion  !< of the input
       real(wp), intent(in) :: start  !< s
 
-      begun = motion
-      begun%curve%start = start
-   end function begun
+      motion_from_time = motion
+      motion_from_time%curve%start = start
+   end function motion_from_time
 
    !> Replace the loads; their number may grow, and their times count from the same origin.
    subroutine adopt_loads(own, model, removed)
@@ -201,7 +201,7 @@ contains
 
    !> Set the targets of points that are fixed again, or get another motion, to their positions.
    !> Other targets do not change.
-   subroutine keep_positions(simulation, before, motions)
+   subroutine set_targets_here(simulation, before, motions)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(fixed_point_type), intent(in) :: before(:)  !< points before the change
       type(motion_type), intent(in) :: motions(:)      !< before the change
@@ -227,7 +227,7 @@ contains
             end do
          end do
       end associate
-   end subroutine keep_positions
+   end subroutine set_targets_here
 
    !> Set another Δt from now on.
    subroutine set_time_step(simulation, time_step)

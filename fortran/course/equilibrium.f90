@@ -118,7 +118,7 @@ contains
       equilibrium%budget = most_iterations
       if (present(budget)) equilibrium%budget = min(budget, most_iterations)
       call step_to_rest(simulation, equilibrium, failure)
-      call put_in_words(simulation, equilibrium, failure)
+      call write_outcome(simulation, equilibrium, failure)
       if (.not. equilibrium%at_rest) call fail(error, error_convergence, equilibrium%words)
       if (allocated(failure)) then
          if (failure%kind == error_interrupted .or. failure%kind == error_memory) &
@@ -141,7 +141,7 @@ contains
    end subroutine equilibrate
 
    !> Set stresses to those of the given modulus, and book the energy of Maxwell branches.
-   subroutine stop_damping(blocks, energy)
+   subroutine remove_damping_stress(blocks, energy)
       type(blocks_type), intent(inout) :: blocks  !< between two steps
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       real(wp) :: before
@@ -151,7 +151,7 @@ contains
       blocks%damps = .false.
       energy%value(energy_strain) = strain_energy(blocks)
       call add_energy(energy, energy_algorithmic, before - energy%value(energy_strain))
-   end subroutine stop_damping
+   end subroutine remove_damping_stress
 
    !> Set backward Euler without velocities, and time-dependent values at the present time.
    subroutine begin_statics(simulation)
@@ -170,7 +170,7 @@ contains
       call freeze_elements(simulation%elements, simulation%blocks, simulation%time)
       call take_over_columns(simulation)
       call stop_blocks(simulation)
-      call stop_damping(simulation%blocks, simulation%energy)
+      call remove_damping_stress(simulation%blocks, simulation%energy)
    end subroutine begin_statics
 
    !> Perform static steps until forces balance and explain all penetrations.
@@ -189,11 +189,11 @@ contains
       gained = iterations
       way = 0.0_wp
       do
-         call find_unbalanced(simulation, equilibrium, error)
+         call find_unbalanced_forces(simulation, equilibrium, error)
          if (allocated(error)) return
          equilibrium%at_rest = equilibrium%unbalanced <= equilibrium%allowed &
             .and. simulation%iteration%converged
-         call doubt_contacts(simulation, equilibrium)
+         call find_unexplained_depth(simulation, equilibrium)
          if (.not. equilibrium%at_rest) call record_falling(simulation, equilibrium)
          if (equilibrium%falling > 0) return
          if (equilibrium%largest < 0.5_wp*least) gained = simulation%counters%iterations
@@ -208,7 +208,7 @@ contains
             + merge(work_of_yield, work_in_vain, any(simulation%model%materials%yields())) &
             /simulation%blocks%n) return
          if (equilibrium%unexplained > 0 .and. equilibrium%releases < most_releases) &
-            call release_depths(simulation, equilibrium)
+            call remove_contact_offsets(simulation, equilibrium)
          call static_step(simulation, first, error)
          if (allocated(error)) then
             equilibrium%at_rest = .false.
@@ -270,7 +270,7 @@ contains
 
    !> Find the unbalanced forces on the blocks at the present positions, without velocities.
    !> Forces of contacts, stresses and elements are included; moments are divided by the radius.
-   subroutine find_unbalanced(simulation, equilibrium, error)
+   subroutine find_unbalanced_forces(simulation, equilibrium, error)
       type(simulation_type), intent(inout) :: simulation  !< contacts are listed again
       type(equilibrium_type), intent(inout) :: equilibrium  !< gets largest force, worst block
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -297,12 +297,12 @@ contains
             end associate
          end do
       end associate
-      call compare_with_allowed(simulation, equilibrium)
-   end subroutine find_unbalanced
+      call compare_with_tolerance(simulation, equilibrium)
+   end subroutine find_unbalanced_forces
 
    !> Find the largest force, and the block with the largest excess over its tolerance.
    !> The block with too large a tolerance is found too.
-   subroutine compare_with_allowed(simulation, equilibrium)
+   subroutine compare_with_tolerance(simulation, equilibrium)
       type(simulation_type), intent(in) :: simulation  !< unbalanced forces are in `system%rhs`
       type(equilibrium_type), intent(inout) :: equilibrium  !< gets largest force, worst block
       real(wp) :: force(6), size_of, allowed, weight
@@ -327,14 +327,14 @@ contains
             end if
             if (.not. size_of <= huge(size_of)) return
             equilibrium%largest = max(equilibrium%largest, size_of)
-            weight = weight_of(simulation, b)
+            weight = block_weight(simulation, b)
             if (blocks%removed(b) .or. system%has_terms(b) .or. &
                allowed <= equilibrium%doubt*weight) cycle
             equilibrium%doubt = allowed/max(weight, tiny(weight))
             equilibrium%doubtful = b
          end do
       end associate
-   end subroutine compare_with_allowed
+   end subroutine compare_with_tolerance
 
    !> Tolerance of the unbalanced force on block b in equilibrium, N/m.
    pure real(wp) function allowed_force(simulation, b) result(allowed)
@@ -342,7 +342,7 @@ contains
       integer, intent(in) :: b  !< number of the block
 
       associate (iteration => simulation%iteration)
-         allowed = max(tolerance*weight_of(simulation, b), &
+         allowed = max(tolerance*block_weight(simulation, b), &
             together*max(iteration%tolerance, iteration%noise))
       end associate
       if (simulation%system%has_terms(b)) allowed = max(allowed, rounding*epsilon(1.0_wp) &
@@ -351,16 +351,16 @@ contains
    end function allowed_force
 
    !> Weight of block b, N per metre of thickness.
-   pure real(wp) function weight_of(simulation, b)
+   pure real(wp) function block_weight(simulation, b)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       integer, intent(in) :: b  !< number of the block
 
-      weight_of = norm2(simulation%model%control%gravity)*simulation%blocks%mass(b)
-   end function weight_of
+      block_weight = norm2(simulation%model%control%gravity)*simulation%blocks%mass(b)
+   end function block_weight
 
    !> Find a contact in compression that penetrates deeper than its force explains.
    !> The forces balance, but for another position of the blocks.
-   subroutine doubt_contacts(simulation, equilibrium)
+   subroutine find_unexplained_depth(simulation, equilibrium)
       type(simulation_type), intent(in) :: simulation  !< simulation with the contacts at rest
       type(equilibrium_type), intent(inout) :: equilibrium  !< gets such a contact: no equilibrium
       integer :: c
@@ -378,7 +378,7 @@ contains
       end associate
       equilibrium%at_rest = equilibrium%unexplained == 0 &
          .or. (equilibrium%releases == most_releases .and. most <= simulation%detection%least)
-   end subroutine doubt_contacts
+   end subroutine find_unexplained_depth
 
    !> Record blocks that no contact forces can support, and that nothing can stop.
    subroutine record_falling(simulation, equilibrium)
@@ -395,7 +395,7 @@ contains
    !> Remove offsets, so that contact forces correspond to the whole penetration.
    !> Vertices that changed edges in soft contacts, such as in a fallen pile, penetrate without
    !> force, because otherwise they would gain energy.
-   subroutine release_depths(simulation, equilibrium)
+   subroutine remove_contact_offsets(simulation, equilibrium)
       type(simulation_type), intent(inout) :: simulation  !< simulation whose contacts are evaluated
       type(equilibrium_type), intent(inout) :: equilibrium  !< contact is reset, releases counted
 
@@ -406,7 +406,7 @@ contains
       end associate
       equilibrium%unexplained = 0
       equilibrium%releases = equilibrium%releases + 1
-   end subroutine release_depths
+   end subroutine remove_contact_offsets
 
    !> Find the block that has moved farthest from given positions, and its distance.
    subroutine farthest_moved(blocks, from, block, way)
@@ -429,39 +429,39 @@ contains
    end subroutine farthest_moved
 
    !> Write the outcome of the search: an error if there is no equilibrium.
-   subroutine put_in_words(simulation, equilibrium, error)
+   subroutine write_outcome(simulation, equilibrium, error)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(equilibrium_type), intent(inout) :: equilibrium  !< static equilibrium under gravity
       type(error_type), allocatable, intent(in) :: error  !< error of the last step, if it failed
 
       if (equilibrium%at_rest) then
-         equilibrium%words = words_of_rest(simulation, equilibrium)
+         equilibrium%words = equilibrium_text(simulation, equilibrium)
          return
       end if
       if (equilibrium%unexplained > 0) then
-         equilibrium%words = 'forces balance after '//static_steps(equilibrium)// &
-            ', but '//words_of_depth(simulation, equilibrium%unexplained)
+         equilibrium%words = 'forces balance after '//static_steps_text(equilibrium)// &
+            ', but '//penetration_text(simulation, equilibrium%unexplained)
          return
       end if
-      equilibrium%words = 'not at rest after '//static_steps(equilibrium)
+      equilibrium%words = 'not at rest after '//static_steps_text(equilibrium)
       if (equilibrium%falling > 0) then
          equilibrium%words = equilibrium%words//': block '//block_name(simulation, &
-            equilibrium%falls)//others_fall(equilibrium%falling - 1)//': no forces at the '// &
+            equilibrium%falls)//falling_text(equilibrium%falling - 1)//': no forces at the '// &
             'contacts there can balance the loads, and there is no block below'
          return
       end if
       if (equilibrium%block > 0) equilibrium%words = equilibrium%words//': block '// &
          block_name(simulation, equilibrium%block)//' has an unbalanced force of '// &
          short_text(equilibrium%unbalanced)//' N/m, allowed '//short_text(equilibrium%allowed)// &
-         words_of_slip(simulation, equilibrium%block)
+         sliding_contact_text(simulation, equilibrium%block)
       if (.not. simulation%iteration%converged) equilibrium%words = equilibrium%words// &
          ', and the contacts of the last step do not converge'
       if (allocated(error)) equilibrium%words = equilibrium%words//'; then '//error%message
-   end subroutine put_in_words
+   end subroutine write_outcome
 
    !> Text on the contact with the largest normal force and its joint.
    !> Priority: sliding contacts of an unbalanced block, all sliding ones, contacts of the block.
-   function words_of_slip(simulation, b) result(words)
+   function sliding_contact_text(simulation, b) result(words)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer, intent(in) :: b                         !< block that is out of balance
       character(len=:), allocatable :: words
@@ -474,11 +474,11 @@ contains
       associate (contacts => simulation%contacts(simulation%now), joints => simulation%model%joints)
          do c = 1, contacts%n
             own = contacts%block_v(c) == b .or. contacts%block_e(c) == b
-            if (own) worst(3) = larger(contacts, worst(3), c)
+            if (own) worst(3) = larger_force(contacts, worst(3), c)
             if (contacts%state(c) /= contact_slide) cycle
             sliding = sliding + 1
-            worst(2) = larger(contacts, worst(2), c)
-            if (own) worst(1) = larger(contacts, worst(1), c)
+            worst(2) = larger_force(contacts, worst(2), c)
+            if (own) worst(1) = larger_force(contacts, worst(1), c)
          end do
          c = merge(worst(1), worst(2), worst(1) > 0)
          if (c == 0) then
@@ -494,20 +494,20 @@ contains
             quoted(trim(joints(contacts%joint(c))%name))//'; give it more friction, a '// &
             'support or a bolt, or let it slide in a dynamic stage'
       end associate
-   end function words_of_slip
+   end function sliding_contact_text
 
    !> Select the contact with the larger normal force; the second, if the first is 0.
-   pure integer function larger(contacts, first, second)
+   pure integer function larger_force(contacts, first, second)
       type(contacts_type), intent(in) :: contacts  !< contacts of the last step
       integer, intent(in) :: first, second         !< contacts; first may be 0
 
-      larger = second
+      larger_force = second
       if (first == 0) return
-      if (contacts%normal_force(first) >= contacts%normal_force(second)) larger = first
-   end function larger
+      if (contacts%normal_force(first) >= contacts%normal_force(second)) larger_force = first
+   end function larger_force
 
    !> Text ' falls', or ' and others fall' with their number.
-   pure function others_fall(others) result(words)
+   pure function falling_text(others) result(words)
       integer, intent(in) :: others  !< blocks
       character(len=:), allocatable :: words
 
@@ -519,10 +519,10 @@ contains
       case default
          words = ' and '//to_text(others)//' others fall'
       end select
-   end function others_fall
+   end function falling_text
 
    !> Text on blocks whose penetration exceeds what their force explains.
-   function words_of_depth(simulation, c) result(words)
+   function penetration_text(simulation, c) result(words)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer, intent(in) :: c                         !< contact that is too deep
       character(len=:), allocatable :: words
@@ -533,24 +533,24 @@ contains
             block_name(simulation, contacts%block_e(c))//', of which the contact force '// &
             'explains '//short_text(-contacts%new_gap(c))//' m'
       end associate
-   end function words_of_depth
+   end function penetration_text
 
-   !> Text on the number of static steps.
-   pure function static_steps(equilibrium) result(words)
+   !> Text that states the number of static steps.
+   pure function static_steps_text(equilibrium) result(words)
       type(equilibrium_type), intent(in) :: equilibrium  !< so far
       character(len=:), allocatable :: words
 
       words = counted(to_text(equilibrium%steps), 'static step', 'static steps')
-   end function static_steps
+   end function static_steps_text
 
    !> Text on the accuracy of the equilibrium.
-   function words_of_rest(simulation, equilibrium) result(words)
+   function equilibrium_text(simulation, equilibrium) result(words)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(equilibrium_type), intent(in) :: equilibrium  !< at rest
       character(len=:), allocatable :: words
       real(wp) :: weight
 
-      words = 'at rest after '//static_steps(equilibrium)//', largest unbalanced force '// &
+      words = 'at rest after '//static_steps_text(equilibrium)//', largest unbalanced force '// &
          short_text(equilibrium%largest)//' N/m'
       weight = norm2(simulation%model%control%gravity)*sum(simulation%blocks%mass)
       if (weight > 0.0_wp) words = words//', '//short_text(equilibrium%largest/weight)// &
@@ -560,7 +560,7 @@ contains
          block_name(simulation, equilibrium%doubtful)//' count as balanced, and it may slide '// &
          '(a smaller force_tolerance or normal_stiffness of &contact lets less pass)'
       if (equilibrium%unexplained > 0) words = words//'; but '// &
-         words_of_depth(simulation, equilibrium%unexplained)//': a vertex lies between two edges'
-   end function words_of_rest
+         penetration_text(simulation, equilibrium%unexplained)//': a vertex lies between two edges'
+   end function equilibrium_text
 
 end module dda_equilibrium

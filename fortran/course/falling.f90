@@ -50,7 +50,7 @@ contains
       down = down/norm2(down)
       call set_extents(extents, blocks, down)
       stands = held .and. .not. blocks%removed
-      call find_resting(extents, blocks%removed, stands)
+      call find_blocks_above(extents, blocks%removed, stands)
       if (all(stands .or. blocks%removed)) return
       part = [(b, b=1, blocks%n)]
       do c = 1, contacts%n
@@ -59,10 +59,10 @@ contains
       end do
       call name_parts(part)
       falls = .not. (stands .or. blocks%removed)
-      call keep_unbalanced(blocks, contacts, laws, load, down, part, stands, falls)
+      call retain_unbalanced(blocks, contacts, laws, load, down, part, stands, falls)
    end subroutine find_falling
 
-   !> Set the extents of blocks along and across the loads; sides that just touch do not overlap.
+   !> Set the extents of blocks along and across the loads; blocks that only touch do not overlap.
    subroutine set_extents(extents, blocks, down)
       type(extents_type), intent(out) :: extents  !< of all blocks
       type(blocks_type), intent(in) :: blocks     !< blocks in their present state
@@ -95,7 +95,7 @@ contains
    end subroutine set_extents
 
    !> Find blocks above a part of a supported block, which may be supported as well.
-   subroutine find_resting(extents, removed, stands)
+   subroutine find_blocks_above(extents, removed, stands)
       type(extents_type), intent(in) :: extents   !< of all blocks
       logical, intent(in) :: removed(:)           !< [blocks]
       logical, intent(inout) :: stands(:)         !< [blocks] on entry: elements act on the block
@@ -105,7 +105,7 @@ contains
 
       deepest = -huge(1.0_wp)
       do b = 1, size(stands)
-         if (stands(b)) call add(b)
+         if (stands(b)) call add_supported_block(b)
       end do
       order = merged_order(-extents%top)
       changed = .true.
@@ -117,24 +117,24 @@ contains
             if (.not. any(deepest(extents%first(b):extents%last(b)) > extents%top(b))) cycle
             stands(b) = .true.
             changed = .true.
-            call add(b)
+            call add_supported_block(b)
          end do
       end do
 
    contains
 
       !> Add a supported block to the cells.
-      subroutine add(b)
+      subroutine add_supported_block(b)
          integer, intent(in) :: b  !< number of the block
 
          associate (over => deepest(extents%first(b):extents%last(b)))
             over = max(over, extents%bottom(b))
          end associate
-      end subroutine add
-   end subroutine find_resting
+      end subroutine add_supported_block
+   end subroutine find_blocks_above
 
    !> Retain groups whose contacts with other blocks cannot balance their loads.
-   subroutine keep_unbalanced(blocks, contacts, laws, load, down, part, stands, falls)
+   subroutine retain_unbalanced(blocks, contacts, laws, load, down, part, stands, falls)
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       type(contacts_type), intent(in) :: contacts  !< contacts of the present state
       type(laws_type), intent(in) :: laws          !< friction
@@ -177,6 +177,6 @@ contains
       end do
       balances = balances .or. range(2, :) - range(1, :) >= pi - parallel
       falls = falls .and. .not. balances(part)
-   end subroutine keep_unbalanced
+   end subroutine retain_unbalanced
 
 end module dda_falling

@@ -30,8 +30,8 @@ contains
       associate (output => simulation%model%output)
          if (.not. simulation%model%control%adaptive) return
          if (max(output%history_seconds, output%block_seconds) <= 0.0_wp) return
-         aim%time = min(next_time(simulation, output%history_seconds), &
-            next_time(simulation, output%block_seconds))
+         aim%time = min(next_output_time(simulation, output%history_seconds), &
+            next_output_time(simulation, output%block_seconds))
       end associate
       left = aim%time - simulation%time
       aim%lands = left <= nearly*simulation%time_step
@@ -58,14 +58,14 @@ contains
    end subroutine reach_output
 
    !> Next multiple of an interval after the start of the stage, s.
-   pure real(wp) function next_time(simulation, interval)
+   pure real(wp) function next_output_time(simulation, interval)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       real(wp), intent(in) :: interval                 !< s; 0: none
 
-      next_time = huge(1.0_wp)
-      if (interval > 0.0_wp) next_time = simulation%first_time + interval &
+      next_output_time = huge(1.0_wp)
+      if (interval > 0.0_wp) next_output_time = simulation%first_time + interval &
          *(aint((simulation%time - simulation%first_time)/interval*nearly) + 1.0_wp)
-   end function next_time
+   end function next_output_time
 
    !> .true. if a step has ended at a multiple of an interval after the start of the stage.
    pure logical function is_output_time(simulation, interval) result(here)  ! total

@@ -186,15 +186,15 @@ contains
                if (k == 0) cycle
                if (simulation%blocks%removed(points(k)%block)) cycle
                apart = reference_position(simulation, i) - reference_position(simulation, k)
-               call take(largest(of_point_drift), abs(sideways(simulation, i) &
-                  - sideways(simulation, k))/apart(2), time, [i, k])
+               call take(largest(of_point_drift), abs(horizontal_displacement(simulation, i) &
+                  - horizontal_displacement(simulation, k))/apart(2), time, [i, k])
             end associate
          end do
       end associate
    end subroutine add_points
 
    !> Displacement of a measured point in x, m.
-   pure real(wp) function sideways(simulation, i)
+   pure real(wp) function horizontal_displacement(simulation, i)
       type(simulation_type), intent(in) :: simulation   !< between two steps
       integer, intent(in) :: i                          !< measured point
       real(wp) :: place(2)
@@ -202,8 +202,8 @@ contains
       associate (point => simulation%model%points(i))
          place = place_of(simulation%blocks, point%block, point%reference) - point%place
       end associate
-      sideways = place(1)
-   end function sideways
+      horizontal_displacement = place(1)
+   end function horizontal_displacement
 
    !> Update the base after supports or motions have changed between two steps.
    subroutine change_base(simulation)

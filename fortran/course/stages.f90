@@ -86,12 +86,12 @@ contains
          if (allocated(error)) return
          if (stage%zero_displacements) call zero_displacements(simulation)
          if (stage%static) call refuse_moving_supports(simulation, error)
-         if (stage%static .and. .not. allocated(error)) call settle(simulation, error)
+         if (stage%static .and. .not. allocated(error)) call find_equilibrium(simulation, error)
       end associate
       if (findloc(simulation%model%stages%static, .false., 1) == s .and. .not. allocated(error)) &
          call begin_displaced(simulation, error)
       if (allocated(error)) error%message = simulation%model%file//': stage '// &
-         quoted(trim(simulation%model%stages(s)%name))//unsettled(error)
+         quoted(trim(simulation%model%stages(s)%name))//unsettled_stage_text(error)
    end subroutine begin_next_stage
 
    !> Displace a block at the start of dynamics, if the input requests it.
@@ -138,14 +138,14 @@ contains
    end subroutine refuse_moving_supports
 
    !> Text on why a stage has not reached equilibrium, and what to do.
-   pure function unsettled(error) result(words)
+   pure function unsettled_stage_text(error) result(words)
       type(error_type), intent(in) :: error  !< error of its static steps
       character(len=:), allocatable :: words
 
       words = ' does not settle: '//error%message
       if (error%kind == error_interrupted) words = ' was interrupted before equilibrium; '// &
          'resume starts it again'
-   end function unsettled
+   end function unsettled_stage_text
 
    !> .true. if the stage begins a motion or changes blocks, supports, materials or joints.
    pure logical function changes_model(stage)  ! total
@@ -154,16 +154,16 @@ contains
       changes_model = any(stage%removed) .or. any(stage%released) .or. any(stage%holds) &
          .or. any(stage%loads) .or. .not. all(stage%begins) &
          .or. any(stage%added) .or. any(stage%dropped) &
-         .or. replaces(stage%joint) .or. replaces(stage%material)
+         .or. changes_numbers(stage%joint) .or. changes_numbers(stage%material)
    end function changes_model
 
    !> .true. if a number differs from the number that it replaces.
-   pure logical function replaces(list)  ! total
+   pure logical function changes_numbers(list)  ! total
       integer, intent(in) :: list(:)  !< [joints] or [materials]
       integer :: i
 
-      replaces = any(list /= [(i, i=1, size(list))])
-   end function replaces
+      changes_numbers = any(list /= [(i, i=1, size(list))])
+   end function changes_numbers
 
    !> Set Δt, number of steps and integration of a dynamic stage.
    subroutine set_stepping(simulation, s)
@@ -358,10 +358,10 @@ contains
       integer :: i
 
       associate (points => simulation%model%points, energy => simulation%energy)
-         call fix_here(points)
+         call set_displacement_origins(points)
          call restart_points(simulation)
          do i = 1, size(simulation%model%boundary_motions)
-            call fix_here(simulation%model%boundary_motions(i)%point)
+            call set_displacement_origins(simulation%model%boundary_motions(i)%point)
          end do
          call add_energy(energy, energy_zeroed, -energy%value(energy_gravity))
          energy%value(energy_gravity) = 0.0_wp
@@ -370,18 +370,18 @@ contains
    contains
 
       !> Set the present positions of points as origins of their displacements.
-      pure subroutine fix_here(points)
+      pure subroutine set_displacement_origins(points)
          type(point_type), intent(inout) :: points(:)  !< measured
          integer :: k
 
          do k = 1, size(points)
             points(k)%place = place_of(simulation%blocks, points(k)%block, points(k)%reference)
          end do
-      end subroutine fix_here
+      end subroutine set_displacement_origins
    end subroutine zero_displacements
 
    !> Find static equilibrium under gravity and the loads of the present time.
-   subroutine settle(simulation, error)
+   subroutine find_equilibrium(simulation, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(equilibrium_type) :: equilibrium
@@ -403,12 +403,12 @@ contains
       associate (energy => simulation%energy, stage => simulation%model%stages(simulation%stage))
          if (simulation%statics /= '') simulation%statics = simulation%statics//'; '
          simulation%statics = simulation%statics//'stage '//quoted(trim(stage%name))//' '// &
-            equilibrium%words//moved_in_words(simulation, places)
+            equilibrium%words//static_movement_text(simulation, places)
          if (simulation%stage > 1) then
             call book_statics(energy, before)
             return
          end if
-         simulation%statics = simulation%statics//corrected_in_words(simulation, stress)
+         simulation%statics = simulation%statics//stress_correction_text(simulation, stress)
          simulation%counters = counters_type(searches=simulation%counters%searches)
          simulation%path = 0.0_wp
          simulation%last_time_step = 0.0_wp
@@ -417,10 +417,10 @@ contains
             simulation%contacts(simulation%now), simulation%laws, simulation%elements, &
             next_step(simulation))
       end associate
-   end subroutine settle
+   end subroutine find_equilibrium
 
    !> Text on the largest change of initial stress during a static stage.
-   function corrected_in_words(simulation, before) result(words)
+   function stress_correction_text(simulation, before) result(words)
       type(simulation_type), intent(in) :: simulation  !< at rest
       real(wp), intent(in) :: before(:,:)              !< [3,blocks] initial stress, Pa
       character(len=:), allocatable :: words
@@ -434,10 +434,10 @@ contains
       words = '; stress in situ corrected by at most '//short_text(change(most(1), most(2)))// &
          ' Pa, '//short_text(change(most(1), most(2))/maxval(abs(before)))// &
          ' of the largest, in block '//block_name(simulation, most(2))
-   end function corrected_in_words
+   end function stress_correction_text
 
    !> Text on the movement of blocks in a static stage, and relative to the input.
-   function moved_in_words(simulation, places) result(words)
+   function static_movement_text(simulation, places) result(words)
       type(simulation_type), intent(in) :: simulation  !< at rest
       real(wp), intent(in) :: places(:,:)             !< [2,blocks] at the beginning of the stage, m
       character(len=:), allocatable :: words
@@ -455,7 +455,7 @@ contains
       call farthest_moved(simulation%blocks, simulation%model%blocks%position, b, way)
       if (b > 0) words = words//'; block '//block_name(simulation, b)//' is '// &
          short_text(way)//' m from its position in the input'
-   end function moved_in_words
+   end function static_movement_text
 
    !> Add losses of the scheme in static steps to the term of static stages.
    pure subroutine book_statics(energy, before)

@@ -64,7 +64,7 @@ contains
       call prepare_impacts(simulation%impacts, simulation%blocks%n)
       call prepare_iteration(simulation, model)
       simulation%speed = farthest_move(simulation%blocks, simulation%blocks%velocity)
-      call prepare_lists(simulation%contacts, simulation%laws)
+      call allocate_list_variables(simulation%contacts, simulation%laws)
       call reserve(simulation%contacts(simulation%now), 1)
       call find_contacts(simulation, error)
       if (allocated(error)) return
@@ -72,7 +72,7 @@ contains
          contacts%new_gap(:contacts%n) = contacts%gap(:contacts%n)
       end associate
       call bond_contacts(simulation%contacts(simulation%now), simulation%blocks, simulation%laws)
-      if (allocated(model%stress_gradient)) call confine(simulation, error)
+      if (allocated(model%stress_gradient)) call set_initial_contact_forces(simulation, error)
       if (allocated(error)) return
       if (.not. model%contact%original_rules) call skip_crossings(simulation)
       if (model%contact%original_rules) call lock_touching(simulation%contacts(simulation%now), &
@@ -84,7 +84,7 @@ contains
    end subroutine start
 
    !> Set the contact forces of the initial stress.
-   subroutine confine(simulation, error)
+   subroutine set_initial_contact_forces(simulation, error)
       type(simulation_type), intent(inout) :: simulation  !< a run with its first list of contacts
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: c
@@ -97,10 +97,10 @@ contains
             //' and block '//block_name(simulation, contacts%block_e(c))// &
             '; use a larger crushing_strength or a smaller stress')
       end associate
-   end subroutine confine
+   end subroutine set_initial_contact_forces
 
    !> Allocate the optional variables of the lists of contacts.
-   elemental subroutine prepare_lists(contacts, laws)
+   elemental subroutine allocate_list_variables(contacts, laws)
       type(contacts_type), intent(inout) :: contacts  !< without contacts
       type(laws_type), intent(in) :: laws             !< of the joints
 
@@ -110,7 +110,7 @@ contains
       contacts%with_damping = laws%damped
       contacts%with_multipliers = laws%augmented
       contacts%with_strengths = .not. laws%plain .or. any(max(laws%cohesion, laws%tension) > 0.0_wp)
-   end subroutine prepare_lists
+   end subroutine allocate_list_variables
 
    !> Set limits and tolerances of the open–close iteration.
    subroutine prepare_iteration(simulation, model)

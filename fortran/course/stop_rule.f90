@@ -76,11 +76,11 @@ contains
                   to_text(settings%displacement)//' m'
             else if (settings%tilt > 0.0_wp .and. abs(moved(3)) > settings%tilt) then
                state%reason = 'block '//block_name(simulation, b)//' has tilted by '// &
-                  to_text(degrees(abs(moved(3))))//'°, tilt of &stop is '// &
-                  to_text(degrees(settings%tilt))//'°'
+                  to_text(to_degrees(abs(moved(3))))//'°, tilt of &stop is '// &
+                  to_text(to_degrees(settings%tilt))//'°'
             end if
             if (far**2 > blocks%whole_area(b)) then
-               if (first_of_body(blocks%body, b)) fallen = fallen + 1
+               if (is_counted_block(blocks%body, b)) fallen = fallen + 1
             end if
             if (settings%fallen > 0 .and. fallen >= settings%fallen) &
                state%reason = to_text(fallen)//trim(merge(' block has  ', ' blocks have', &
@@ -92,19 +92,19 @@ contains
    end subroutine judge_movement
 
    !> .true. if a block is counted; of a body only its first cell is.
-   pure logical function first_of_body(body, b)
+   pure logical function is_counted_block(body, b)
       integer, intent(in) :: body(:)  !< [blocks] body of a cell; 0: none
       integer, intent(in) :: b        !< block
 
-      first_of_body = body(b) == 0
-      if (.not. first_of_body) first_of_body = findloc(body, body(b), 1) == b
-   end function first_of_body
+      is_counted_block = body(b) == 0
+      if (.not. is_counted_block) is_counted_block = findloc(body, body(b), 1) == b
+   end function is_counted_block
 
-   pure real(wp) function degrees(angle)
+   pure real(wp) function to_degrees(angle)
       real(wp), intent(in) :: angle  !< rad
 
-      degrees = angle*180.0_wp/pi
-   end function degrees
+      to_degrees = angle*180.0_wp/pi
+   end function to_degrees
 
    !> .true. if no vertex has moved since the window began, in the last stage.
    !> All motions must have ended, and all loads must be constant.  Movement is relative to the
@@ -118,7 +118,7 @@ contains
          blocks => simulation%blocks)
          if (settings%rest_time <= 0.0_wp) return
          drifted = drift_velocity(simulation%model)*(simulation%time - max(state%since, &
-            quiet_from(simulation)))
+            excitation_end(simulation)))
          do b = 1, blocks%n
             if (.not. settings%watched(b) .or. blocks%removed(b)) cycle
             moved = blocks%position(1:3, b) - state%window(:, b)
@@ -130,39 +130,40 @@ contains
          end do
          if (simulation%time - state%since < settings%rest_time) return
          if (simulation%stage < size(simulation%model%stages)) return
-         if (simulation%time - quiet_from(simulation) < settings%rest_time) return
+         if (simulation%time - excitation_end(simulation) < settings%rest_time) return
          state%reason = 'rest: no vertex has moved by more than '// &
             to_text(settings%rest_movement)//' m within '//to_text(settings%rest_time)//' s'
       end associate
    end subroutine judge_rest
 
    !> Time at which the last motion ends and the last load changes, s.
-   pure real(wp) function quiet_from(simulation)
+   pure real(wp) function excitation_end(simulation)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       integer :: i, k
 
-      quiet_from = 0.0_wp
+      excitation_end = 0.0_wp
       associate (model => simulation%model)
          do i = 1, size(model%motions)
             associate (curve => model%motions(i)%curve)
-               if (curve%start < never) quiet_from = max(quiet_from, curve%start + curve%duration)
+               if (curve%start < never) excitation_end = max(excitation_end, curve%start &
+                  + curve%duration)
             end associate
          end do
          do i = 1, size(model%loads)
             associate (load => model%loads(i))
-               if (load%start < never) quiet_from = max(quiet_from, load%start &
+               if (load%start < never) excitation_end = max(excitation_end, load%start &
                   + last_change(load%time, load%force, simulation%time - load%start))
             end associate
          end do
          do i = 1, size(model%edge_loads)
             associate (load => model%edge_loads(i))
-               if (load%present .and. size(load%time) > 1) quiet_from = max(quiet_from, &
+               if (load%present .and. size(load%time) > 1) excitation_end = max(excitation_end, &
                   last_change(load%time, reshape([(history_of(load, k), k=1, size(load%time))], &
                   [3, size(load%time)]), simulation%time))
             end associate
          end do
       end associate
-   end function quiet_from
+   end function excitation_end
 
    !> Time of the last change of a load that is linear between its times, s.
    pure real(wp) function last_change(times, values, now)

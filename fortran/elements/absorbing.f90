@@ -84,8 +84,8 @@ contains
       allocate (self%reaction(6, size(self%block)), source=0.0_wp)
    end function new_absorbing_boundaries
 
-   !> Rows of the displacement of a point along the normal and along the edge; zero if removed.
-   pure function rows_of(self, i, blocks) result(t)
+   !> Matrix rows of a point's displacement normal to and along the edge; zero for a removed block.
+   pure function displacement_rows(self, i, blocks) result(t)
       class(absorbing_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i                   !< point
       type(blocks_type), intent(in) :: blocks    !< blocks in their present state
@@ -96,7 +96,7 @@ contains
          if (.not. blocks%removed(b)) t = matmul(transpose(self%axes(:, :, i)), &
             shape_matrix(blocks, b, self%point(i)%reference))
       end associate
-   end function rows_of
+   end function displacement_rows
 
    !> Displacement Δu of the outcrop over a step along the normal and along the edge, m.
    pure function increment_of(self, i, step) result(increment)
@@ -127,7 +127,7 @@ contains
       term%kind = self%kind
       term%instant = mean_dashpot
       do i = 1, size(self%point)
-         t = rows_of(self, i, blocks)
+         t = displacement_rows(self, i, blocks)
          term%source = i
          term%block_a = self%point(i)%block
          term%place = place_of(blocks, term%block_a, self%point(i)%reference)
@@ -162,7 +162,7 @@ contains
          force = self%dashpot(:, i)*self%increment_of(i, step)/step%time_step
          if (.not. any(abs(force) > 0.0_wp)) cycle
          associate (b => self%point(i)%block)
-            load(:, b) = load(:, b) + matmul(force, rows_of(self, i, blocks))
+            load(:, b) = load(:, b) + matmul(force, displacement_rows(self, i, blocks))
          end associate
       end do
    end subroutine add_force
@@ -199,7 +199,7 @@ contains
       end if
       do i = 1, size(self%point)
          if (blocks%removed(self%point(i)%block)) cycle
-         moved = matmul(rows_of(self, i, blocks), d(:, self%point(i)%block))
+         moved = matmul(displacement_rows(self, i, blocks), d(:, self%point(i)%block))
          increment = self%increment_of(i, step)
          force = self%dashpot(:, i)*(increment - moved)/step%time_step
          call add_energy(energy, energy_input, dot_product(force, increment))

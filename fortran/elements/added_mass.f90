@@ -66,13 +66,13 @@ contains
          if (.not. (loads(i)%present .and. loads(i)%reservoir > 0.0_wp)) cycle
          do k = 1, size(loads(i)%piece)
             if (.not. blocks%removed(loads(i)%piece(k)%block)) &
-               self%point = [self%point, wet_points(loads(i), k, blocks)]
+               self%point = [self%point, added_masses(loads(i), k, blocks)]
          end do
       end do
    end function new_added_mass
 
    !> Masses on part k of a load.
-   pure function wet_points(load, k, blocks) result(point)
+   pure function added_masses(load, k, blocks) result(point)
       type(edge_load_type), intent(in) :: load  !< of a reservoir
       integer, intent(in) :: k                  !< piece
       type(blocks_type), intent(in) :: blocks   !< blocks in their present state
@@ -92,17 +92,17 @@ contains
             (s**2 - depth(1))/(depth(2) - depth(1))), &
             westergaard*load%unit_weight/standard_gravity*sqrt(load%reservoir)*s*area)]
       end do
-   end function wet_points
+   end function added_masses
 
    !> Row nᵀT of a point.
-   pure function row_of(point, blocks) result(row)
+   pure function normal_row(point, blocks) result(row)
       type(wet_point_type), intent(in) :: point  !< of a face
       type(blocks_type), intent(in) :: blocks    !< blocks in their present state
       real(wp) :: row(6)
 
       row = matmul(piece_normal(blocks, point%piece), shape_matrix(blocks, point%piece%block, &
          point%reference))
-   end function row_of
+   end function normal_row
 
    !> Append the terms of mass.
    subroutine add_linear(self, blocks, step, terms)
@@ -119,7 +119,7 @@ contains
          term%source = i
          term%block_a = self%point(i)%piece%block
          term%coefficient = self%point(i)%mass
-         term%row_a = row_of(self%point(i), blocks)
+         term%row_a = normal_row(self%point(i), blocks)
          call add_term(terms, term)
       end do
    end subroutine add_linear
@@ -136,7 +136,7 @@ contains
       force = base_force(self%base_motion, self%motions, step)
       do i = 1, size(self%point)
          associate (point => self%point(i), b => self%point(i)%piece%block)
-            row = row_of(point, blocks)
+            row = normal_row(point, blocks)
             load(:, b) = load(:, b) + point%mass*(momentum_weight(step) &
                *dot_product(row, blocks%velocity(:, b)) + dot_product(row(:2), force))*row
          end associate
@@ -153,7 +153,7 @@ contains
 
       do i = 1, size(self%point)
          associate (point => self%point(i), b => self%point(i)%piece%block)
-            call add_energy(energy, energy_water, 0.5_wp*point%mass*dot_product(row_of(point, &
+            call add_energy(energy, energy_water, 0.5_wp*point%mass*dot_product(normal_row(point, &
                blocks), blocks%velocity(:, b))**2)
          end associate
       end do
@@ -173,7 +173,7 @@ contains
       force = base_force(self%base_motion, self%motions, step)
       do i = 1, size(self%point)
          associate (point => self%point(i), b => self%point(i)%piece%block)
-            row = row_of(point, blocks)
+            row = normal_row(point, blocks)
             moved = dot_product(row, d(:, b))
             before = dot_product(row, blocks%velocity(:, b))
             after = end_rate(step, moved, before)

@@ -68,11 +68,11 @@ contains
       integer :: p
 
       if (blocks%n < parallel_from) then
-         moved = mass_times(blocks, d, 1, blocks%n)
+         moved = sum_mass_increments(blocks, d, 1, blocks%n)
       else
          !$omp parallel do schedule(static)
          do p = 1, pieces(blocks%n)
-            part(:, p) = mass_times(blocks, d, first_of(p, blocks%n), last_of(p, blocks%n))
+            part(:, p) = sum_mass_increments(blocks, d, first_of(p, blocks%n), last_of(p, blocks%n))
          end do
          moved = sum(part(:, :pieces(blocks%n)), 2)
       end if
@@ -91,7 +91,7 @@ contains
    end subroutine freeze
 
    !> Sum m d of blocks first … last.
-   pure function mass_times(blocks, d, first, last) result(moved)
+   pure function sum_mass_increments(blocks, d, first, last) result(moved)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer, intent(in) :: first, last  !< of the range
@@ -102,6 +102,6 @@ contains
       do b = first, last
          moved = moved + blocks%mass(b)*d(1:2, b)
       end do
-   end function mass_times
+   end function sum_mass_increments
 
 end module dda_body_force

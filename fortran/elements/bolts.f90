@@ -67,7 +67,7 @@ contains
       do i = 1, n
          if (.not. bolts(i)%present) cycle
          self%in_place(i) = .true.
-         do c = axial, components(self, i)
+         do c = axial, component_count(self, i)
             self%first(c, i) = present_stretch(self, i, c, blocks)
          end do
          self%stretch(:, i) = self%first(:, i)
@@ -79,7 +79,7 @@ contains
    end function new_bolts
 
    !> Vector from point k of bolt i to the next one, m.
-   pure function leg_of(self, i, k, blocks) result(leg)
+   pure function leg_vector(self, i, k, blocks) result(leg)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, k  !< number, from 1; leg
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
@@ -89,10 +89,10 @@ contains
          leg = place_of(blocks, bolt%block(k + 1), bolt%reference(:, k + 1)) &
             - place_of(blocks, bolt%block(k), bolt%reference(:, k))
       end associate
-   end function leg_of
+   end function leg_vector
 
    !> Unit vector of a component in leg k.
-   pure function direction_of(self, i, c, k, blocks) result(direction)
+   pure function unit_direction(self, i, c, k, blocks) result(direction)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, c, k  !< number, from 1; component; leg
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
@@ -102,12 +102,12 @@ contains
          if (bolt%grouted) then
             direction = matmul(blocks%axes(:, :, bolt%block(1)), bolt%direction)
          else
-            direction = leg_of(self, i, k, blocks)
+            direction = leg_vector(self, i, k, blocks)
             direction = direction/norm2(direction)
          end if
       end associate
       if (c == across) direction = [-direction(2), direction(1)]
-   end function direction_of
+   end function unit_direction
 
    !> Stretch of a component in the present geometry, m.
    pure real(wp) function present_stretch(self, i, c, blocks) result(stretch)
@@ -117,15 +117,15 @@ contains
       integer :: k
 
       stretch = 0.0_wp
-      do k = 1, points_of(self, i) - 1
-         stretch = stretch + dot_product(direction_of(self, i, c, k, blocks), &
-            leg_of(self, i, k, blocks))
+      do k = 1, point_count(self, i) - 1
+         stretch = stretch + dot_product(unit_direction(self, i, c, k, blocks), &
+            leg_vector(self, i, k, blocks))
       end do
    end function present_stretch
 
    !> Gradient of the stretch with respect to the coordinates of the block of each point.
    !> A grouted bolt turns with its first block, so that both forces act at one point.
-   pure subroutine gradient_of(self, i, c, blocks, row)
+   pure subroutine find_stretch_gradient(self, i, c, blocks, row)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, c  !< number, from 1; component
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
@@ -133,11 +133,11 @@ contains
       real(wp) :: direction(2), leg(2)
       integer :: k
 
-      associate (bolt => self%bolt(i), n => points_of(self, i))
+      associate (bolt => self%bolt(i), n => point_count(self, i))
          row(:, :n) = 0.0_wp
          do k = 1, n - 1
-            direction = direction_of(self, i, c, k, blocks)
-            leg = leg_of(self, i, k, blocks)
+            direction = unit_direction(self, i, c, k, blocks)
+            leg = leg_vector(self, i, k, blocks)
             row(:, k) = row(:, k) - matmul(direction, shape_matrix(blocks, bolt%block(k), &
                bolt%reference(:, k)))
             row(3, k) = row(3, k) - (direction(2)*leg(1) - direction(1)*leg(2))
@@ -145,26 +145,26 @@ contains
                bolt%block(k + 1), bolt%reference(:, k + 1)))
          end do
       end associate
-   end subroutine gradient_of
+   end subroutine find_stretch_gradient
 
    !> Number of points of bolt i: its ends, and the points between them.
-   pure integer function points_of(self, i)
+   pure integer function point_count(self, i)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i  !< number, from 1
 
-      points_of = size(self%bolt(i)%block)
-   end function points_of
+      point_count = size(self%bolt(i)%block)
+   end function point_count
 
    !> Number of force components of bolt i.
-   pure integer function components(self, i)
+   pure integer function component_count(self, i)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i  !< number, from 1
 
-      components = merge(across, axial, self%bolt(i)%grouted)
-   end function components
+      component_count = merge(across, axial, self%bolt(i)%grouted)
+   end function component_count
 
    !> Force of a component in an assumed mode at a stretch, N/m.
-   pure real(wp) function force_at(self, i, c, stretch) result(force)
+   pure real(wp) function component_force(self, i, c, stretch) result(force)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, c  !< number, from 1; component
       real(wp), intent(in) :: stretch  !< m
@@ -174,10 +174,10 @@ contains
          if (self%mode(c, i) == elastic) force = trial
          if (self%mode(c, i) == yielding) force = sign(self%bolt(i)%yield(c), trial)
       end associate
-   end function force_at
+   end function component_force
 
    !> Mode of a component at a stretch.
-   pure integer function mode_at(self, i, c, stretch) result(mode)
+   pure integer function component_mode(self, i, c, stretch) result(mode)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, c  !< number, from 1; component
       real(wp), intent(in) :: stretch  !< m
@@ -190,15 +190,15 @@ contains
       else if (abs(trial) > self%bolt(i)%yield(c)) then
          mode = yielding
       end if
-   end function mode_at
+   end function component_mode
 
    !> .true. if bolt i acts.
-   elemental logical function acts(self, i)
+   elemental logical function is_active(self, i)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i  !< number, from 1
 
-      acts = self%mode(axial, i) /= absent .and. self%mode(axial, i) /= broken
-   end function acts
+      is_active = self%mode(axial, i) /= absent .and. self%mode(axial, i) /= broken
+   end function is_active
 
    !> Append a spring for each elastic component.
    !> Others retain their position in the list, without stiffness, so that the pattern is constant.
@@ -212,11 +212,11 @@ contains
       integer :: i, c
 
       do i = 1, size(self%bolt)
-         if (.not. acts(self, i)) cycle
+         if (.not. is_active(self, i)) cycle
          term = empty_term(self, i, blocks)
-         do c = axial, components(self, i)
-            call gradient_of(self, i, c, blocks, row)
-            call set_rows(term, self%bolt(i)%block, row(:, :points_of(self, i)))
+         do c = axial, component_count(self, i)
+            call find_stretch_gradient(self, i, c, blocks, row)
+            call set_rows(term, self%bolt(i)%block, row(:, :point_count(self, i)))
             term%coefficient = merge(self%bolt(i)%stiffness(c), 0.0_wp, self%mode(c, i) == elastic)
             call add_term(terms, term)
          end do
@@ -231,7 +231,7 @@ contains
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i  !< number, from 1
 
-      curvatures = merge(0, 2*points_of(self, i) - 1, self%bolt(i)%grouted)
+      curvatures = merge(0, 2*point_count(self, i) - 1, self%bolt(i)%grouted)
    end function curvatures
 
    !> Spring across a bolt: of points 1 … n, then of legs 1 … n − 1.
@@ -243,7 +243,7 @@ contains
       real(wp) :: row(6, 2), direction(2), tension
       integer :: a, b, n
 
-      n = points_of(self, i)
+      n = point_count(self, i)
       term = empty_term(self, i, blocks)
       tension = max(0.0_wp, self%force(axial, i))
       associate (block => self%bolt(i)%block, reference => self%bolt(i)%reference)
@@ -252,31 +252,31 @@ contains
          row = 0.0_wp
          if (j <= n) then
             row(3, 1) = 1.0_wp
-            term%coefficient = tension*max(0.0_wp, arm_of(self, i, a, blocks))
+            term%coefficient = tension*max(0.0_wp, curvature_arm(self, i, a, blocks))
          else if (block(a + 1) /= block(a)) then
             b = a + 1
-            direction = direction_of(self, i, across, a, blocks)
+            direction = unit_direction(self, i, across, a, blocks)
             row(:, 1) = -matmul(direction, shape_matrix(blocks, block(a), reference(:, a)))
             row(:, 2) = matmul(direction, shape_matrix(blocks, block(b), reference(:, b)))
-            term%coefficient = tension/norm2(leg_of(self, i, a, blocks))
+            term%coefficient = tension/norm2(leg_vector(self, i, a, blocks))
          end if
          call set_rows(term, block([a, b]), row)
       end associate
    end function curvature_term
 
    !> Offset of point k of bolt i along the resultant of the unit forces of its legs, m.
-   pure real(wp) function arm_of(self, i, k, blocks) result(arm)
+   pure real(wp) function curvature_arm(self, i, k, blocks) result(arm)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, k  !< number, from 1; point
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp) :: pull(2)
 
       pull = 0.0_wp
-      if (k < points_of(self, i)) pull = direction_of(self, i, axial, k, blocks)
-      if (k > 1) pull = pull - direction_of(self, i, axial, k - 1, blocks)
+      if (k < point_count(self, i)) pull = unit_direction(self, i, axial, k, blocks)
+      if (k > 1) pull = pull - unit_direction(self, i, axial, k - 1, blocks)
       arm = dot_product(pull, offset_of(blocks, self%bolt(i)%block(k), &
          self%bolt(i)%reference(:, k)))
-   end function arm_of
+   end function curvature_arm
 
    !> Energy of the springs across a bolt in the increment d, J per metre of thickness.
    pure real(wp) function curvature_energy(self, i, blocks, d) result(energy)
@@ -316,11 +316,11 @@ contains
       integer :: i, c, k
 
       do i = 1, size(self%bolt)
-         if (.not. acts(self, i)) cycle
-         do c = axial, components(self, i)
-            call gradient_of(self, i, c, blocks, row)
-            force = force_at(self, i, c, present_stretch(self, i, c, blocks))
-            do k = 1, points_of(self, i)
+         if (.not. is_active(self, i)) cycle
+         do c = axial, component_count(self, i)
+            call find_stretch_gradient(self, i, c, blocks, row)
+            force = component_force(self, i, c, present_stretch(self, i, c, blocks))
+            do k = 1, point_count(self, i)
                associate (b => self%bolt(i)%block(k))
                   load(:, b) = load(:, b) - force*row(:, k)
                end associate
@@ -338,16 +338,16 @@ contains
       integer :: i, c
 
       do i = 1, size(self%bolt)
-         if (.not. acts(self, i)) cycle
-         do c = axial, components(self, i)
-            call add_energy(energy, energy_support, stored_at(self, i, c, &
+         if (.not. is_active(self, i)) cycle
+         do c = axial, component_count(self, i)
+            call add_energy(energy, energy_support, component_energy(self, i, c, &
                present_stretch(self, i, c, blocks)))
          end do
       end do
    end subroutine add_stored
 
    !> Energy of the spring of a component at a stretch, J per metre of thickness.
-   pure real(wp) function stored_at(self, i, c, stretch) result(stored)
+   pure real(wp) function component_energy(self, i, c, stretch) result(stored)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, c  !< number, from 1; component
       real(wp), intent(in) :: stretch  !< m
@@ -356,7 +356,7 @@ contains
       elongation = stretch - self%free(c, i)
       if (c == axial .and. .not. self%bolt(i)%compression) elongation = max(elongation, 0.0_wp)
       stored = 0.5_wp*self%bolt(i)%stiffness(c)*elongation**2
-   end function stored_at
+   end function component_energy
 
    !> Account for the stored energy at the end of the step and losses by yield, rupture and scheme.
    subroutine account(self, blocks, step, d, energy)
@@ -369,14 +369,14 @@ contains
       integer :: i, c, kept
 
       do i = 1, size(self%bolt)
-         if (.not. acts(self, i)) cycle
-         kept = merge(energy_yield, energy_support, breaks(self, i))
-         do c = axial, components(self, i)
+         if (.not. is_active(self, i)) cycle
+         kept = merge(energy_yield, energy_support, is_ruptured(self, i))
+         do c = axial, component_count(self, i)
             start = present_stretch(self, i, c, blocks)
-            before = stored_at(self, i, c, start)
-            force = force_at(self, i, c, self%stretch(c, i))
+            before = component_energy(self, i, c, start)
+            force = component_force(self, i, c, self%stretch(c, i))
             after = 0.5_wp*force**2/self%bolt(i)%stiffness(c)
-            flow = force*flow_of(self, i, c)
+            flow = force*plastic_increment(self, i, c)
             call add_energy(energy, energy_yield, flow)
             call add_energy(energy, energy_algorithmic, before + force*(self%stretch(c, i) &
                - start) - after - flow)
@@ -389,23 +389,24 @@ contains
    end subroutine account
 
    !> Plastic stretch of a component in the step, m.
-   pure real(wp) function flow_of(self, i, c) result(flow)
+   pure real(wp) function plastic_increment(self, i, c) result(flow)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, c  !< number, from 1; component
 
       flow = 0.0_wp
       if (self%mode(c, i) == yielding) flow = self%stretch(c, i) - self%free(c, i) &
-         - force_at(self, i, c, self%stretch(c, i))/self%bolt(i)%stiffness(c)
-   end function flow_of
+         - component_force(self, i, c, self%stretch(c, i))/self%bolt(i)%stiffness(c)
+   end function plastic_increment
 
    !> .true. if the converged step stretches bolt i beyond its rupture.
-   pure logical function breaks(self, i)
+   pure logical function is_ruptured(self, i)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i  !< number, from 1
 
-      breaks = self%stretch(axial, i) - self%first(axial, i) > self%bolt(i)%rupture(axial) .or. &
-         abs(self%stretch(across, i) - self%first(across, i)) > self%bolt(i)%rupture(across)
-   end function breaks
+      is_ruptured = self%stretch(axial, i) - self%first(axial, &
+         i) > self%bolt(i)%rupture(axial) .or. abs(self%stretch(across, i) - self%first(across, &
+         i)) > self%bolt(i)%rupture(across)
+   end function is_ruptured
 
    !> Revise stretches and modes for the converged increment d, and count changed modes.
    subroutine revise(self, blocks, step, d, changed)
@@ -418,15 +419,15 @@ contains
       integer :: i, c, k, mode
 
       do i = 1, size(self%bolt)
-         if (.not. acts(self, i)) cycle
-         do c = axial, components(self, i)
-            call gradient_of(self, i, c, blocks, row)
+         if (.not. is_active(self, i)) cycle
+         do c = axial, component_count(self, i)
+            call find_stretch_gradient(self, i, c, blocks, row)
             self%stretch(c, i) = present_stretch(self, i, c, blocks)
-            do k = 1, points_of(self, i)
+            do k = 1, point_count(self, i)
                self%stretch(c, i) = self%stretch(c, i) + dot_product(row(:, k), &
                   d(:, self%bolt(i)%block(k)))
             end do
-            mode = mode_at(self, i, c, self%stretch(c, i))
+            mode = component_mode(self, i, c, self%stretch(c, i))
             if (mode /= self%mode(c, i)) changed = changed + 1
             self%mode(c, i) = mode
          end do
@@ -442,12 +443,12 @@ contains
       integer :: i, c
 
       do i = 1, size(self%bolt)
-         if (.not. acts(self, i)) cycle
-         do c = axial, components(self, i)
-            self%force(c, i) = force_at(self, i, c, self%stretch(c, i))
-            self%free(c, i) = self%free(c, i) + flow_of(self, i, c)
+         if (.not. is_active(self, i)) cycle
+         do c = axial, component_count(self, i)
+            self%force(c, i) = component_force(self, i, c, self%stretch(c, i))
+            self%free(c, i) = self%free(c, i) + plastic_increment(self, i, c)
          end do
-         if (.not. breaks(self, i)) cycle
+         if (.not. is_ruptured(self, i)) cycle
          self%mode(:, i) = broken
          self%force(:, i) = 0.0_wp
       end do

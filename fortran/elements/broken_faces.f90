@@ -34,13 +34,13 @@ contains
          type is (welds_type)
             force = force + weld_force(element, i, blocks)
          type is (strain_points_type)
-            force = force + points_force(element, i, blocks)
+            force = force + force_of_points(element, i, blocks)
          end select
       end do
    end function face_force
 
    !> Contribution of the points of whole face i to the forces on its deformations at present.
-   pure function points_force(points, i, blocks) result(force)
+   pure function force_of_points(points, i, blocks) result(force)
       class(material_points_type), intent(in) :: points  !< elements of this kind
       integer, intent(in) :: i                           !< face
       type(blocks_type), intent(in) :: blocks            !< blocks in their present state
@@ -56,7 +56,7 @@ contains
                *matmul(present_stress(points, p, blocks), points%map(:, :, p))
          end do
       end do
-   end function points_force
+   end function force_of_points
 
    !> Tractions at the points of whole face i for such forces, relative to their strength.
    pure subroutine face_strength(elements, i, force, traction, ratio)

@@ -72,7 +72,7 @@ contains
    end function traction_ratio
 
    !> Motion of a point in a step, with the frozen pressure.
-   pure type(motion_type) function motion_of(self, point, state, strain, change) result(motion)
+   pure type(motion_type) function point_motion(self, point, state, strain, change) result(motion)
       class(crack_law_type), intent(in) :: self     !< law
       type(strain_point_type), intent(in) :: point  !< at its position
       real(wp), intent(in) :: state(:)              !< [any] state at the start of the step
@@ -86,7 +86,7 @@ contains
       elastic = motion%slip(2) - state(slipped)
       motion%sticks = abs(elastic) <= most
       if (.not. motion%sticks) motion%slider(2) = motion%slip(2) - sign(most, elastic)
-   end function motion_of
+   end function point_motion
 
    !> Frozen D* of a point.
    pure real(wp) function acting_damage(self, point, state) result(share)
@@ -107,7 +107,7 @@ contains
       real(wp) :: stress(3), energy(2), after, share, surplus
       type(motion_type) :: motion
 
-      motion = motion_of(self, point, state, strain, change)
+      motion = point_motion(self, point, state, strain, change)
       associate (joint => self%joint, before => state(damaged), opening => motion%opening, &
          slider => motion%slider)
          after = joint%damage(opening(2), slider(2), before)
@@ -136,7 +136,7 @@ contains
       type(motion_type) :: motion
       real(wp) :: share, slope(2)
 
-      motion = motion_of(self, point, state, strain, change)
+      motion = point_motion(self, point, state, strain, change)
       share = acting_damage(self, point, state)
       associate (k => self%springs(), theta => step%scheme%theta)
          stress(1) = (1.0_wp - share)*(strain(1) + theta*change(1)) &
@@ -165,7 +165,7 @@ contains
       type(motion_type) :: motion
       real(wp) :: share, after, rise(2), stretch(2), k(2), pressed(2)
 
-      motion = motion_of(self, point, state, strain, change)
+      motion = point_motion(self, point, state, strain, change)
       share = acting_damage(self, point, state)
       k = self%springs()
       associate (joint => self%joint, slider => motion%slider, theta => step%scheme%theta)

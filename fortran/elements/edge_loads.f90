@@ -54,7 +54,7 @@ contains
          do k = 1, size(self%load(i)%piece)
             associate (b => self%load(i)%piece(k)%block)
                if (.not. blocks%removed(b)) load(:, b) = load(:, b) &
-                  + force_on(self%load(i), k, blocks, time_of(self, step))
+                  + force_on_part(self%load(i), k, blocks, load_instant(self, step))
             end associate
          end do
       end do
@@ -74,22 +74,23 @@ contains
          do k = 1, size(self%load(i)%piece)
             associate (b => self%load(i)%piece(k)%block)
                if (.not. blocks%removed(b)) call add_energy(energy, energy_input, &
-                  dot_product(force_on(self%load(i), k, blocks, time_of(self, step)), d(:, b)))
+                  dot_product(force_on_part(self%load(i), k, blocks, load_instant(self, step)), &
+                  d(:, b)))
             end associate
          end do
       end do
    end subroutine account
 
    !> Time of the loads of a step, s.
-   pure real(wp) function time_of(self, step)
+   pure real(wp) function load_instant(self, step)
       class(edge_loads_type), intent(in) :: self  !< elements of this kind
       type(step_type), intent(in) :: step  !< the present one
 
-      time_of = merge(self%time, load_time(step), self%frozen)
-   end function time_of
+      load_instant = merge(self%time, load_time(step), self%frozen)
+   end function load_instant
 
    !> Force of a load on part k, N/m …
-   pure function force_on(load, k, blocks, time) result(force)
+   pure function force_on_part(load, k, blocks, time) result(force)
       type(edge_load_type), intent(in) :: load  !< one of them
       integer, intent(in) :: k  !< piece
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
@@ -112,19 +113,19 @@ contains
       associate (factor => values(1), shear => values(2), rise => values(3))
          select case (load%kind)
          case (load_uniform)
-            call add_stretch(force, load%piece(k), blocks, ends, [0.0_wp, 1.0_wp], &
+            call add_linear_traction(force, load%piece(k), blocks, ends, [0.0_wp, 1.0_wp], &
                [factor, factor], shear)
          case (load_level)
-            call add_wet(force, load%piece(k), blocks, ends, [0.0_wp, 1.0_wp], &
+            call add_wet_pressure(force, load%piece(k), blocks, ends, [0.0_wp, 1.0_wp], &
                load%unit_weight*(rise - ends(2, :)), 1.0_wp)
          case (load_surface)
             call add_below_line(force, load, k, blocks, ends, rise, factor)
          case (load_line)
-            call add_wet(force, load%piece(k), blocks, ends, [0.0_wp, 1.0_wp], load%at_ends(:, k) &
-               + load%unit_weight*rise, factor)
+            call add_wet_pressure(force, load%piece(k), blocks, ends, [0.0_wp, 1.0_wp], &
+               load%at_ends(:, k) + load%unit_weight*rise, factor)
          end select
       end associate
-   end function force_on
+   end function force_on_part
 
    !> Add hydrostatic pressure below a phreatic line, straight between its points; none outside.
    pure subroutine add_below_line(force, load, k, blocks, ends, rise, factor)
@@ -146,7 +147,7 @@ contains
             x = ends(1, 1) + span*(ends(1, 2) - ends(1, 1))
             head = line(2, j) + (x - line(1, j))*(line(2, j + 1) - line(2, j)) &
                /(line(1, j + 1) - line(1, j)) + rise
-            call add_wet(force, load%piece(k), blocks, ends, span, &
+            call add_wet_pressure(force, load%piece(k), blocks, ends, span, &
                load%unit_weight*(head - ends(2, 1) - span*(ends(2, 2) - ends(2, 1))), factor)
             if (ends(1, 1) == ends(1, 2)) return  ! a vertical edge on a point of the line
          end do
@@ -166,7 +167,7 @@ contains
    end function fractions_between
 
    !> Add pressure that is linear over a part of an edge, where it is positive.
-   pure subroutine add_wet(force, piece, blocks, ends, span, pressure, factor)
+   pure subroutine add_wet_pressure(force, piece, blocks, ends, span, pressure, factor)
       real(wp), intent(inout) :: force(6)  !< N/m …
       type(edge_piece_type), intent(in) :: piece  !< of an edge
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
@@ -182,11 +183,12 @@ contains
          dry = span(1) + (span(2) - span(1))*pressure(1)/(pressure(1) - pressure(2))
          wet(merge(1, 2, pressure(1) < 0.0_wp)) = dry
       end if
-      call add_stretch(force, piece, blocks, ends, wet, factor*max(pressure, 0.0_wp), 0.0_wp)
-   end subroutine add_wet
+      call add_linear_traction(force, piece, blocks, ends, wet, factor*max(pressure, 0.0_wp), &
+         0.0_wp)
+   end subroutine add_wet_pressure
 
    !> Add ∫ Tᵀ (−p n + τ t) ds over a part of an edge, p linear and τ constant.
-   pure subroutine add_stretch(force, piece, blocks, ends, span, pressure, shear)
+   pure subroutine add_linear_traction(force, piece, blocks, ends, span, pressure, shear)
       real(wp), intent(inout) :: force(6)  !< N/m …
       type(edge_piece_type), intent(in) :: piece  !< of an edge
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
@@ -205,7 +207,7 @@ contains
             shape_matrix(blocks, piece%block, reference_at(blocks, piece, span(1) &
             + at*(span(2) - span(1)))))
       end do
-   end subroutine add_stretch
+   end subroutine add_linear_traction
 
    !> Freeze the loads at their values at a time.
    subroutine freeze(self, blocks, time)

@@ -60,7 +60,7 @@ contains
          if (label(i) /= i) owner(i) = owner(label(i))
       end do
       allocate (groups(n))
-      call take_nodes(owner, groups)
+      call list_nodes(owner, groups)
       do i = 1, n
          associate (nodes => size(groups(i)%node))
             allocate (groups(i)%factor(nodes, nodes))
@@ -70,7 +70,7 @@ contains
    end subroutine set_groups
 
    !> List the nodes of each group.
-   pure subroutine take_nodes(owner, groups)
+   pure subroutine list_nodes(owner, groups)
       integer, intent(in) :: owner(:)               !< [nodes] group
       type(group_type), intent(inout) :: groups(:)  !< of all nodes
       integer :: count(size(groups)), i, g
@@ -87,7 +87,7 @@ contains
          count(owner(i)) = count(owner(i)) + 1
          groups(owner(i))%node(count(owner(i))) = i
       end do
-   end subroutine take_nodes
+   end subroutine list_nodes
 
    !> Find the blocks beside the nodes of a group, and allocate its springs.
    pure subroutine find_blocks(network, group)
@@ -259,14 +259,14 @@ contains
             if (size(node) == 1) then
                pressure(node(1)) = pressure(node(1)) + rest(node(1))/groups(g)%factor(1, 1)
             else
-               call change_group(groups(g), rest, pressure)
+               call add_group_change(groups(g), rest, pressure)
             end if
          end associate
       end do
    end subroutine change_by
 
    !> Add M⁻¹ r to the pressures of a group of several nodes.
-   pure subroutine change_group(group, rest, pressure)
+   pure subroutine add_group_change(group, rest, pressure)
       type(group_type), intent(in) :: group     !< with its factor
       real(wp), intent(in) :: rest(:)           !< [nodes] r, m³ per metre of thickness
       real(wp), intent(inout) :: pressure(:)    !< [nodes] Pa
@@ -278,7 +278,7 @@ contains
          call dtrsm('L', 'L', 'T', 'N', n, 1, 1.0_wp, group%factor, n, change, n)
          pressure(group%node) = pressure(group%node) + change(:, 1)
       end associate
-   end subroutine change_group
+   end subroutine add_group_change
 
    !> Find the heads of steady flow in a group; without a known pressure there is no flow.
    !>

@@ -101,11 +101,11 @@ contains
             end do
          end do
       end do
-      call close_up(network, count, block)
+      call compact_rows(network, count, block)
    end subroutine list_rows
 
    !> Move the rows together, without unused memory between them.
-   pure subroutine close_up(network, count, block)
+   pure subroutine compact_rows(network, count, block)
       type(network_type), intent(inout) :: network  !< network with rows numbered within each node
       integer, intent(in) :: count(:)               !< [nodes+1] blocks of each node
       integer, intent(in) :: block(:)               !< blocks of each node, from `first` on
@@ -128,7 +128,7 @@ contains
          end do
       end do
       network%first = first
-   end subroutine close_up
+   end subroutine compact_rows
 
    !> Update the network to the present geometry.
    !>
@@ -150,7 +150,7 @@ contains
          if (network%absent(c)) cycle
          associate (channel => network%flow%channel(c), a => network%aperture(:, c), &
             law => network%flow%law(network%flow%channel(c)%law))
-            normal = normal_of(network, blocks, c)
+            normal = channel_normal(network, blocks, c)
             a = apertures_of(network, blocks, c)
             share = channel%length*(own*a + other*[a(2), a(1)])
             do k = 1, 2
@@ -209,13 +209,13 @@ contains
       real(wp) :: a(2), normal(2)
       integer :: k
 
-      normal = normal_of(network, blocks, c)
+      normal = channel_normal(network, blocks, c)
       associate (channel => network%flow%channel(c), &
          law => network%flow%law(network%flow%channel(c)%law))
          do k = 1, 2
             a(k) = max(law%least, min(law%most, law%aperture + law%opening_factor &
-               *(height_of(normal, blocks, channel%block(2), channel%reference(:, k, 2)) &
-               - height_of(normal, blocks, channel%block(1), channel%reference(:, k, 1)))))
+               *(point_height(normal, blocks, channel%block(2), channel%reference(:, k, 2)) &
+               - point_height(normal, blocks, channel%block(1), channel%reference(:, k, 1)))))
          end do
       end associate
    end function apertures_of
@@ -242,7 +242,7 @@ contains
    end function stored_energy
 
    !> Height n·x of the material point ρ of block b, m.
-   pure real(wp) function height_of(normal, blocks, b, reference) result(height)
+   pure real(wp) function point_height(normal, blocks, b, reference) result(height)
       real(wp), intent(in) :: normal(2)        !< n
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       integer, intent(in) :: b                 !< block
@@ -252,17 +252,17 @@ contains
          height = normal(1)*(x(1) + f(1, 1)*reference(1) + f(1, 2)*reference(2)) &
             + normal(2)*(x(2) + f(2, 1)*reference(1) + f(2, 2)*reference(2))
       end associate
-   end function height_of
+   end function point_height
 
    !> Scalar product of two rows of six, written out for speed.
-   pure real(wp) function product_of(a, b)
+   pure real(wp) function scalar_product(a, b)
       real(wp), intent(in) :: a(6), b(6)  !< six numbers of a block
 
-      product_of = a(1)*b(1) + a(2)*b(2) + a(3)*b(3) + a(4)*b(4) + a(5)*b(5) + a(6)*b(6)
-   end function product_of
+      scalar_product = a(1)*b(1) + a(2)*b(2) + a(3)*b(3) + a(4)*b(4) + a(5)*b(5) + a(6)*b(6)
+   end function scalar_product
 
    !> Normal of channel c, outward from its first block.
-   pure function normal_of(network, blocks, c) result(normal)
+   pure function channel_normal(network, blocks, c) result(normal)
       type(network_type), intent(in) :: network  !< of the model
       type(blocks_type), intent(in) :: blocks    !< blocks in their present state
       integer, intent(in) :: c                   !< channel
@@ -271,7 +271,7 @@ contains
       associate (edge => network%flow%channel(c)%edge)
          normal = [blocks%along(2, edge), -blocks%along(1, edge)]
       end associate
-   end function normal_of
+   end function channel_normal
 
    !> Growth Bᵀd of the volumes of nodes, m³ per metre of thickness.
    pure function growth_of(network, d) result(growth)
@@ -283,7 +283,7 @@ contains
       do node = 1, size(growth)
          growth(node) = 0.0_wp
          do r = network%first(node), network%first(node + 1) - 1
-            growth(node) = growth(node) + product_of(network%row(:, r), d(:, network%block(r)))
+            growth(node) = growth(node) + scalar_product(network%row(:, r), d(:, network%block(r)))
          end do
       end do
    end function growth_of

@@ -123,16 +123,16 @@ contains
    subroutine begin_state(self)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
 
-      call set_groups(self%network, state_of(self) /= flow_undrained, self%group)
+      call set_groups(self%network, stage_flow_state(self) /= flow_undrained, self%group)
       call set_springs(self%network, self%conductance, self%fixed .or. self%vented, self%group)
    end subroutine begin_state
 
    !> Flow state of the stage: steady, transient or undrained.
-   pure integer function state_of(self)
+   pure integer function stage_flow_state(self)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
 
-      state_of = self%network%flow%state(merge(1, 2, self%frozen))
-   end function state_of
+      stage_flow_state = self%network%flow%state(merge(1, 2, self%frozen))
+   end function stage_flow_state
 
    !> Prepare a step: apertures, boundaries, and pressures for d = 0.
    subroutine prepare(self, blocks, step, d)
@@ -146,7 +146,7 @@ contains
       self%rounds = 0
       self%vented = self%empty > 0.0_wp
       call set_boundaries(self, merge(self%time, end_time(step), self%frozen))
-      call assume(self)
+      call set_assumed_terms(self)
    end subroutine prepare
 
    !> Set conductances in the assumed states by the cubic law, with reduction by saturation.
@@ -157,7 +157,7 @@ contains
       integer :: c, from
 
       self%conductance = 0.0_wp
-      if (state_of(self) /= flow_transient) return
+      if (stage_flow_state(self) /= flow_transient) return
       self%conductance = self%network%conductance
       if (.not. any(self%vented)) return
       do c = 1, size(self%conductance)
@@ -205,12 +205,12 @@ contains
    end subroutine set_boundaries
 
    !> Compute springs and pressures at d = 0 in the assumed states.
-   subroutine assume(self)
+   subroutine set_assumed_terms(self)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       integer :: g
 
       where (.not. self%fixed) self%first = merge(self%network%floor, self%pressure, self%vented)
-      if (state_of(self) == flow_steady) then
+      if (stage_flow_state(self) == flow_steady) then
          self%conductance = self%network%conductance
          self%head = self%first + self%network%elevation
          self%settled = .true.
@@ -228,7 +228,7 @@ contains
          self%conductance, self%first + self%network%elevation)) - self%empty, &
          self%fixed .or. self%vented)
       call change_by(self%group, self%rest, self%first)
-   end subroutine assume
+   end subroutine set_assumed_terms
 
    !> Find the growth of volumes and the pressures at the end of a step with increment d.
    pure subroutine find_pressures(self, d)
@@ -238,20 +238,20 @@ contains
 
       self%growth = growth_of(self%network, d)
       self%after = self%first
-      if (state_of(self) == flow_steady) return
+      if (stage_flow_state(self) == flow_steady) return
       rest = merge(0.0_wp, -self%growth, self%fixed .or. self%vented)
       call change_by(self%group, rest, self%after)
    end subroutine find_pressures
 
    !> Surplus of each node, m³ per metre of thickness: growth without water, or inflow from outside.
-   pure function surplus_of(self) result(surplus)
+   pure function node_surplus(self) result(surplus)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
       real(wp) :: surplus(size(self%after))
 
       surplus = self%growth + self%network%storage*(self%after - self%pressure) &
          + self%step%time_step*(outflow_of(self%network, self%conductance, self%after &
          + self%network%elevation) - self%source)
-   end function surplus_of
+   end function node_surplus
 
    !> Append the springs of enclosed water.
    subroutine add_linear(self, blocks, step, terms)
@@ -260,7 +260,7 @@ contains
       type(step_type), intent(in) :: step  !< the present one
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
 
-      if (state_of(self) /= flow_steady) call add_springs(self%network, self%fixed .or. &
+      if (stage_flow_state(self) /= flow_steady) call add_springs(self%network, self%fixed .or. &
          self%vented, self%group, terms)
    end subroutine add_linear
 
@@ -301,7 +301,7 @@ contains
          work = sum(pressure*self%growth)
          viscous = 0.0_wp
          lost = 0.0_wp
-         if (state_of(self) /= flow_steady) then
+         if (stage_flow_state(self) /= flow_steady) then
             outflow = step%time_step*outflow_of(self%network, self%conductance, pressure &
                + elevation)
             viscous = sum((pressure + elevation)*outflow)
@@ -329,14 +329,14 @@ contains
 
       self%rounds = self%rounds + 1
       call find_pressures(self, d)
-      if (state_of(self) == flow_steady) then
+      if (stage_flow_state(self) == flow_steady) then
          if (.not. self%settled) changed = changed + 1
          return
       end if
       self%head = self%after + self%network%elevation
       is_wrong = self%after < self%network%floor - rounding*maxval(abs(self%after))
       if (any(self%vented)) then
-         empty = self%empty + surplus_of(self)
+         empty = self%empty + node_surplus(self)
          is_wrong = merge(empty < -rounding*self%network%volume, is_wrong, self%vented)
       end if
       is_wrong = is_wrong .and. .not. self%fixed
@@ -345,7 +345,7 @@ contains
       if (self%rounds > free_rounds) is_wrong(first + 1:) = .false.
       changed = changed + count(is_wrong)
       self%vented = self%vented .neqv. is_wrong
-      call assume(self)
+      call set_assumed_terms(self)
    end subroutine revise
 
    !> Accept the step: pressures, volumes without water and flow at its end.
@@ -357,12 +357,12 @@ contains
       real(wp) :: surplus(size(self%first))
       integer :: c
 
-      if (state_of(self) == flow_steady) then
+      if (stage_flow_state(self) == flow_steady) then
          surplus = outflow_of(self%network, self%conductance, self%head)
          self%inflow = merge(surplus, self%source, self%fixed)
          where (self%after > 0.0_wp) self%empty = 0.0_wp
       else
-         surplus = surplus_of(self)
+         surplus = node_surplus(self)
          self%inflow = self%source + merge(surplus/step%time_step, 0.0_wp, self%fixed)
          self%empty = merge(max(0.0_wp, self%empty + surplus), 0.0_wp, self%vented)
       end if

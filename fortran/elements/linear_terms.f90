@@ -95,18 +95,18 @@ contains
 
       terms%n = terms%n + 1
       if (.not. allocated(terms%term)) allocate (terms%term(16))
-      if (size(terms%term) < terms%n) call widen(terms)
+      if (size(terms%term) < terms%n) call double_memory(terms)
    end subroutine reserve_term
 
    !> Double the memory of the list.
-   pure subroutine widen(terms)
+   pure subroutine double_memory(terms)
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       type(linear_term_type), allocatable :: more(:)
 
       allocate (more(2*size(terms%term)))
       more(:size(terms%term)) = terms%term
       call move_alloc(more, terms%term)
-   end subroutine widen
+   end subroutine double_memory
 
    !> Set the blocks and the vector u of a term of two or more points.
    !> Rows of points of the same block are added.
@@ -124,16 +124,16 @@ contains
       end do
       term%block_a = block(first(1))
       term%block_b = block(first(2))
-      term%row_a = summed(first(1))
-      term%row_b = -summed(first(2))
+      term%row_a = sum_of_rows(first(1))
+      term%row_b = -sum_of_rows(first(2))
       if (n == 2) return
       term%further = block(first(3:n))
-      term%further_row = reshape([(summed(first(k)), k=3, n)], [6, n - 2])
+      term%further_row = reshape([(sum_of_rows(first(k)), k=3, n)], [6, n - 2])
 
    contains
 
       !> Sum of the rows of the points of a block.
-      pure function summed(k) result(sum)
+      pure function sum_of_rows(k) result(sum)
          integer, intent(in) :: k  !< first of its points
          real(wp) :: sum(6)
          integer :: j
@@ -142,7 +142,7 @@ contains
          do j = k + 1, size(block)
             if (block(j) == block(k)) sum = sum + row(:, j)
          end do
-      end function summed
+      end function sum_of_rows
    end subroutine set_rows
 
    !> Number of blocks that a term acts on.

@@ -94,10 +94,10 @@ contains
       call reserve(self, self%first_crack + merge(crack_points, 0, any(welds%joint > 0)) &
          *size(welds), most)
       self%point%plane_strain = plane_strain
-      call set_block_points(self, blocks, moduli)
-      call set_face_points(self, welds, blocks, moduli)
-      if (with_jumps) call set_jump_points(self, welds, blocks, moduli)
-      if (any(welds%joint > 0)) call set_crack_points(self, welds, size(materials) + 1)
+      call create_block_points(self, blocks, moduli)
+      call create_face_points(self, welds, blocks, moduli)
+      if (with_jumps) call create_jump_points(self, welds, blocks, moduli)
+      if (any(welds%joint > 0)) call create_crack_points(self, welds, size(materials) + 1)
    end subroutine set_points
 
    !> .true. if a material has its own law.
@@ -123,7 +123,7 @@ contains
    end subroutine reserve
 
    !> Create points of blocks, and of the remainders of cells beside welded faces.
-   subroutine set_block_points(self, blocks, moduli)
+   subroutine create_block_points(self, blocks, moduli)
       class(material_points_type), intent(inout) :: self  !< with its arrays
       type(blocks_type), intent(in) :: blocks           !< blocks in their present state
       real(wp), intent(in) :: moduli(:,:,:)             !< [3,3,materials] D, Pa
@@ -134,10 +134,10 @@ contains
          self%area(b) = blocks%rest_share(b)*blocks%area(b)
          call begin_point(self, b, blocks, blocks%material(b), moduli, blocks%initial_stress(:, b))
       end do
-   end subroutine set_block_points
+   end subroutine create_block_points
 
    !> Create points of welded faces; faces within one material have one point.
-   subroutine set_face_points(self, welds, blocks, moduli)
+   subroutine create_face_points(self, welds, blocks, moduli)
       class(material_points_type), intent(inout) :: self  !< with its arrays
       type(weld_type), intent(in) :: welds(:)           !< of the model
       type(blocks_type), intent(in) :: blocks           !< blocks in their present state
@@ -160,10 +160,10 @@ contains
             end do
          end associate
       end do
-   end subroutine set_face_points
+   end subroutine create_face_points
 
-   !> Create points of the mean and linear jumps of welded faces.
-   subroutine set_jump_points(self, welds, blocks, moduli)
+   !> Create points at which the mean and the linear part of the jump of a welded face act.
+   subroutine create_jump_points(self, welds, blocks, moduli)
       class(material_points_type), intent(inout) :: self  !< points with arrays and other points
       type(weld_type), intent(in) :: welds(:)           !< of the model
       type(blocks_type), intent(in) :: blocks           !< blocks in their present state
@@ -190,10 +190,10 @@ contains
             self%active(p) = cap_of(self, p) < huge(1.0_wp)
          end do
       end do
-   end subroutine set_jump_points
+   end subroutine create_jump_points
 
    !> Create points of faces that can break: opening and slip from the deformations.
-   subroutine set_crack_points(self, welds, before)
+   subroutine create_crack_points(self, welds, before)
       class(material_points_type), intent(inout) :: self  !< points with arrays and other points
       type(weld_type), intent(in) :: welds(:)           !< of the model
       integer, intent(in) :: before                     !< number of slots before those of joints
@@ -223,7 +223,7 @@ contains
             end do
          end associate
       end do
-   end subroutine set_crack_points
+   end subroutine create_crack_points
 
    !> Largest force of the jump of point p in a step, N/m, from the points of its face at the start.
    pure real(wp) function cap_of(self, p) result(cap)

@@ -88,12 +88,12 @@ contains
    end function dashpots_of
 
    !> Fraction of a step after which the springs act.
-   pure real(wp) function share_of(self, step) result(share)
+   pure real(wp) function act_fraction(self, step) result(share)
       class(spring_element_type), intent(in) :: self  !< elements of this kind
       type(step_type), intent(in) :: step             !< the present one
 
       share = merge(1.0_wp, step%scheme%theta, self%instant == at_end)
-   end function share_of
+   end function act_fraction
 
    !> Velocity of the motions at the end of a step, m/s.
    pure function target_rate(motion, before, motions, step) result(rate)
@@ -163,8 +163,8 @@ contains
          call self%get_spring(i, blocks, spring)
          if (spring%block(1) == 0) cycle
          wanted = displacement_of(self%motions, spring%motion, end_time(step))
-         if (share_of(self, step) < 1.0_wp) wanted = wanted + (1.0_wp - share_of(self, step)) &
-            *(displacement_of(self%motions, spring%motion, step%time) - wanted)
+         if (act_fraction(self, step) < 1.0_wp) wanted = wanted + (1.0_wp - act_fraction(self, &
+            step)) *(displacement_of(self%motions, spring%motion, step%time) - wanted)
          force = -spring%stiffness*(spring%stretch - wanted)
          c = dashpots_of(self, spring, step)
          if (any(c > 0.0_wp)) force = force + c*(velocity_weight(step)*change_of(spring, &
@@ -188,22 +188,22 @@ contains
       do i = 1, self%n
          call self%get_spring(i, blocks, spring)
          if (spring%block(1) == 0) cycle
-         call add_energy(energy, energy_support, stored(self, spring, step, &
+         call add_energy(energy, energy_support, spring_energy(self, spring, step, &
             spring%stretch - displacement_of(self%motions, spring%motion, step%time), &
             change_of(spring, blocks%velocity) - spring%rate))
       end do
    end subroutine add_stored
 
    !> Energy ½ k y² + ½ (1 − χ) c Δt w², J per metre of thickness.
-   pure real(wp) function stored(self, spring, step, y, w)
+   pure real(wp) function spring_energy(self, spring, step, y, w)
       class(spring_element_type), intent(in) :: self  !< elements of this kind
       type(spring_type), intent(in) :: spring         !< spring of one of them
       type(step_type), intent(in) :: step             !< the present one
       real(wp), intent(in) :: y(2), w(2)  !< extension, m, and its rate, m/s, relative to the motion
 
-      stored = 0.5_wp*sum(spring%stiffness*y**2 + (1.0_wp - step%scheme%chi) &
+      spring_energy = 0.5_wp*sum(spring%stiffness*y**2 + (1.0_wp - step%scheme%chi) &
          *dashpots_of(self, spring, step)*step%time_step*w**2)
-   end function stored
+   end function spring_energy
 
    !> Account for work −k y·Δu − c w₁·Δt [(1 − χ) u̇₀ + χ u̇₁] of the motions, and for losses.
    subroutine account(self, blocks, step, d, energy)
@@ -216,7 +216,7 @@ contains
       real(wp) :: y(2), moved(2), change(2), rate(2), w(2), w0(2), c(2), share
       integer :: i
 
-      share = share_of(self, step)
+      share = act_fraction(self, step)
       associate (dt => step%time_step, chi => step%scheme%chi, k => spring%stiffness)
          do i = 1, self%n
             call self%get_spring(i, blocks, spring)
@@ -237,7 +237,8 @@ contains
             end if
             change = change - moved
             y = spring%stretch - y
-            call add_energy(energy, energy_support, stored(self, spring, step, y + change, w))
+            call add_energy(energy, energy_support, spring_energy(self, spring, step, y + change, &
+               w))
             call add_energy(energy, energy_algorithmic, (share - 0.5_wp)*sum(k*change**2))
             call add_energy(energy, energy_input, -dot_product(k*(y + share*change), moved))
          end do

@@ -99,8 +99,8 @@ contains
          if (.not. acts(self, p, blocks)) cycle
          if (self%side(1, p) > 0) self%point(p)%cap = cap_of(self, p)
          call freeze_bounds(self, p, [0.0_wp, 0.0_wp, 0.0_wp], step, 0.0_wp)
-         call set_operator(self, p, blocks, step)
-         self%change(:, p) = change_of(self, p, d)
+         call set_strain_operator(self, p, blocks, step)
+         self%change(:, p) = strain_increment(self, p, d)
          call respond(self, p, self%strain(:, p), self%change(:, p), step, self%stress(:, p), &
             self%tangent(:, :, p))
       end do
@@ -123,7 +123,7 @@ contains
    end subroutine freeze_bounds
 
    !> Set the operator that maps increments of blocks to Δε of point p.
-   subroutine set_operator(self, p, blocks, step)
+   subroutine set_strain_operator(self, p, blocks, step)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
       integer, intent(in) :: p                          !< point
       type(blocks_type), intent(in) :: blocks           !< blocks at the start of the step
@@ -142,10 +142,10 @@ contains
       do k = 1, 2
          self%operator(:, :, k, p) = matmul(self%map(:, :, p), g(:, :, k))
       end do
-   end subroutine set_operator
+   end subroutine set_strain_operator
 
    !> Strain increment Δε of point p.
-   pure function change_of(self, p, d) result(change)
+   pure function strain_increment(self, p, d) result(change)
       class(strain_points_type), intent(in) :: self  !< prepared for the step
       integer, intent(in) :: p                       !< point
       real(wp), intent(in) :: d(:,:)                 !< [6,blocks] increments of the coordinates
@@ -154,7 +154,7 @@ contains
       change = matmul(self%operator(:, :, 1, p), d(:, self%block(1, p)))
       if (self%block(2, p) > 0) change = change + matmul(self%operator(:, :, 2, p), &
          d(:, self%block(2, p)))
-   end function change_of
+   end function strain_increment
 
    !> Append the tangents of all points, A T = Σ c u uᵀ.
    subroutine add_linear(self, blocks, step, terms)
@@ -170,8 +170,8 @@ contains
       term%instant = at_damping
       do p = 1, self%n
          if (.not. acts(self, p, blocks)) cycle
-         call split(self%tangent(:, :, p), no_curvature*self%point(p)%elasticity(1, 1), n, factor, &
-            direction)
+         call split_dyads(self%tangent(:, :, p), no_curvature*self%point(p)%elasticity(1, 1), n, &
+            factor, direction)
          term%source = p
          term%block_a = self%block(1, p)
          term%place = blocks%position(1:2, term%block_a)
@@ -188,7 +188,7 @@ contains
    end subroutine add_linear
 
    !> Split a symmetric matrix into Σ f u uᵀ, the largest diagonal entry first.
-   pure subroutine split(matrix, none, n, factor, direction)
+   pure subroutine split_dyads(matrix, none, n, factor, direction)
       real(wp), intent(in) :: matrix(3, 3)             !< symmetric
       real(wp), intent(in) :: none                     !< limit below which diagonal values are zero
       integer, intent(out) :: n                        !< terms
@@ -206,7 +206,7 @@ contains
             rest(:, j) = rest(:, j) - factor(n + 1)*direction(j, n + 1)*direction(:, n + 1)
          end do
       end do
-   end subroutine split
+   end subroutine split_dyads
 
    !> Add the forces −A Bᵀ(c − T Δε) of each point.
    subroutine add_force(self, blocks, step, load)
@@ -243,7 +243,8 @@ contains
          if (.not. acts(self, p, blocks)) cycle
          if (self%block(2, p) == 0) cycle
          if (.not. is_shifted(self%face(p))) cycle
-         call respond(self, p, self%strain(:, p), change_of(self, p, d), step, stress, tangent)
+         call respond(self, p, self%strain(:, p), strain_increment(self, p, d), step, stress, &
+            tangent)
          associate (b => self%block(side, p))
             load(:, b) = load(:, b) - self%area(p)*matmul(stress, self%operator(:, :, side, p))
          end associate
@@ -266,8 +267,8 @@ contains
       do p = 1, self%n
          part(p) = 0.0_wp
          if (.not. acts(self, p, blocks)) cycle
-         change = change_of(self, p, from)
-         way = change_of(self, p, to) - change
+         change = strain_increment(self, p, from)
+         way = strain_increment(self, p, to) - change
          change = change + share*way
          call respond(self, p, self%strain(:, p), change, step, stress, tangent)
          stress = stress - self%stress(:, p) - matmul(self%tangent(:, :, p), change &
@@ -295,9 +296,9 @@ contains
       !$omp if (self%n >= parallel_from)
       do p = 1, self%n
          if (.not. acts(self, p, blocks)) cycle
-         change = change_of(self, p, d)
+         change = strain_increment(self, p, d)
          if (self%round <= most_held) call freeze_bounds(self, p, change, step, &
-            may_be_off(self, p, change, step))
+            allowed_bound_error(self, p, change, step))
          call respond(self, p, self%strain(:, p), change, step, stress, tangent)
          associate (point => self%point(p), elastic => matmul(self%point(p)%elasticity, &
             self%strain(:, p) + step%scheme%theta*change))
@@ -321,7 +322,7 @@ contains
    end subroutine revise
 
    !> Error that bounds of point p may have after a solution, Pa.
-   pure real(wp) function may_be_off(self, p, change, step) result(allowed)
+   pure real(wp) function allowed_bound_error(self, p, change, step) result(allowed)
       class(strain_points_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: p                       !< point
       real(wp), intent(in) :: change(3)              !< Δε
@@ -336,7 +337,7 @@ contains
                strain + step%scheme%theta*change))
          end if
       end associate
-   end function may_be_off
+   end function allowed_bound_error
 
    !> Add the energy of all points minus that of elastic points.
    subroutine add_stored(self, blocks, step, energy)
@@ -370,7 +371,7 @@ contains
       !$omp if (self%n >= parallel_from)
       do p = 1, self%n
          if (.not. acts(self, p, blocks)) cycle
-         change = change_of(self, p, d)
+         change = strain_increment(self, p, d)
          state = self%state(:, p)
          call take_step(self, p, state, change, step, loss)
          part(:, p) = self%area(p)*[loss, beyond_elastic(self, p, state, self%strain(:, p) &
@@ -402,7 +403,7 @@ contains
       !$omp parallel do schedule(static) private(loss) if (self%n >= parallel_from)
       do p = 1, self%n
          if (acts(self, p, blocks)) call take_step(self, p, self%state(:, p), &
-            change_of(self, p, d), step, loss)
+            strain_increment(self, p, d), step, loss)
       end do
       !$omp parallel do schedule(static) if (self%n >= parallel_from)
       do p = 1, self%n

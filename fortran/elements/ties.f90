@@ -59,7 +59,7 @@ contains
 
       associate (tie => self%tie(i))
          if (any(blocks%removed(blocks%owner(tie%edge)))) return
-         face = face_of(blocks, tie)
+         face = corner_face(blocks, tie)
          call set_geometry(blocks, tie, face, spring)
          spring%stretch(2) = self%slip(i)
          spring%stiffness = self%stiffness
@@ -68,7 +68,7 @@ contains
    end subroutine get_spring
 
    !> Face whose corner is used, 1 or 2.
-   pure integer function face_of(blocks, tie) result(face)
+   pure integer function corner_face(blocks, tie) result(face)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(tie_type), intent(in) :: tie        !< of the list
       real(wp) :: beyond(2), least
@@ -80,7 +80,7 @@ contains
       least = equal*corner_share*minval(blocks%length(tie%edge))
       face = merge(1, 2, tie%edge(1) < tie%edge(2))
       if (beyond(face) > least .and. beyond(3 - face) < beyond(face) - least) face = 3 - face
-   end function face_of
+   end function corner_face
 
    !> Distance of the foot of a corner beyond the other face, m.
    pure real(wp) function overshoot(blocks, tie, face)
@@ -90,21 +90,21 @@ contains
       real(wp) :: foot
 
       associate (e => tie%edge(3 - face))
-         foot = dot_product(blocks%along(:, e), apart(blocks, tie, face))
+         foot = dot_product(blocks%along(:, e), corner_offset(blocks, tie, face))
          overshoot = max(-foot, foot - blocks%length(e))
       end associate
    end function overshoot
 
    !> Vector from the first vertex of the other face to the corner of a face, m.
-   pure function apart(blocks, tie, face)
+   pure function corner_offset(blocks, tie, face)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(tie_type), intent(in) :: tie        !< of the list
       integer, intent(in) :: face              !< face of the corner, 1 or 2
-      real(wp) :: apart(2)
+      real(wp) :: corner_offset(2)
 
-      apart = blocks%vertex(:, tie%corner(face)) - blocks%vertex(:, tie%edge(3 - face)) &
+      corner_offset = blocks%vertex(:, tie%corner(face)) - blocks%vertex(:, tie%edge(3 - face)) &
          + merge(-1.0_wp, 1.0_wp, face == 1)*tie%shift
-   end function apart
+   end function corner_offset
 
    !> Set the geometry of a corner of one face on the other face.
    pure subroutine set_geometry(blocks, tie, face, spring)
@@ -118,7 +118,7 @@ contains
       associate (v => tie%corner(face), e => tie%edge(3 - face), next => blocks%next)
          spring%block = blocks%owner([v, e])
          normal = [blocks%along(2, e), -blocks%along(1, e)]
-         from = apart(blocks, tie, face)
+         from = corner_offset(blocks, tie, face)
          spring%stretch(1) = dot_product(normal, from)
          associate (i => spring%block(1), j => spring%block(2))
             call set_gradient(blocks%axes(:, :, i), blocks%vertex(:, v) &
@@ -151,7 +151,7 @@ contains
          call self%get_spring(i, blocks, spring)
          if (spring%block(1) == 0) cycle
          force = -spring%stiffness*(spring%stretch + step%scheme%theta*change_of(spring, d))
-         side = merge(1, 2, face_of(blocks, self%tie(i)) == face)
+         side = merge(1, 2, corner_face(blocks, self%tie(i)) == face)
          associate (b => spring%block(side))
             load(:, b) = load(:, b) + merge(1.0_wp, -1.0_wp, side == 1) &
                *matmul(spring%row(:, :, side), force)

@@ -56,8 +56,8 @@ contains
       real(wp), intent(in) :: moduli(3, 3, 2)    !< D of both cells, Pa
       real(wp) :: stiffness(2), shear, stretch, ratio
 
-      shear = harmonic(moduli(3, 3, 1), moduli(3, 3, 2))
-      stretch = harmonic(plate_modulus(moduli(:, :, 1)), plate_modulus(moduli(:, :, 2)))
+      shear = harmonic_mean(moduli(3, 3, 1), moduli(3, 3, 2))
+      stretch = harmonic_mean(plate_modulus(moduli(:, :, 1)), plate_modulus(moduli(:, :, 2)))
       ratio = 0.5_wp*weld%length**2/sum(weld%area)  ! L/h
       stiffness = [ratio*shear, ratio*stretch/3.0_wp]
    end function jump_stiffness
@@ -78,12 +78,12 @@ contains
    end subroutine add_jumps
 
    !> Harmonic mean 2ab/(a + b).
-   pure real(wp) function harmonic(a, b)
+   pure real(wp) function harmonic_mean(a, b)
       real(wp), intent(in) :: a, b  !< moduli, Pa
 
-      harmonic = a
-      if (a /= b) harmonic = 2.0_wp*a*b/(a + b)
-   end function harmonic
+      harmonic_mean = a
+      if (a /= b) harmonic_mean = 2.0_wp*a*b/(a + b)
+   end function harmonic_mean
 
    !> E′ of a body: E in plane stress, E/(1 − ν²) in plane strain.
    pure real(wp) function plate_modulus(d) result(modulus)
@@ -93,17 +93,17 @@ contains
    end function plate_modulus
 
    !> Matrix of sym(n ⊗ u): strains ε_x, ε_y, γ of a jump u across a face.
-   pure function across(weld) result(b)
+   pure function jump_strain(weld) result(b)
       type(weld_type), intent(in) :: weld  !< face
       real(wp) :: b(3, 2)
 
       associate (nx => weld%along(2), ny => -weld%along(1))
          b = reshape([nx, 0.0_wp, ny, 0.0_wp, ny, nx], [3, 2])
       end associate
-   end function across
+   end function jump_strain
 
    !> Combinations of ε_x, ε_y, γ that isotropy separates, and their moduli.
-   pure subroutine separate(d, area, combination, stiffness)
+   pure subroutine separate_moduli(d, area, combination, stiffness)
       real(wp), intent(in) :: d(3, 3), area  !< elastic matrix, Pa; m²
       real(wp), intent(out) :: combination(3, 3)  !< a column each
       real(wp), intent(out) :: stiffness(3)  !< N/m per metre of thickness
@@ -111,7 +111,7 @@ contains
       combination = reshape([1.0_wp, 1.0_wp, 0.0_wp, 1.0_wp, -1.0_wp, 0.0_wp, &
          0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
       stiffness = area*[0.5_wp*(d(1, 1) + d(1, 2)), d(3, 3), d(3, 3)]
-   end subroutine separate
+   end subroutine separate_moduli
 
    !> Append three springs on the common strain of a face.
    pure subroutine add_common_strain(springs, weld, d)
@@ -121,26 +121,26 @@ contains
       real(wp) :: combination(3, 3)
 
       associate (k => springs%n)
-         call separate(d, sum(weld%area), combination, springs%stiffness(k + 1:k + 3))
-         springs%weight(:, k + 1:k + 3) = matmul(transpose(strain_of(weld)), combination)
+         call separate_moduli(d, sum(weld%area), combination, springs%stiffness(k + 1:k + 3))
+         springs%weight(:, k + 1:k + 3) = matmul(transpose(common_strain_matrix(weld)), combination)
          k = k + 3
       end associate
    end subroutine add_common_strain
 
    !> Matrix of ε_f on the deformations.
-   pure function strain_of(weld) result(strain)
+   pure function common_strain_matrix(weld) result(strain)
       type(weld_type), intent(in) :: weld  !< face
       real(wp) :: strain(3, n_deformations)
       integer :: i, k
 
       strain = 0.0_wp
-      strain(:, 1:2) = -weld%length/sum(weld%area)*across(weld)
+      strain(:, 1:2) = -weld%length/sum(weld%area)*jump_strain(weld)
       do k = 1, 2
          do i = 1, 3
             strain(i, own_strain(i, k)) = weld%area(k)/sum(weld%area)
          end do
       end do
-   end function strain_of
+   end function common_strain_matrix
 
    !> Matrices of the strains of both sides on the deformations.
    !> With equal moduli there is one strain; otherwise u* makes the tractions of both sides equal.
@@ -152,14 +152,14 @@ contains
       real(wp) :: traction(2, n_deformations), own(2, n_deformations)
       integer :: i, k
 
-      strain = spread(strain_of(weld), 3, 2)
+      strain = spread(common_strain_matrix(weld), 3, 2)
       if (all(moduli(:, :, 1) == moduli(:, :, 2))) return
       strain = 0.0_wp
       stiffness = 0.0_wp
       traction = 0.0_wp
       ! Of u* − u_j, since all of [u] is on the first side: ε_i − (L/A_i) sym(n ⊗ [u]), ε_j.
       do k = 1, 2
-         jump(:, :, k) = merge(1.0_wp, -1.0_wp, k == 1)*weld%length/weld%area(k)*across(weld)
+         jump(:, :, k) = merge(1.0_wp, -1.0_wp, k == 1)*weld%length/weld%area(k)*jump_strain(weld)
          do i = 1, 3
             strain(i, own_strain(i, k), k) = 1.0_wp
          end do
@@ -199,11 +199,11 @@ contains
 
       on_deformations = 0.0_wp
       do side = 1, 2
-         call separate(moduli(:, :, side), weld%area(side), combination, stiffness)
+         call separate_moduli(moduli(:, :, side), weld%area(side), combination, stiffness)
          combination = combination*spread(sqrt(stiffness), 1, 3)
          associate (rows => [(3*(side - 1) + i, i=1, 3)])
             on_deformations(rows, own_strain(:, side)) = transpose(combination)
-            jump = weld%length/weld%area(side)*matmul(transpose(combination), across(weld))
+            jump = weld%length/weld%area(side)*matmul(transpose(combination), jump_strain(weld))
             ! −(u_i − u*) on the first side, (u_j − u*) on the second; [u] = u_i − u_j is shared
             ! by counting u* from u_j.
             if (side == 1) on_deformations(rows, 1:2) = -jump

@@ -109,13 +109,13 @@ contains
    end subroutine begin_memory
 
    !> .true. if the springs of face i damp in a step.
-   pure logical function damps(self, i, blocks)
+   pure logical function is_damped(self, i, blocks)
       class(welds_type), intent(in) :: self    !< elements of this kind
       integer, intent(in) :: i                 !< face
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
 
-      damps = blocks%damps .and. any(self%share(:, i) > 0.0_wp)
-   end function damps
+      is_damped = blocks%damps .and. any(self%share(:, i) > 0.0_wp)
+   end function is_damped
 
    !> Forces of damping on the deformations of face i; in a step with θ of its relaxation.
    pure function damping_force(self, i, blocks, q, step) result(force)
@@ -128,7 +128,7 @@ contains
       integer :: j, k
 
       force = 0.0_wp
-      if (.not. damps(self, i, blocks)) return
+      if (.not. is_damped(self, i, blocks)) return
       associate (springs => self%springs(i))
          do j = 1, springs%n
             e = dot_product(springs%weight(:, j), q - self%rest(:, i))
@@ -160,7 +160,7 @@ contains
       integer :: j, k
 
       energy = 0.0_wp
-      if (.not. damps(self, i, blocks)) return
+      if (.not. is_damped(self, i, blocks)) return
       moved = 0.0_wp
       do j = 1, self%springs(i)%n
          associate (weight => self%springs(i)%weight(:, j))
@@ -203,12 +203,12 @@ contains
    end function initial_force
 
    !> .true. if the face is intact and both cells exist.
-   pure logical function acts(weld, blocks)
+   pure logical function is_intact(weld, blocks)
       type(weld_type), intent(in) :: weld      !< face
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
 
-      acts = is_whole(weld) .and. .not. any(blocks%removed(weld%block))
-   end function acts
+      is_intact = is_whole(weld) .and. .not. any(blocks%removed(weld%block))
+   end function is_intact
 
    !> Deformations of a face in the present state.
    pure function deformations_of(weld, blocks) result(q)
@@ -218,7 +218,7 @@ contains
       type(configuration_type) :: placed
       integer :: k
 
-      placed = configuration_of(weld, blocks, 0.0_wp)
+      placed = predicted_cells(weld, blocks, 0.0_wp)
       q(1:2) = matmul(placed%turn, placed%jump(:, 1))
       q(3:4) = matmul(placed%turn, placed%jump(:, 2))
       do k = 1, 2
@@ -227,7 +227,7 @@ contains
    end function deformations_of
 
    !> Both cells at a later time, predicted with their present rates.
-   pure type(configuration_type) function configuration_of(weld, blocks, ahead) result(placed)
+   pure type(configuration_type) function predicted_cells(weld, blocks, ahead) result(placed)
       type(weld_type), intent(in) :: weld      !< face
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: ahead            !< s
@@ -254,7 +254,7 @@ contains
       end associate
       angle = 0.5_wp*(coordinates(3, 1) + coordinates(3, 2))
       placed%turn = reshape([cos(angle), -sin(angle), sin(angle), cos(angle)], [2, 2])
-   end function configuration_of
+   end function predicted_cells
 
    !> Matrix G of a face at the middle of a step, predicted with present rates.
    !> If a body turns at a rate ω, the increment of q, and so its momentum, is accurate to (ωΔt)³.
@@ -267,7 +267,7 @@ contains
       real(wp) :: turned(2, 2)
       integer :: i, k
 
-      placed = configuration_of(weld, blocks, 0.5_wp*step%time_step)
+      placed = predicted_cells(weld, blocks, 0.5_wp*step%time_step)
       ! The axes turn by half of each rotation.
       turned = 0.5_wp*matmul(placed%turn, reshape([placed%jump(2, 1), -placed%jump(1, 1), &
          placed%jump(2, 2), -placed%jump(1, 2)], [2, 2]))
@@ -275,8 +275,8 @@ contains
       do k = 1, 2
          associate (sign => 3.0_wp - 2.0_wp*k)
             g(1:2, 1:2, k) = sign*placed%turn
-            g(1:2, 3:6, k) = sign*matmul(placed%turn, shape_of(placed, k, weld%middle(:, k)))
-            g(3:4, 3:6, k) = sign*matmul(placed%turn, shape_of(placed, k, &
+            g(1:2, 3:6, k) = sign*matmul(placed%turn, shape_columns(placed, k, weld%middle(:, k)))
+            g(3:4, 3:6, k) = sign*matmul(placed%turn, shape_columns(placed, k, &
                0.5_wp*weld%length*weld%along))
          end associate
          g(1:2, 3, k) = g(1:2, 3, k) + turned(:, 1)
@@ -288,7 +288,7 @@ contains
    end function derivatives_of
 
    !> Effect of rotation and strains of cell k on an offset ρ: the last four columns of T.
-   pure function shape_of(placed, k, reference) result(shape)
+   pure function shape_columns(placed, k, reference) result(shape)
       type(configuration_type), intent(in) :: placed    !< both cells
       integer, intent(in) :: k               !< cell, 1 or 2
       real(wp), intent(in) :: reference(2)   !< ρ, m
@@ -301,10 +301,10 @@ contains
          shape(:, 3) = axes(:, 2)*reference(2)
          shape(:, 4) = 0.5_wp*(axes(:, 1)*reference(2) + axes(:, 2)*reference(1))
       end associate
-   end function shape_of
+   end function shape_columns
 
    !> Force f = Σ c w s + f₀.
-   pure function force_of(springs, before, q) result(force)
+   pure function spring_force(springs, before, q) result(force)
       type(weld_springs_type), intent(in) :: springs     !< of a face
       real(wp), intent(in) :: before(n_deformations)      !< f₀
       real(wp), intent(in) :: q(n_deformations)           !< deformations
@@ -316,7 +316,7 @@ contains
          force = force + springs%stiffness(i)*dot_product(springs%weight(:, i), q) &
             *springs%weight(:, i)
       end do
-   end function force_of
+   end function spring_force
 
    !> Append the springs of all faces.
    subroutine add_linear(self, blocks, step, terms)
@@ -330,7 +330,7 @@ contains
 
       term%kind = term_weld
       do i = 1, size(self%weld)
-         if (.not. acts(self%weld(i), blocks)) cycle
+         if (.not. is_intact(self%weld(i), blocks)) cycle
          g = derivatives_of(self%weld(i), blocks, step)
          term%source = i
          term%block_a = self%weld(i)%block(1)
@@ -345,7 +345,7 @@ contains
          term%place = place_of(blocks, term%block_a, self%weld(i)%middle(:, 1))
          associate (springs => self%springs(i))
             factor = 0.0_wp
-            if (damps(self, i, blocks)) factor = sum([(self%share(k, i)*damping_factor( &
+            if (is_damped(self, i, blocks)) factor = sum([(self%share(k, i)*damping_factor( &
                blocks%damping(self%material(k, i)), step), k=1, 2)])
             do k = 1, springs%n
                term%instant = at_theta
@@ -374,10 +374,10 @@ contains
       integer :: i, k
 
       do i = 1, size(self%weld)
-         if (.not. acts(self%weld(i), blocks)) cycle
+         if (.not. is_intact(self%weld(i), blocks)) cycle
          g = derivatives_of(self%weld(i), blocks, step)
          q = deformations_of(self%weld(i), blocks)
-         force = force_of(self%springs(i), self%force(:, i), q) &
+         force = spring_force(self%springs(i), self%force(:, i), q) &
             + damping_force(self, i, blocks, q, step)
          do k = 1, 2
             associate (b => self%weld(i)%block(k))
@@ -405,26 +405,26 @@ contains
          g = derivatives_of(self%weld(i), blocks, step)
          q = deformations_of(self%weld(i), blocks)
          factor = step%scheme%theta
-         if (damps(self, i, blocks)) factor = factor + sum([(self%share(k, i)*damping_factor( &
+         if (is_damped(self, i, blocks)) factor = factor + sum([(self%share(k, i)*damping_factor( &
             blocks%damping(self%material(k, i)), step), k=1, 2)])
          associate (block => self%weld(i)%block)
             change = matmul(g(:, :, 1), d(:, block(1))) + matmul(g(:, :, 2), d(:, block(2)))
-            force = force_of(self%springs(i), self%force(:, i), q) &
+            force = spring_force(self%springs(i), self%force(:, i), q) &
                + damping_force(self, i, blocks, q, step) &
-               + factor*force_of(self%springs(i), none, change)
+               + factor*spring_force(self%springs(i), none, change)
             load(:, block(side)) = load(:, block(side)) - matmul(force, g(:, :, side))
          end associate
       end do
    end subroutine add_face_force
 
    !> Energy ½ Σ c s² + f₀·q.
-   pure real(wp) function energy_of(springs, before, q) result(energy)
+   pure real(wp) function spring_energy(springs, before, q) result(energy)
       type(weld_springs_type), intent(in) :: springs  !< of a face
       real(wp), intent(in) :: before(n_deformations)   !< f₀
       real(wp), intent(in) :: q(n_deformations)        !< deformations
 
-      energy = 0.5_wp*dot_product(force_of(springs, before, q) + before, q)
-   end function energy_of
+      energy = 0.5_wp*dot_product(spring_force(springs, before, q) + before, q)
+   end function spring_energy
 
    !> Add the energy of all faces.
    subroutine add_stored(self, blocks, step, energy)
@@ -437,10 +437,10 @@ contains
 
       total = 0.0_wp
       do i = 1, size(self%weld)
-         if (.not. acts(self%weld(i), blocks)) cycle
+         if (.not. is_intact(self%weld(i), blocks)) cycle
          q = deformations_of(self%weld(i), blocks)
          damped = damping_energies(self, i, blocks, q)
-         total = total + energy_of(self%springs(i), self%force(:, i), q) + damped(1)
+         total = total + spring_energy(self%springs(i), self%force(:, i), q) + damped(1)
       end do
       call add_energy(energy, energy_welded, total)
    end subroutine add_stored
@@ -461,15 +461,15 @@ contains
       loss = 0.0_wp
       damped = 0.0_wp
       do i = 1, size(self%weld)
-         if (.not. acts(self%weld(i), blocks)) cycle
+         if (.not. is_intact(self%weld(i), blocks)) cycle
          q = deformations_of(self%weld(i), blocks)
          g = derivatives_of(self%weld(i), blocks, step)
          associate (a => self%weld(i)%block(1), b => self%weld(i)%block(2))
             change = matmul(g(:, :, 1), d(:, a)) + matmul(g(:, :, 2), d(:, b))
          end associate
          damped = damped + damping_energies(self, i, blocks, q, change, step%time_step)
-         total = total + energy_of(self%springs(i), self%force(:, i), q + change)
-         loss = loss + 2.0_wp*energy_of(self%springs(i), none, change)
+         total = total + spring_energy(self%springs(i), self%force(:, i), q + change)
+         loss = loss + 2.0_wp*spring_energy(self%springs(i), none, change)
       end do
       call add_energy(energy, energy_welded, total + damped(1))
       call add_energy(energy, energy_material_damping, damped(2))
@@ -486,8 +486,8 @@ contains
       integer :: i, j, k
 
       do i = 1, size(self%weld)
-         if (.not. damps(self, i, blocks)) cycle
-         if (.not. acts(self%weld(i), blocks)) cycle
+         if (.not. is_damped(self, i, blocks)) cycle
+         if (.not. is_intact(self%weld(i), blocks)) cycle
          q = deformations_of(self%weld(i), blocks) - self%rest(:, i)
          g = derivatives_of(self%weld(i), blocks, step)
          associate (a => self%weld(i)%block(1), b => self%weld(i)%block(2), &
@@ -534,8 +534,8 @@ contains
                end if
             else
                q = deformations_of(self%weld(i), blocks)
-               self%force(:, i) = force_of(before%springs(i), before%force(:, i), q) &
-                  + damping_force(before, i, blocks, q) - force_of(self%springs(i), none, q)
+               self%force(:, i) = spring_force(before%springs(i), before%force(:, i), q) &
+                  + damping_force(before, i, blocks, q) - spring_force(self%springs(i), none, q)
             end if
          end do
       end select
@@ -559,7 +559,7 @@ contains
       real(wp) :: force(n_deformations), q(n_deformations)
 
       q = deformations_of(self%weld(i), blocks)
-      force = force_of(self%springs(i), self%force(:, i), q) + damping_force(self, i, blocks, q)
+      force = spring_force(self%springs(i), self%force(:, i), q) + damping_force(self, i, blocks, q)
    end function weld_force
 
    !> Add the contribution of faces to the mean stress of their cells, Pa, in the axes of the cell.
@@ -572,7 +572,7 @@ contains
       integer :: i, k
 
       do i = 1, size(self%weld)
-         if (.not. acts(self%weld(i), blocks)) cycle
+         if (.not. is_intact(self%weld(i), blocks)) cycle
          force = weld_force(self, i, blocks)
          do k = 1, 2
             associate (b => self%weld(i)%block(k))
@@ -594,13 +594,13 @@ contains
 
       none = 0.0_wp
       do i = 1, size(self%weld)
-         if (.not. acts(self%weld(i), blocks)) cycle
+         if (.not. is_intact(self%weld(i), blocks)) cycle
          q = deformations_of(self%weld(i), blocks)
          ! The last four springs are those of the mean jump and of the linear jump.
          associate (springs => self%springs(i))
             half = 0.5_wp*springs%stiffness(springs%n - 3)*(sum(q(1:2)**2) &
                + sum(q(3:4)**2)/3.0_wp)
-            stored = stored + energy_of(springs, none, q)
+            stored = stored + spring_energy(springs, none, q)
          end associate
          do k = 1, 2
             associate (b => self%weld(i)%block(k))

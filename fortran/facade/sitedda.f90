@@ -64,7 +64,7 @@ contains
 
       report = ''
       passes = .false.
-      call require(allocated(analysis%model), 'no input has been read', error)
+      call require_that(allocated(analysis%model), 'no input has been read', error)
       if (allocated(error)) return
       allocate (simulation, found)
       call add_notes(found, model_notes(analysis%model))
@@ -84,7 +84,7 @@ contains
       logical, intent(in), optional :: resume  !< continue from the last checkpoint, if any
       logical :: writes, from_checkpoint
 
-      call require(allocated(analysis%model), 'no input has been read', error)
+      call require_that(allocated(analysis%model), 'no input has been read', error)
       if (allocated(error)) return
       writes = .true.
       if (present(output)) then
@@ -109,7 +109,7 @@ contains
       integer, intent(in) :: steps                    !< number of steps
       type(error_type), allocatable, intent(out) :: error  !< names step, contact and blocks
 
-      call require(allocated(analysis%run), 'the analysis has not begun', error)
+      call require_that(allocated(analysis%run), 'the analysis has not begun', error)
       if (.not. allocated(error)) call continue_run(analysis%run, int(steps, long), error)
    end subroutine advance_analysis
 
@@ -118,7 +118,7 @@ contains
       type(analysis_type), intent(inout) :: analysis  !< started; its input can be started again
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
-      call require(allocated(analysis%run), 'the analysis has not begun', error)
+      call require_that(allocated(analysis%run), 'the analysis has not begun', error)
       if (allocated(error)) return
       call end_run(analysis%run, error)
       deallocate (analysis%run)
@@ -153,7 +153,7 @@ contains
       displacement = 0.0_wp
       velocity = 0.0_wp
       acceleration = 0.0_wp
-      call require(allocated(analysis%run), 'the analysis has not begun', error)
+      call require_that(allocated(analysis%run), 'the analysis has not begun', error)
       if (.not. allocated(error)) call find_point(analysis%model, name, point, error)
       if (allocated(error)) return
       associate (simulation => analysis%run%simulation)
@@ -177,11 +177,12 @@ contains
 
       at = [integer ::]
       number = 0
-      call require(allocated(analysis%model), 'no input has been read', error)
-      if (.not. allocated(error)) call require(present(point) .eqv. present(axis), &
+      call require_that(allocated(analysis%model), 'no input has been read', error)
+      if (.not. allocated(error)) call require_that(present(point) .eqv. present(axis), &
          'a point also needs an axis', error)
       if (.not. allocated(error) .and. present(axis)) then
-         call require(index(axes, axis) > 0, quoted(axis)//" is no axis: give 'x' or 'y'", error)
+         call require_that(index(axes, axis) > 0, quoted(axis)//" is no axis: give 'x' or 'y'", &
+            error)
          if (.not. allocated(error)) call find_point(analysis%model, point, number, error)
          at = [index(axes, axis), number]
       end if
@@ -197,17 +198,17 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       point = findloc(model%points%name == name, .true., 1)
-      call require(point > 0, model%file//': there is no measured point '//quoted(name)// &
+      call require_that(point > 0, model%file//': there is no measured point '//quoted(name)// &
          '; there are '//joined(model%points%name, ', '), error)
    end subroutine find_point
 
    !> Return an error unless a condition is true.
-   subroutine require(holds, message, error)
+   subroutine require_that(holds, message, error)
       logical, intent(in) :: holds
       character(len=*), intent(in) :: message  !< of the error
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       if (.not. (holds .or. allocated(error))) call fail(error, error_input, message)
-   end subroutine require
+   end subroutine require_that
 
 end module sitedda

@@ -59,7 +59,7 @@ contains
       type(reader_type) :: reader
 
       reader%dataset%file = file
-      call allow(reader, error)
+      call check_file_length(reader, error)
       if (allocated(error)) return
       call checked(reader%dataset, nf90_open(path_of(file), nf90_nowrite, reader%dataset%id), &
          'be read as netCDF')
@@ -75,7 +75,7 @@ contains
    end subroutine read_block_file
 
    !> Check the length of the file, which must have the classic format.
-   subroutine allow(reader, error)
+   subroutine check_file_length(reader, error)
       type(reader_type), intent(inout) :: reader  !< reader with the name of its file
       type(error_type), allocatable, intent(out) :: error  !< there is no such file
       type(byte_file_type) :: bytes
@@ -98,7 +98,7 @@ contains
          call fail(error, error_input, reader%dataset%file//' is damaged, or not of the '// &
             'classic format of netCDF (NETCDF3_64BIT_OFFSET): its header has unknown types')
       end if
-   end subroutine allow
+   end subroutine check_file_length
 
    !> Read all variables and retain the first error.
    subroutine read_variables(reader, blocks)
@@ -110,9 +110,9 @@ contains
       n = length_of(reader, 'corners', 1, int(most_blocks))
       vertices = length_of(reader, 'vertices', 2, most_vertices*n)
       if (allocated(reader%dataset%error)) return
-      if (n == 0) call refuse(reader, 'it contains no blocks')
+      if (n == 0) call refuse_file(reader, 'it contains no blocks')
       call read_integers(reader, 'corners', n, corners)
-      call add_up(reader, corners, vertices, blocks%first)
+      call find_first_vertices(reader, corners, vertices, blocks%first)
       call read_vertices(reader, vertices, blocks%vertices)
       call read_names(reader, 'material_name', blocks%materials)
       call read_names(reader, 'joint_name', blocks%joints)
@@ -124,22 +124,22 @@ contains
    end subroutine read_variables
 
    !> Record why the file cannot be used, unless a reason is known.
-   subroutine refuse(reader, reason)
+   subroutine refuse_file(reader, reason)
       type(reader_type), intent(inout) :: reader  !< open; retains the first error
       character(len=*), intent(in) :: reason  !< for a person
 
       if (.not. allocated(reader%dataset%error)) call fail(reader%dataset%error, error_input, &
          reader%dataset%file//': '//reason)
-   end subroutine refuse
+   end subroutine refuse_file
 
    !> .true. if the file has a variable.
-   logical function has(reader, name)
+   logical function has_named(reader, name)
       type(reader_type), intent(in) :: reader  !< open
       character(len=*), intent(in) :: name  !< of the variable
       integer :: id
 
-      has = nf90_inq_varid(reader%dataset%id, name, id) == nf90_noerr
-   end function has
+      has_named = nf90_inq_varid(reader%dataset%id, name, id) == nf90_noerr
+   end function has_named
 
    !> Check kind, shape and size of a variable; return its last dimension, or 0 on failure.
    integer function length_of(reader, name, rank, most) result(length)
@@ -153,11 +153,11 @@ contains
       call find_shape(reader, name, rank, .false., shape_of)
       if (allocated(reader%dataset%error)) return
       if (rank == 2 .and. shape_of(1) /= 2) then
-         call refuse(reader, name//' must contain x and y of each, not '//to_text(shape_of(1))// &
-            ' numbers')
+         call refuse_file(reader, name//' must contain x and y of each, not '// &
+            to_text(shape_of(1))//' numbers')
       else if (shape_of(rank) > most) then
-         call refuse(reader, name//' contains '//to_text(shape_of(rank))//' values, more than '// &
-            to_text(most))
+         call refuse_file(reader, name//' contains '//to_text(shape_of(rank))// &
+            ' values, more than '//to_text(most))
       else
          length = shape_of(rank)
       end if
@@ -176,17 +176,19 @@ contains
 
       shape_of = 1
       if (allocated(reader%dataset%error)) return
-      if (.not. has(reader, name)) call refuse(reader, 'there is no variable '//quoted(name))
+      if (.not. has_named(reader, name)) call refuse_file(reader, 'there is no variable '// &
+         quoted(name))
       call checked(reader%dataset, nf90_inq_varid(reader%dataset%id, name, id), 'find '//name)
       if (allocated(reader%dataset%error)) return
       call checked(reader%dataset, nf90_inquire_variable(reader%dataset%id, id, xtype=kind, &
          ndims=dimensions, dimids=of_dimension), 'describe '//name)
       if (allocated(reader%dataset%error)) return
       if (dimensions /= rank) then
-         call refuse(reader, name//' must have '//to_text(rank)//' dimensions, not '// &
+         call refuse_file(reader, name//' must have '//to_text(rank)//' dimensions, not '// &
             to_text(dimensions))
       else if (text .and. kind /= nf90_char .or. .not. (text .or. any(kind == numeric))) then
-         call refuse(reader, name//' must contain '//trim(merge('characters', 'numbers   ', text)))
+         call refuse_file(reader, name//' must contain '//trim(merge('characters', 'numbers   ', &
+            text)))
       end if
       do i = 1, rank
          if (allocated(reader%dataset%error)) return
@@ -206,10 +208,10 @@ contains
       if (allocated(reader%dataset%error)) return
       values = product(real(shape_of, wp))
       if (any(shape_of < 0) .or. values > reader%bytes) then
-         call refuse(reader, name//' claims '//to_text(int(values, long))// &
+         call refuse_file(reader, name//' claims '//to_text(int(values, long))// &
             ' values, more than a file of '//to_text(reader%bytes)//' bytes can contain')
       else if (4*bytes_of_number*values > free_memory()) then
-         call refuse(reader, name//' contains '//to_text(int(values, long))// &
+         call refuse_file(reader, name//' contains '//to_text(int(values, long))// &
             ' values, too many for the free memory')
       end if
    end subroutine check_bytes
@@ -225,20 +227,20 @@ contains
       allocate (values(n), source=0)
       length = length_of(reader, name, 1, huge(1))
       if (allocated(reader%dataset%error)) return
-      if (length /= n) call refuse(reader, name//' contains '//to_text(length)//' values, not '// &
-         to_text(n))
+      if (length /= n) call refuse_file(reader, name//' contains '//to_text(length)// &
+         ' values, not '//to_text(n))
       if (allocated(reader%dataset%error)) return
       call checked(reader%dataset, nf90_inq_varid(reader%dataset%id, name, id), 'find '//name)
       call checked(reader%dataset, nf90_inquire_variable(reader%dataset%id, id, xtype=kind), &
          'describe '//name)
-      if (any(kind == [nf90_double, nf90_float])) call refuse(reader, name// &
+      if (any(kind == [nf90_double, nf90_float])) call refuse_file(reader, name// &
          ' must contain whole numbers, of an integer type')
       if (allocated(reader%dataset%error)) return
       call checked(reader%dataset, nf90_get_var(reader%dataset%id, id, values), 'read '//name)
    end subroutine read_integers
 
    !> Find the first vertex of each block from the numbers of their corners.
-   subroutine add_up(reader, corners, vertices, first)
+   subroutine find_first_vertices(reader, corners, vertices, first)
       type(reader_type), intent(inout) :: reader  !< open; retains the first error
       integer, intent(in) :: corners(:)  !< [blocks]
       integer, intent(in) :: vertices    !< that the file has
@@ -247,15 +249,15 @@ contains
 
       allocate (first(size(corners) + 1), source=1)
       do b = 1, size(corners)
-         if (corners(b) < 3 .or. corners(b) > most_vertices) call refuse(reader, 'block '// &
+         if (corners(b) < 3 .or. corners(b) > most_vertices) call refuse_file(reader, 'block '// &
             to_text(b)//' has '//to_text(corners(b))//' corners; 3 to '//to_text(most_vertices)// &
             ' are possible')
          if (allocated(reader%dataset%error)) return
          first(b + 1) = first(b) + corners(b)
       end do
-      if (first(b) - 1 /= vertices) call refuse(reader, 'the blocks have '// &
+      if (first(b) - 1 /= vertices) call refuse_file(reader, 'the blocks have '// &
          to_text(first(b) - 1)//' corners, but vertices contains '//to_text(vertices))
-   end subroutine add_up
+   end subroutine find_first_vertices
 
    !> Read the positions of corners, which must be usable numbers.
    subroutine read_vertices(reader, n, vertices)
@@ -271,8 +273,8 @@ contains
       call checked(reader%dataset, nf90_get_var(reader%dataset%id, id, vertices), 'read vertices')
       do v = 1, n
          if (allocated(reader%dataset%error)) return
-         if (.not. all(abs(vertices(:, v)) <= usable)) call refuse(reader, 'vertex '//to_text(v)// &
-            ' is at ('//to_text(vertices(1, v))//', '//to_text(vertices(2, v))// &
+         if (.not. all(abs(vertices(:, v)) <= usable)) call refuse_file(reader, 'vertex '// &
+            to_text(v)//' is at ('//to_text(vertices(1, v))//', '//to_text(vertices(2, v))// &
             '), which is not a position')
       end do
    end subroutine read_vertices
@@ -289,15 +291,15 @@ contains
       if (present(n)) allocate (names(n), source=repeat(' ', name_length))
       if (.not. present(n)) allocate (names(0))
       if (allocated(reader%dataset%error)) return
-      if (.not. has(reader, name)) return
+      if (.not. has_named(reader, name)) return
       call find_shape(reader, name, 2, .true., shape_of)
       if (present(n)) then
-         if (shape_of(2) /= n) call refuse(reader, name//' contains '//to_text(shape_of(2))// &
+         if (shape_of(2) /= n) call refuse_file(reader, name//' contains '//to_text(shape_of(2))// &
             ' names, not '//to_text(n))
       end if
-      if (shape_of(1) > name_length) call refuse(reader, name//' has names of '// &
+      if (shape_of(1) > name_length) call refuse_file(reader, name//' has names of '// &
          to_text(shape_of(1))//' bytes; at most '//to_text(name_length)//' are possible')
-      if (shape_of(2) > most_blocks) call refuse(reader, name//' contains too many names')
+      if (shape_of(2) > most_blocks) call refuse_file(reader, name//' contains too many names')
       if (allocated(reader%dataset%error)) return
       call checked(reader%dataset, nf90_inq_varid(reader%dataset%id, name, id), 'find '//name)
       allocate (character(len=shape_of(1)) :: text(shape_of(2)))
@@ -319,13 +321,13 @@ contains
       integer, allocatable, intent(out) :: numbers(:)  !< [n]
       integer :: i
 
-      if (.not. has(reader, name)) then
+      if (.not. has_named(reader, name)) then
          allocate (numbers(n), source=0)
          return
       end if
       call read_integers(reader, name, n, numbers)
       i = findloc(numbers < 0 .or. numbers > size(names), .true., 1)
-      if (i > 0) call refuse(reader, name//'('//to_text(i)//') = '//to_text(numbers(i))// &
+      if (i > 0) call refuse_file(reader, name//'('//to_text(i)//') = '//to_text(numbers(i))// &
          ' is not one of the '//to_text(size(names))//' names in '//name(index(name, '_') + 1:)// &
          '_name; 0 means none')
    end subroutine read_numbers

@@ -34,11 +34,11 @@ contains
          if (bytes(4) == 2) cursor%offset_size = 8
          cursor%good = bytes(4) == 1 .or. bytes(4) == 2
       end if
-      call skip(cursor, 4_long)  ! number of records
+      call skip_bytes(cursor, 4_long)  ! number of records
       call begin_list(cursor, n)
       do i = 1, n
          call skip_name(cursor)
-         call skip(cursor, 4_long)
+         call skip_bytes(cursor, 4_long)
       end do
       call skip_attributes(cursor)
       call begin_list(cursor, n)
@@ -55,10 +55,10 @@ contains
 
       call skip_name(cursor)
       call read_number(cursor, dimensions)
-      call skip(cursor, 4*dimensions)
+      call skip_bytes(cursor, 4*dimensions)
       call skip_attributes(cursor)
       call read_type(cursor, bytes)
-      call skip(cursor, 4 + cursor%offset_size)
+      call skip_bytes(cursor, 4 + cursor%offset_size)
    end subroutine skip_variable
 
    !> Skip a list of attributes: name, type and values, padded to four bytes.
@@ -71,7 +71,7 @@ contains
          call skip_name(cursor)
          call read_type(cursor, bytes)
          call read_number(cursor, values)
-         call skip(cursor, filled(bytes*values))
+         call skip_bytes(cursor, padded_size(bytes*values))
       end do
    end subroutine skip_attributes
 
@@ -80,7 +80,7 @@ contains
       type(cursor_type), intent(inout) :: cursor  !< before a list; on return at its first entry
       integer(long), intent(out) :: n  !< entries
 
-      call skip(cursor, 4_long)
+      call skip_bytes(cursor, 4_long)
       call read_number(cursor, n)
       if (n > size(cursor%bytes)) cursor%good = .false.
       if (.not. cursor%good) n = 0
@@ -92,7 +92,7 @@ contains
       integer(long) :: letters
 
       call read_number(cursor, letters)
-      call skip(cursor, filled(letters))
+      call skip_bytes(cursor, padded_size(letters))
    end subroutine skip_name
 
    !> Read a valid type, as the bytes of a value.
@@ -114,7 +114,7 @@ contains
       integer :: i
 
       number = 0
-      call skip(cursor, 4_long)
+      call skip_bytes(cursor, 4_long)
       if (.not. cursor%good) return
       do i = 4, 1, -1
          number = 256*number + modulo(int(cursor%bytes(cursor%at - i), long), 256_long)
@@ -122,19 +122,19 @@ contains
    end subroutine read_number
 
    !> Skip a number of bytes, unless the file ends before.
-   pure subroutine skip(cursor, bytes)
+   pure subroutine skip_bytes(cursor, bytes)
       type(cursor_type), intent(inout) :: cursor  !< continues
       integer(long), intent(in) :: bytes  !< to leave out
 
       cursor%good = cursor%good .and. cursor%at + bytes <= size(cursor%bytes) + 1
       if (cursor%good) cursor%at = cursor%at + bytes
-   end subroutine skip
+   end subroutine skip_bytes
 
    !> Number of bytes, padded to a multiple of four.
-   pure integer(long) function filled(bytes)
+   pure integer(long) function padded_size(bytes)
       integer(long), intent(in) :: bytes  !< any
 
-      filled = (bytes + 3)/4*4
-   end function filled
+      padded_size = (bytes + 3)/4*4
+   end function padded_size
 
 end module dda_classic_header

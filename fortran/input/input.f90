@@ -137,16 +137,17 @@ contains
          if (seen(g) > 1 .and. .not. input_groups(g)%repeats) call input_error(error, &
             groups(i), 'this group may appear only once')
       end do
-      if (size(positions(groups, 'control')) == 0) call missing(error, file, 'the group &control')
+      if (size(positions(groups, 'control')) == 0) call refuse_missing(error, file, &
+         'the group &control')
    end subroutine check_names
 
    !> Return the error for a missing group that every input must have.
-   subroutine missing(error, file, group)
+   subroutine refuse_missing(error, file, group)
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       character(len=*), intent(in) :: file, group  !< path; name of the group
 
       if (.not. allocated(error)) call fail(error, error_input, file//': '//group//' is missing')
-   end subroutine missing
+   end subroutine refuse_missing
 
    !> Read the groups that appear once.
    subroutine read_settings(model, file, groups, control, error)
@@ -177,21 +178,22 @@ contains
          if (allocated(error)) return
       end do
       if (.not. model%contact%original_rules) return
-      call refuse(model%control%integration /= 'dda', "needs integration = 'dda' of &control, "// &
-         'not '//quoted(trim(model%control%integration)))
-      call refuse(model%control%settle, 'has no static stages: settle of &control must be .false.')
-      call refuse(staged, 'does not support &stage')
+      call refuse_setting(model%control%integration /= 'dda', &
+         "needs integration = 'dda' of &control, "//'not '//quoted(trim(model%control%integration)))
+      call refuse_setting(model%control%settle, &
+         'has no static stages: settle of &control must be .false.')
+      call refuse_setting(staged, 'does not support &stage')
 
    contains
 
       !> Reject a setting that cannot be combined with the original rules.
-      subroutine refuse(is, why)
+      subroutine refuse_setting(is, why)
          logical, intent(in) :: is            !< of the input
          character(len=*), intent(in) :: why  !< in words
 
          if (is .and. .not. allocated(error)) call fail(error, error_input, file// &
             ": contact_rules = 'original' of &contact "//why)
-      end subroutine refuse
+      end subroutine refuse_setting
 
    end subroutine read_settings
 
@@ -220,7 +222,7 @@ contains
 
       own = positions(groups, 'material')
       allocate (model%materials(size(own)))
-      if (size(own) == 0) call missing(error, file, 'the group &material')
+      if (size(own) == 0) call refuse_missing(error, file, 'the group &material')
       do i = 1, size(own)
          call read_material(groups(own(i)), model%materials(i), error)
          if (model%materials(i)%has_velocities) call require_analysis(error, groups(own(i)), &
@@ -230,7 +232,7 @@ contains
       end do
       own = positions(groups, 'joint')
       allocate (model%joints(size(own)))
-      if (size(own) == 0) call missing(error, file, 'the group &joint')
+      if (size(own) == 0) call refuse_missing(error, file, 'the group &joint')
       do i = 1, size(own)
          call read_joint(groups(own(i)), model%contact%shear_ratio, model%joints(i), error)
          call check_rules(groups(own(i)), model%joints(i), model%contact, error)

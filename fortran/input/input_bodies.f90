@@ -103,13 +103,13 @@ contains
       integer :: b
 
       extent = extent_of(outlines%vertices(:, :outlines%n_vertices))
-      b = first_beyond(outlines)
+      b = first_distant_block(outlines)
       failure = ''
       if (b > 0) failure = ' reaches farther than '//to_text(farthest)//' m from the origin'
       do while (failure == '' .and. b < outlines%n)
          b = b + 1
-         failure = size_failure(outlines%vertices(:, outlines%first(b):outlines%first(b + 1) - 1), &
-            extent)
+         failure = too_small_reason(outlines%vertices(:, outlines%first(b):outlines%first(b + 1) &
+            - 1), extent)
       end do
       if (failure /= '') call input_error(error, groups(outlines%source(b)), &
          block_title(b, outlines%name(b))//failure)
@@ -123,7 +123,7 @@ contains
    end function extent_of
 
    !> First block with a vertex too far away; 0 if there is none.
-   pure integer function first_beyond(outlines) result(b)
+   pure integer function first_distant_block(outlines) result(b)
       type(outlines_type), intent(in) :: outlines  !< of all blocks
 
       do b = 1, outlines%n
@@ -131,10 +131,10 @@ contains
             <= farthest)) return
       end do
       b = 0
-   end function first_beyond
+   end function first_distant_block
 
    !> Reason why a block is too small for a model of some extent; blank if it is not.
-   pure function size_failure(vertices, extent) result(failure)
+   pure function too_small_reason(vertices, extent) result(failure)
       real(wp), intent(in) :: vertices(:,:), extent  !< [2, vertices] m; size of the model, m
       character(len=:), allocatable :: failure
       real(wp) :: own
@@ -152,7 +152,7 @@ contains
          failure = ' has a side of '//to_text(shortest_side(vertices))// &
             ' m, too little compared with the '//to_text(extent)//' m of the model'
       end if
-   end function size_failure
+   end function too_small_reason
 
    !> Length of the shortest side of a polygon, m.
    pure real(wp) function shortest_side(vertices) result(length)

@@ -93,9 +93,10 @@ contains
       bolt%yield = value_or([own%yield_force, own%shear_yield_force], never)
       bolt%rupture = value_or([own%rupture_elongation, own%rupture_slip], never)
       if (bolt%grouted) then
-         call grout(model%blocks, group, bolt, point(:, 1), point(:, 2), owner, new, error)
+         call grout_crossings(model%blocks, group, bolt, point(:, 1), point(:, 2), owner, new, &
+            error)
       else
-         new = [placed(model%blocks, bolt, owner, point)]
+         new = [spring_between(model%blocks, bolt, owner, point)]
       end if
    end subroutine make_bolt
 
@@ -121,7 +122,7 @@ contains
    end subroutine check_points
 
    !> Make a spring between positions of blocks.
-   pure type(bolt_type) function placed(blocks, bolt, owner, places) result(spring)
+   pure type(bolt_type) function spring_between(blocks, bolt, owner, places) result(spring)
       type(blocks_type), intent(in) :: blocks  !< of the model
       type(bolt_type), intent(in) :: bolt  !< its law
       integer, intent(in) :: owner(:)  !< [points] block of each
@@ -135,10 +136,10 @@ contains
       do k = 1, size(owner)
          spring%reference(:, k) = reference_of(blocks, owner(k), places(:, k))
       end do
-   end function placed
+   end function spring_between
 
    !> Add a pair of springs where a straight bolt passes from one block to the next.
-   subroutine grout(blocks, group, bolt, from, to, ends, new, error)
+   subroutine grout_crossings(blocks, group, bolt, from, to, ends, new, error)
       type(blocks_type), intent(in) :: blocks  !< of the model
       type(group_type), intent(in) :: group  !< of the input
       type(bolt_type), intent(in) :: bolt  !< its law
@@ -159,11 +160,11 @@ contains
          if (k < size(cut)) b = block_at(blocks, from + 0.5_wp*(cut(k) + cut(k + 1))*(to - from))
          if (b == 0 .or. b == last) cycle
          at = cut(k)
-         new = [new, placed(blocks, bolt, [last, b], spread(from + at*(to - from), 2, 2))]
+         new = [new, spring_between(blocks, bolt, [last, b], spread(from + at*(to - from), 2, 2))]
          last = b
       end do
       if (size(new) == 0) call input_error(error, group, 'the bolt crosses no joint')
-   end subroutine grout
+   end subroutine grout_crossings
 
    !> Find crossings of a segment with edges, as ascending fractions of its length.
    pure subroutine find_cuts(blocks, from, to, cut)

@@ -76,14 +76,14 @@ contains
             case ('tied')
                call tie_sides(model, group, reading, pieces, error)
             case ('free_field')
-               call continue_side(model, group, reading, pieces, error)
+               call add_free_field(model, group, reading, pieces, error)
             case default
                call choose_edges(group, reading%edges, model, pieces, error)
-               call check_words(reading, group, model, error)
+               call check_kind(reading, group, model, error)
                if (.not. allocated(error)) call add_boundary(model, group, reading, pieces, error)
             end select
             if (allocated(error)) return
-            if (.not. is_held(reading)) reading%direction = 'xy'
+            if (.not. is_fixed_kind(reading)) reading%direction = 'xy'
             call claim_edges(model, groups(own(:i))%line, group, pieces, trim(reading%direction), &
                error)
          end associate
@@ -91,11 +91,11 @@ contains
    end subroutine read_boundaries
 
    !> .true. if the boundary consists of fixed points, which act in one direction or two.
-   pure logical function is_held(reading)  ! total
+   pure logical function is_fixed_kind(reading)  ! total
       type(reading_type), intent(in) :: reading  !< as read
 
-      is_held = reading%is%holds .or. reading%motion_is == 'within'
-   end function is_held
+      is_fixed_kind = reading%is%holds .or. reading%motion_is == 'within'
+   end function is_fixed_kind
 
    !> Effective kind of a group: 'fixed' for a base that follows its motion 'within'.
    pure function acts_as(group) result(kind)
@@ -150,7 +150,7 @@ contains
    end function has_motion
 
    !> Check the values of a kind of boundary, and what it needs of the model.
-   subroutine check_words(reading, group, model, error)
+   subroutine check_kind(reading, group, model, error)
       type(reading_type), intent(inout) :: reading  !< reading as read; defaults are set
       type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(in) :: model  !< with its motions
@@ -159,7 +159,7 @@ contains
       if (reading%direction == '') reading%direction = reading%is%direction
       if (reading%kind == 'roller' .and. reading%direction == 'xy') call input_error(error, group, &
          "a roller fixes one direction: 'normal', 'x' or 'y'; kind = 'fixed' fixes both")
-      if (reading%direction == 'normal' .and. has_motion(reading) .and. is_held(reading)) &
+      if (reading%direction == 'normal' .and. has_motion(reading) .and. is_fixed_kind(reading)) &
          call input_error(error, group, "motion_x and motion_y need direction = 'x', 'y' or 'xy'")
       if (reading%is%absorbs) call require_analysis(error, group, model%control, &
          'dashpots for waves')
@@ -169,7 +169,7 @@ contains
          group, 'dashpots cannot be used in the frame of a base that base_motion_x and '// &
          'base_motion_y of '// &
          "&control accelerate: give the motion to a boundary of kind = 'compliant'")
-   end subroutine check_words
+   end subroutine check_kind
 
    !> Tie the left side to the right side, one width away.
    subroutine tie_sides(model, group, reading, pieces, error)
@@ -183,7 +183,7 @@ contains
       real(wp) :: width
 
       if (are_tied(model)) call input_error(error, group, 'the sides are tied already')
-      if (size(model%free_fields) > 0) call refuse_both(group, error)
+      if (size(model%free_fields) > 0) call reject_ties_and_fields(group, error)
       if (model%contact%original_rules) call input_error(error, group, &
          "ties act as bonded joints do: contact_rules = 'original' of &contact has none")
       call choose_edges(group, reading%edges, model, left, error, 'left')
@@ -208,16 +208,16 @@ contains
    end function are_tied
 
    !> Reject a model with both tied sides and free fields.
-   subroutine refuse_both(group, error)
+   subroutine reject_ties_and_fields(group, error)
       type(group_type), intent(in) :: group  !< of the input
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       call input_error(error, group, "kind = 'tied' and kind = 'free_field' both "// &
          'continue the ground beyond a side: leave out one of them')
-   end subroutine refuse_both
+   end subroutine reject_ties_and_fields
 
    !> Add a free field beyond a side.
-   subroutine continue_side(model, group, reading, pieces, error)
+   subroutine add_free_field(model, group, reading, pieces, error)
       type(model_type), intent(inout) :: model  !< model that receives the free field
       type(group_type), intent(in) :: group  !< of the input
       type(reading_type), intent(in) :: reading  !< as read
@@ -228,7 +228,7 @@ contains
       field%side = reading%edges%side(:len(field%side))
       if (all(field%side /= ['left ', 'right'])) call input_error(error, group, &
          "kind = 'free_field' needs side = 'left' or side = 'right', and takes all of it")
-      if (are_tied(model)) call refuse_both(group, error)
+      if (are_tied(model)) call reject_ties_and_fields(group, error)
       if (any(model%free_fields%side == field%side)) call input_error(error, group, &
          'this side has a free field already')
       if (model%contact%original_rules) call input_error(error, group, 'the free field acts as '// &
@@ -241,18 +241,18 @@ contains
       field%boundary%name = reading%name
       field%boundary%kind = reading%kind
       field%boundary%piece = pieces
-      field%boundary%point = points_of(model, reading, pieces)
+      field%boundary%point = boundary_points(model, reading, pieces)
       call set_half_space(field%boundary, model, reading, group, error)
       call find_column(model, group, field, error)
-      field%top = top_of(model%blocks, pieces)
+      field%top = highest_corner(model%blocks, pieces)
       model%free_fields = [model%free_fields, field]
       model%boundary_motions = [model%boundary_motions, boundary_motion_type( &
          label(reading, 'free field '//field%side), [field%top], [1.0_wp], &
          field=size(model%free_fields))]
-   end subroutine continue_side
+   end subroutine add_free_field
 
    !> Highest corner of parts of edges.
-   pure type(point_type) function top_of(blocks, pieces) result(top)
+   pure type(point_type) function highest_corner(blocks, pieces) result(top)
       type(blocks_type), intent(in) :: blocks         !< of the model
       type(edge_piece_type), intent(in) :: pieces(:)  !< one at least
       integer :: corner(2*size(pieces)), highest
@@ -261,7 +261,7 @@ contains
       highest = corner(maxloc(blocks%vertex(2, corner), 1))
       top = point_type('', blocks%owner(highest), blocks%reference(:, highest), &
          blocks%vertex(:, highest))
-   end function top_of
+   end function highest_corner
 
    !> The name of a group, or a substitute.
    pure character(len=name_length) function label(reading, words)
@@ -286,8 +286,8 @@ contains
       motion = 0
       call find_motions(group, [reading%motion_x, reading%motion_y], model%motions, motion, error)
       if (allocated(error)) return
-      points = points_of(model, reading, pieces)
-      if (is_held(reading)) then
+      points = boundary_points(model, reading, pieces)
+      if (is_fixed_kind(reading)) then
          do i = 1, size(points)
             points(i)%motion = motion
          end do
@@ -329,7 +329,7 @@ contains
    end function mean_motion
 
    !> Find the Gauss points of parts, and their fixed directions.
-   function points_of(model, reading, pieces) result(points)
+   function boundary_points(model, reading, pieces) result(points)
       type(model_type), intent(in) :: model  !< with its blocks
       type(reading_type), intent(in) :: reading  !< as read
       type(edge_piece_type), intent(in) :: pieces(:)  !< edges
@@ -357,7 +357,7 @@ contains
             end associate
          end do
       end do
-   end function points_of
+   end function boundary_points
 
    !> Set normals, and dashpots of the half-space; default: the material of each block.
    subroutine set_half_space(boundary, model, reading, group, error)

@@ -53,13 +53,13 @@ contains
 
       do i = 1, size(changes)
          if (.not. allocated(error)) call split_groups(file, text, groups, error)
-         if (.not. allocated(error)) call find(changes(i), groups, text, error)
-         if (.not. allocated(error)) call make(changes(i), groups, text, error)
+         if (.not. allocated(error)) call resolve_path(changes(i), groups, text, error)
+         if (.not. allocated(error)) call apply_change(changes(i), groups, text, error)
       end do
    end subroutine change_text
 
    !> Apply one change.
-   subroutine make(change, groups, text, error)
+   subroutine apply_change(change, groups, text, error)
       type(change_type), intent(in) :: change       !< with its variable
       type(group_type), intent(inout) :: groups(:)  !< groups of the text; some receive values
       character(len=:), allocatable, intent(inout) :: text   !< of the input
@@ -79,31 +79,31 @@ contains
          if (allocated(error)) return
          names(i) = text_of(groups(own(i)), 'name')
       end do
-      call choose(change, names, chosen, error)
+      call mark_groups(change, names, chosen, error)
       if (allocated(error)) return
       new = ''
       if (allocated(change%value)) new = change%name//' = '//value_text(change)
       do i = size(own), 1, -1  ! from the end, so that earlier positions do not change
-         if (chosen(i)) call set_in(text, groups(own(i))%last, spans(i)%list, change, new)
+         if (chosen(i)) call set_in_group(text, groups(own(i))%last, spans(i)%list, change, new)
       end do
       if (size(own) > 0 .or. new == '') return
       if (len(text) > 0) then
          if (text(len(text):) /= newline) text = text//newline
       end if
       text = text//'&'//change%group//' '//new//' /'//newline
-   end subroutine make
+   end subroutine apply_change
 
    !> Return an error that names the change.
-   pure subroutine refuse(change, message, error)
+   pure subroutine refuse_change(change, message, error)
       type(change_type), intent(in) :: change  !< with its path
       character(len=*), intent(in) :: message  !< sentence without the full stop
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       if (.not. allocated(error)) call fail(error, error_input, change%path//': '//message)
-   end subroutine refuse
+   end subroutine refuse_change
 
    !> Find group, name and variable of a path.
-   subroutine find(change, groups, text, error)
+   subroutine resolve_path(change, groups, text, error)
       type(change_type), intent(inout) :: change  !< change with its path and value
       type(group_type), intent(in) :: groups(:)   !< of the text
       character(len=*), intent(in) :: text        !< of the input
@@ -112,7 +112,7 @@ contains
 
       if (change%path == '') then
          change%path = change%value
-         call refuse(change, 'must read NAME=VALUE', error)
+         call refuse_change(change, 'must read NAME=VALUE', error)
          return
       end if
       associate (path => change%path)
@@ -121,7 +121,7 @@ contains
          last = index(path, '.', back=.true.)
          change%name = lower_case(trim(adjustl(path(last + 1:))))
          if (dot == 0) then
-            call find_home(change, groups, text, error)
+            call find_owner_group(change, groups, text, error)
          else
             change%group = lower_case(trim(path(:dot - 1)))
             if (path(dot:dot) == '[') then
@@ -134,11 +134,11 @@ contains
       call find_variable(change, error)
       if (allocated(error) .or. .not. allocated(change%value)) return
       if (change%value == '' .and. input_variables(change%variable)%kind /= 'text') &
-         call refuse(change, 'a value is needed', error)
-   end subroutine find
+         call refuse_change(change, 'a value is needed', error)
+   end subroutine resolve_path
 
    !> Find the only group to which a variable without a group can belong.
-   subroutine find_home(change, groups, text, error)
+   subroutine find_owner_group(change, groups, text, error)
       type(change_type), intent(inout) :: change  !< change with the name of its variable
       type(group_type), intent(in) :: groups(:)   !< of the text
       character(len=*), intent(in) :: text        !< of the input
@@ -162,16 +162,16 @@ contains
          do i = 1, size(homes)
             paths(i) = trim(homes(i)%name)//'.'//change%name
          end do
-         call refuse(change, 'this is a variable of several groups: name one, as '// &
+         call refuse_change(change, 'this is a variable of several groups: name one, as '// &
             joined(paths, ' or '), error)
       else if (find_group(change%name) > 0) then
-         call refuse(change, 'this is a group: name a variable of it, as '//change%name//'.'// &
-            trim(input_variables(input_groups(find_group(change%name))%first)%name), error)
+         call refuse_change(change, 'this is a group: name a variable of it, as '//change%name// &
+            '.'//trim(input_variables(input_groups(find_group(change%name))%first)%name), error)
       else
-         call refuse(change, 'no group has this variable'//meant(change%name, &
+         call refuse_change(change, 'no group has this variable'//names_hint(change%name, &
             input_variables%name, ''), error)
       end if
-   end subroutine find_home
+   end subroutine find_owner_group
 
    !> .true. if a variable of that group can be meant.
    !> It needs no other variable, or the needed one is given in the text, or is the default.
@@ -214,7 +214,7 @@ contains
    end function is_given
 
    !> Text that suggests the most similar name; otherwise the known names.
-   pure function meant(word, words, otherwise) result(hint)
+   pure function names_hint(word, words, otherwise) result(hint)
       character(len=*), intent(in) :: word, words(:)  !< unknown word; known words
       character(len=*), intent(in) :: otherwise  !< words before the list of known ones, or none
       character(len=:), allocatable :: hint
@@ -225,18 +225,18 @@ contains
       if (i > 0) then
          hint = '; did you mean '//quoted(words(i))//'?'
       else if (otherwise /= '') then
-         hint = '; '//otherwise//' '//listed(words)
+         hint = '; '//otherwise//' '//name_list(words)
       end if
-   end function meant
+   end function names_hint
 
    !> List the first names, separated by commas.
-   pure function listed(names) result(list)
+   pure function name_list(names) result(list)
       character(len=*), intent(in) :: names(:)  !< trailing blanks are dropped
       character(len=:), allocatable :: list
 
       list = joined(names(:min(size(names), most_names)), ', ')
       if (size(names) > most_names) list = list//' …'
-   end function listed
+   end function name_list
 
    !> Find the named variable in an existing group.
    subroutine find_variable(change, error)
@@ -247,7 +247,7 @@ contains
       if (allocated(error)) return
       g = find_group(change%group)
       if (g == 0) then
-         call refuse(change, 'there is no group &'//change%group//meant(change%group, &
+         call refuse_change(change, 'there is no group &'//change%group//names_hint(change%group, &
             input_groups%name, ''), error)
          return
       end if
@@ -255,8 +255,9 @@ contains
          if (input_variables(v)%name == change%name) change%variable = v
       end do
       associate (own => variables_of(change%group))
-         if (change%variable == 0) call refuse(change, 'group &'//change%group// &
-            ' has no variable '//quoted(change%name)//meant(change%name, own%name, 'it has'), error)
+         if (change%variable == 0) call refuse_change(change, 'group &'//change%group// &
+            ' has no variable '//quoted(change%name)//names_hint(change%name, own%name, &
+            'it has'), error)
       end associate
    end subroutine find_variable
 
@@ -279,7 +280,7 @@ contains
    end function value_text
 
    !> Mark the groups that a change selects: the only one, one by name or number, or all (*).
-   subroutine choose(change, names, chosen, error)
+   subroutine mark_groups(change, names, chosen, error)
       type(change_type), intent(in) :: change   !< change with group and name
       character(len=*), intent(in) :: names(:)  !< names of the groups of its kind, or blank
       logical, allocatable, intent(out) :: chosen(:)  !< [groups] selected; none: add the group
@@ -293,25 +294,26 @@ contains
       end do
       chosen = [(change%which == '' .or. change%which == '*', i=1, size(names))]
       if (size(names) == 0) then
-         if (change%which /= '' .or. input_groups(find_group(change%group))%repeats) &
-            call refuse(change, 'the input has no group &'//change%group//' to change', error)
+         if (change%which /= '' .or. input_groups(find_group( &
+            change%group))%repeats) call refuse_change(change, 'the input has no group &'// &
+            change%group//' to change', error)
       else if (change%which == '' .and. size(names) > 1 .and. &
          input_groups(find_group(change%group))%repeats) then
-         call refuse(change, 'the input has '//to_text(size(names))//' groups &'// &
-            change%group//' ('//listed(known)//'); name one, as '//change%group//'['// &
+         call refuse_change(change, 'the input has '//to_text(size(names))//' groups &'// &
+            change%group//' ('//name_list(known)//'); name one, as '//change%group//'['// &
             trim(known(1))//'].'//change%name//', or all: '//change%group//'[*].'//change%name, &
             error)
       else if (.not. any(chosen)) then
          chosen = known == change%which
          if (.not. any(chosen)) chosen = [(to_text(i) == change%which, i=1, size(names))]
-         if (.not. any(chosen)) call refuse(change, 'there is no &'//change%group//' named '// &
-            quoted(change%which)//meant(change%which, known, 'there are'), error)
+         if (.not. any(chosen)) call refuse_change(change, 'there is no &'//change%group// &
+            ' named '//quoted(change%which)//names_hint(change%which, known, 'there are'), error)
       end if
-   end subroutine choose
+   end subroutine mark_groups
 
    !> Set or remove the variable in one group.
    !> A duration removes the number of steps, and vice versa.
-   subroutine set_in(text, last, spans, change, new)
+   subroutine set_in_group(text, last, spans, change, new)
       character(len=:), allocatable, intent(inout) :: text  !< of the input
       integer, intent(in) :: last                !< the slash of the group
       type(span_type), intent(in) :: spans(:)    !< its assignments
@@ -333,7 +335,7 @@ contains
          text = text(:spans(i)%first - 1)//trim(merge(new, repeat(' ', len(new)), i == first))// &
             line_ends(text(spans(i)%first:spans(i)%last))//text(spans(i)%last + 1:)
       end do
-   end subroutine set_in
+   end subroutine set_in_group
 
    !> The line ends of a text.
    pure function line_ends(text) result(ends)

@@ -113,8 +113,8 @@ contains
       do k = 1, size(load%piece)
          along = load%ends(:, 2, k) - load%ends(:, 1, k)
          if (abs(along(2)) < least_slope*norm2(along)) call input_error(error, group, &
-            'added_mass is for upstream faces; the edge from ('//words_of(load%ends(:, 1, k) &
-            + model%origin)//') to ('//words_of(load%ends(:, 2, k) + model%origin)// &
+            'added_mass is for upstream faces; the edge from ('//position_text(load%ends(:, 1, k) &
+            + model%origin)//') to ('//position_text(load%ends(:, 2, k) + model%origin)// &
             ') is too flat: give it a &traction without added_mass')
       end do
    end subroutine set_reservoir
@@ -158,7 +158,7 @@ contains
       call read_values(group, own, error)
       new%name = own%name
       new%unit_weight = own%unit_weight
-      call wettable(model, group, own, new%piece, error)
+      call find_wettable_edges(model, group, own, new%piece, error)
       if (allocated(error)) return
       if (given(group, 'surface')) then
          call set_surface(new, model, group, own%surface, error)
@@ -173,7 +173,7 @@ contains
    end subroutine read_water
 
    !> Edges that water may act on: all, those of joints between blocks, or those of the outline.
-   subroutine wettable(model, group, own, pieces, error)
+   subroutine find_wettable_edges(model, group, own, pieces, error)
       type(model_type), intent(in) :: model  !< with its blocks
       type(group_type), intent(in) :: group  !< of the group
       type(water_values), intent(in) :: own  !< its values
@@ -192,13 +192,13 @@ contains
          pieces = [(edge_piece_type(blocks%owner(v), v), v=1, size(blocks%owner))]
          if (own%acts_on /= 'all') call outline_of(blocks, all_blocks, free)
          if (own%acts_on == 'faces') pieces = free
-         if (own%acts_on == 'joints') pieces = without(pieces, free)
+         if (own%acts_on == 'joints') pieces = remaining_parts(pieces, free)
          pieces = pack(pieces, wanted(blocks%joint(pieces%edge)))
       end associate
-   end subroutine wettable
+   end subroutine find_wettable_edges
 
    !> Parts of whole edges that remain without some parts of them, in the same order.
-   function without(edges, pieces) result(left)
+   function remaining_parts(edges, pieces) result(left)
       type(edge_piece_type), intent(in) :: edges(:)   !< whole ones
       type(edge_piece_type), intent(in) :: pieces(:)  !< to leave out
       type(edge_piece_type), allocatable :: left(:)
@@ -231,7 +231,7 @@ contains
          n = n + 1
          left(n) = rest
       end subroutine read_remaining
-   end function without
+   end function remaining_parts
 
    !> Set a phreatic line within the model.
    subroutine set_surface(load, model, group, points, error)
@@ -251,8 +251,9 @@ contains
       high = maxval(model%blocks%vertex(1, :))
       rounding = covered*model%blocks%half_size
       do j = 1, size(line, 2)
-         if (line(1, j) < low - rounding .or. line(1, j) > high + rounding) call input_error( &
-            error, group, 'surface: there is water at ('//words_of(line(:, j) + model%origin)// &
+         if (line(1, j) < low - rounding .or. line(1, j) > high &
+            + rounding) call input_error(error, group, 'surface: there is water at ('// &
+            position_text(line(:, j) + model%origin)// &
             '), outside the model, which reaches from x = '//to_text(low + model%origin(1))// &
             ' to '//to_text(high + model%origin(1)))
          if (j == 1) cycle
@@ -263,12 +264,12 @@ contains
    end subroutine set_surface
 
    !> Text of a position.
-   pure function words_of(point) result(words)
+   pure function position_text(point) result(words)
       real(wp), intent(in) :: point(2)  !< m
       character(len=:), allocatable :: words
 
       words = to_text(point(1))//', '//to_text(point(2))
-   end function words_of
+   end function position_text
 
    !> Set heads or pressures at the points of a line on edges, straight between the points.
    subroutine set_line(load, model, group, own, error)
@@ -310,7 +311,7 @@ contains
 
       do k = 1, size(pieces)
          do i = 1, 2
-            more(i, k) = values(1) + share_of(blocks, pieces(k), i, segment) &
+            more(i, k) = values(1) + fraction_along(blocks, pieces(k), i, segment) &
                *(values(2) - values(1))
          end do
       end do
@@ -319,7 +320,7 @@ contains
    end subroutine add_pressures
 
    !> Position of an end of a part along a segment: 0 at its first point, 1 at its second.
-   pure real(wp) function share_of(blocks, piece, i, segment) result(share)
+   pure real(wp) function fraction_along(blocks, piece, i, segment) result(share)
       type(blocks_type), intent(in) :: blocks     !< blocks in their initial state
       type(edge_piece_type), intent(in) :: piece  !< of an edge
       integer, intent(in) :: i                    !< 1 or 2, end of the piece
@@ -329,7 +330,7 @@ contains
       along = segment(:, 2) - segment(:, 1)
       share = dot_product(along, place_of(blocks, piece%block, reference_at(blocks, piece, &
          i - 1.0_wp)) - segment(:, 1))/dot_product(along, along)
-   end function share_of
+   end function fraction_along
 
    !> Check that all of a segment lies on edges.
    subroutine check_cover(model, group, segment, pieces, error)
@@ -349,7 +350,7 @@ contains
       do while (further)
          further = .false.
          do k = 1, size(pieces)
-            share = [(share_of(model%blocks, pieces(k), i, segment), i=1, 2)]
+            share = [(fraction_along(model%blocks, pieces(k), i, segment), i=1, 2)]
             reach = maxval(share)
             if (minval(share) > done + covered .or. reach <= done + covered) cycle
             done = reach
@@ -357,7 +358,7 @@ contains
          end do
       end do
       if (done < 1.0_wp - covered) call input_error(error, group, 'along: there is water at ('// &
-         words_of(segment(:, 1) + done*along + model%origin)// &
+         position_text(segment(:, 1) + done*along + model%origin)// &
          '), outside the model or away from its joints and faces')
    end subroutine check_cover
 

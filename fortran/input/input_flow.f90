@@ -207,7 +207,7 @@ contains
             do k = 1, 2
                place(:, n + 1) = channel%reference(:, k, 1) + blocks%position(1:2, channel%block(1))
                at = int((place(:, n + 1) - low)/cell) + 1
-               channel%node(k) = near(at, place(:, n + 1))
+               channel%node(k) = find_near_node(at, place(:, n + 1))
                if (channel%node(k) > 0) cycle
                n = n + 1
                next(n) = first(at(1), at(2))
@@ -221,21 +221,21 @@ contains
    contains
 
       !> Find a node within reach of a position; 0 if there is none.
-      pure integer function near(at, position)
+      pure integer function find_near_node(at, position)
          integer, intent(in) :: at(2)         !< its cell
          real(wp), intent(in) :: position(2)  !< m
          integer :: i, j
 
          do j = at(2) - 1, min(at(2) + 1, ubound(first, 2))
             do i = at(1) - 1, min(at(1) + 1, ubound(first, 1))
-               near = first(i, j)
-               do while (near > 0)
-                  if (all(abs(place(:, near) - position) <= reach)) return
-                  near = next(near)
+               find_near_node = first(i, j)
+               do while (find_near_node > 0)
+                  if (all(abs(place(:, find_near_node) - position) <= reach)) return
+                  find_near_node = next(find_near_node)
                end do
             end do
          end do
-      end function near
+      end function find_near_node
    end subroutine number_nodes
 
    !> Set initial pressure and saturation.
@@ -275,7 +275,7 @@ contains
       if (own%side == '' .and. size(own%along) == 0) call input_error(error, group, &
          'it names no nodes; give side or along')
       if (allocated(error)) return
-      new%node = nodes_of(model, own, line)
+      new%node = find_nodes(model, own, line)
       if (size(new%node) == 0) call input_error(error, group, &
          'no node of a joint with water is there')
       new%inflow = given(group, 'inflow')
@@ -292,7 +292,7 @@ contains
    end subroutine read_boundary
 
    !> Find nodes on a side of the model, on a polyline, or on both.
-   pure function nodes_of(model, own, line) result(list)
+   pure function find_nodes(model, own, line) result(list)
       type(model_type), intent(in) :: model            !< with flow
       type(flow_boundary_values), intent(in) :: own    !< as read
       real(wp), allocatable, intent(in) :: line(:,:)   !< [2,points] m; not allocated: none
@@ -317,7 +317,7 @@ contains
          end if
       end associate
       list = pack([(i, i=1, size(wanted))], wanted)
-   end function nodes_of
+   end function find_nodes
 
    !> .true. if a point lies on a polyline.
    pure logical function is_on(line, point, reach)  ! total
@@ -350,7 +350,7 @@ contains
          if (allocated(error)) return
          associate (water => model%edge_loads(load), group => groups(at(load)))
             if (water%kind == load_uniform) cycle
-            if (.not. faces_alone(model, load)) call input_error(error, group, &
+            if (.not. has_no_channel(model, load)) call input_error(error, group, &
                'it acts on joints, whose pressure comes from &flow; set acts_on = ''faces''')
             if (water%kind /= load_level .and. any(abs(water%normal - 1.0_wp) > 0.0_wp)) &
                call input_error(error, group, &
@@ -365,23 +365,23 @@ contains
    end subroutine set_water
 
    !> .true. if no channel has an edge on which a load acts as a whole.
-   pure logical function faces_alone(model, load)
+   pure logical function has_no_channel(model, load)
       type(model_type), intent(in) :: model  !< model with flow and edge loads
       integer, intent(in) :: load            !< number
       integer :: c, k
 
-      faces_alone = .true.
+      has_no_channel = .true.
       associate (ends => model%edge_loads(load)%ends)
          do c = 1, size(model%flow%channel)
             associate (node => model%flow%channel(c)%node, place => model%flow%place)
                do k = 1, size(ends, 3)
                   if (is_on(ends(:, :, k), 0.5_wp*(place(:, node(1)) + place(:, node(2))), &
-                     touching*model%blocks%half_size)) faces_alone = .false.
+                     touching*model%blocks%half_size)) has_no_channel = .false.
                end do
             end associate
          end do
       end associate
-   end function faces_alone
+   end function has_no_channel
 
    !> Add the head of a node that lies on part k of the faces under water.
    subroutine add_node(model, load, k, node)

@@ -46,7 +46,7 @@ contains
       left = pieces_on_side(column, left, 'left')
       field%face = merge(2, 1, field%side == 'left')
       width = maxval(column%vertex(1, :)) - minval(column%vertex(1, :))
-      if (.not. same_span(column, left, right)) then
+      if (.not. cover_same_heights(column, left, right)) then
          call input_error(error, group, 'the column of blocks at the '//trim(field%side)// &
             ' side, '//to_text(width)//' m wide, does not meet its own image: its left and '// &
             'right faces must be vertical, without gaps and at the same heights')
@@ -102,30 +102,30 @@ contains
    end subroutine blocks_at_side
 
    !> .true. if two lists of vertical faces cover the same heights, without gaps.
-   pure logical function same_span(blocks, one, other)
+   pure logical function cover_same_heights(blocks, one, other)
       type(blocks_type), intent(in) :: blocks         !< of the column
       type(edge_piece_type), intent(in) :: one(:), other(:)  !< faces
       real(wp) :: span(3, 2)
 
-      same_span = size(one) > 0 .and. size(other) > 0
-      if (.not. same_span) return
-      span(:, 1) = span_of(one)
-      span(:, 2) = span_of(other)
-      same_span = all(abs(span(:, 1) - span(:, 2)) <= touching*blocks%half_size) .and. &
+      cover_same_heights = size(one) > 0 .and. size(other) > 0
+      if (.not. cover_same_heights) return
+      span(:, 1) = height_range(one)
+      span(:, 2) = height_range(other)
+      cover_same_heights = all(abs(span(:, 1) - span(:, 2)) <= touching*blocks%half_size) .and. &
          abs(span(2, 1) - span(1, 1) - span(3, 1)) <= touching*blocks%half_size
 
    contains
 
       !> Lowest and highest position, and sum of lengths, m.
-      pure function span_of(pieces) result(span)
+      pure function height_range(pieces) result(span)
          type(edge_piece_type), intent(in) :: pieces(:)  !< whole edges
          real(wp) :: span(3)
 
          span = [minval(blocks%vertex(2, [pieces%edge, blocks%next(pieces%edge)])), &
             maxval(blocks%vertex(2, [pieces%edge, blocks%next(pieces%edge)])), &
             sum(blocks%length(pieces%edge))]
-      end function span_of
-   end function same_span
+      end function height_range
+   end function cover_same_heights
 
    !> Check that no removal and no edge load acts on blocks of columns, which do not support them.
    subroutine check_columns(model, groups, error)
@@ -153,7 +153,7 @@ contains
                   ' side: excavate farther from it')
             end do
             do k = 1, size(model%edge_loads)
-               if (has_any(block, model%edge_loads(k)%piece%block)) call input_error(error, &
+               if (share_number(block, model%edge_loads(k)%piece%block)) call input_error(error, &
                   groups(g), 'a load on edges acts on the '// &
                   'free-field column at the '//trim(side)//' side, which cannot have '// &
                   'loads: leave out its blocks')
@@ -163,11 +163,11 @@ contains
    end subroutine check_columns
 
    !> .true. if two lists have a number in common.
-   pure logical function has_any(list, other)
+   pure logical function share_number(list, other)
       integer, intent(in) :: list(:), other(:)
       integer :: i
 
-      has_any = any([(any(list == other(i)), i=1, size(other))])
-   end function has_any
+      share_number = any([(any(list == other(i)), i=1, size(other))])
+   end function share_number
 
 end module dda_input_free_field

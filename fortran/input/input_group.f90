@@ -56,7 +56,7 @@ contains
    end function positions
 
    !> Find the values of a variable in a group; 0 if missing, an error if required.
-   pure subroutine find(group, v, i, error)
+   pure subroutine find_values(group, v, i, error)
       type(group_type), intent(in) :: group  !< of the input
       integer, intent(in) :: v               !< position in `input_variables`
       integer, intent(out) :: i              !< position in `group%values`
@@ -67,7 +67,7 @@ contains
       end do
       if (input_variables(v)%required) call input_error(error, group, &
          trim(input_variables(v)%name)//' is missing')
-   end subroutine find
+   end subroutine find_values
 
    !> Read a number within the limits of its variable.
    pure subroutine take_real(group, v, value, error)
@@ -77,7 +77,7 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer :: i
 
-      call find(group, v, i, error)
+      call find_values(group, v, i, error)
       if (i == 0) return
       value = group%values(i)%numbers(1)
       call check_number(error, group, input_variables(v), value)
@@ -105,7 +105,7 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer :: i
 
-      call find(group, v, i, error)
+      call find_values(group, v, i, error)
       if (i > 0) value = group%values(i)%numbers(1) > 0.0_wp
    end subroutine take_logical
 
@@ -119,7 +119,7 @@ contains
       character(len=:), allocatable :: text
       integer :: i
 
-      call find(group, v, i, error)
+      call find_values(group, v, i, error)
       if (i == 0) return
       text = ''
       call group%values(i)%get_text(1, text)
@@ -142,7 +142,7 @@ contains
       integer :: i
 
       text = trim(input_variables(v)%usual)
-      call find(group, v, i, error)
+      call find_values(group, v, i, error)
       if (i > 0) call group%values(i)%get_text(1, text)
       if (text == '' .and. input_variables(v)%required) call input_error(error, group, &
          trim(input_variables(v)%name)//' is missing')
@@ -157,7 +157,7 @@ contains
       type(variable_type) :: variable
       integer :: i
 
-      call find(group, v, i, error)
+      call find_values(group, v, i, error)
       variable = input_variables(v)
       if (i == 0) then
          values = pack([variable%preset], variable%preset /= unset)
@@ -207,7 +207,7 @@ contains
       character(len=:), allocatable :: text
       integer :: i, k, n
 
-      call find(group, v, i, error)
+      call find_values(group, v, i, error)
       n = 0
       if (i > 0) n = group%values(i)%n
       allocate (values(n))

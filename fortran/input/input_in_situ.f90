@@ -48,7 +48,7 @@ contains
       list = positions(groups, 'in_situ')
       if (size(list) == 0) return
       allocate (model%stress_gradient(2, model%blocks%n), source=0.0_wp)
-      columns = columns_of(model)
+      columns = make_columns(model)
       done = .false.
       do i = 1, size(list)
          associate (group => groups(list(i)))
@@ -111,7 +111,7 @@ contains
          associate (blocks => model%blocks, material => model%materials(model%blocks%material(b)))
             if (m > 0 .and. blocks%material(b) /= m) cycle
             associate (x => blocks%position(1, b), y => blocks%position(2, b))
-               cover = cover_of(model, columns, x, y)
+               cover = cover_above(model, columns, x, y)
                surface = cover%top
                if (size(own%surface, 2) > 0) surface = table_value(own%surface(1, :), &
                   own%surface(2, :), x + model%origin(1)) - model%origin(2)
@@ -135,7 +135,7 @@ contains
    end subroutine stress_blocks
 
    !> Ground above a point: top edges of blocks run leftwards, lower edges rightwards.
-   pure function cover_of(model, columns, x, y) result(cover)
+   pure function cover_above(model, columns, x, y) result(cover)
       type(model_type), intent(in) :: model      !< with its blocks
       type(columns_type), intent(in) :: columns  !< of these
       real(wp), intent(in) :: x, y               !< m
@@ -163,10 +163,10 @@ contains
             end associate
          end do
       end associate
-   end function cover_of
+   end function cover_above
 
    !> Build the columns with the blocks of a model.
-   function columns_of(model) result(columns)
+   function make_columns(model) result(columns)
       type(model_type), intent(in) :: model  !< with its blocks
       type(columns_type) :: columns
       integer, allocatable :: key(:), block_of(:), order(:)
@@ -195,7 +195,7 @@ contains
          call counting_sort(n, key, columns%first, order)
          columns%block = block_of(order)
       end associate
-   end function columns_of
+   end function make_columns
 
    !> Column that contains a vertical line.
    pure integer function column_at(columns, x) result(c)

@@ -45,24 +45,24 @@ contains
       do g = 1, size(input_groups)
          own = pack(small, [(groups(small(i))%name == input_groups(g)%name, i=1, size(small))])
          if (size(own) == 0 .and. all(input_groups(g)%name /= always)) cycle
-         call add(page, merge(',"', '{"', page%n > 0)//trim(input_groups(g)%name)//'": [')
-         if (size(own) == 0) call add_group(page, g, not_given(g), 1, model)
+         call append_text(page, merge(',"', '{"', page%n > 0)//trim(input_groups(g)%name)//'": [')
+         if (size(own) == 0) call add_group(page, g, empty_group(g), 1, model)
          do k = 1, size(own)
-            if (k > 1) call add(page, ', ')
+            if (k > 1) call append_text(page, ', ')
             call add_group(page, g, groups(own(k)), k, model)
          end do
-         call add(page, ']')
+         call append_text(page, ']')
       end do
       text = page%text(:page%n)//'}'
    end function resolved_values
 
    !> An empty group in place of a group that the input omits.
-   pure type(group_type) function not_given(g) result(group)
+   pure type(group_type) function empty_group(g) result(group)
       integer, intent(in) :: g                 !< position of the group in `input_groups`
 
       group%name = trim(input_groups(g)%name)
       allocate (group%values(0))
-   end function not_given
+   end function empty_group
 
    !> Add the variables of a group.
    pure subroutine add_group(page, g, group, k, model)
@@ -76,21 +76,21 @@ contains
 
       between = '{'
       do v = input_groups(g)%first, input_groups(g)%last
-         value = derived(model, group, trim(input_variables(v)%name), k)
+         value = derived_value(model, group, trim(input_variables(v)%name), k)
          do i = 1, size(group%values)
             if (value == '' .and. group%values(i)%variable == v) value = given_value( &
                group%values(i), input_variables(v))
          end do
-         if (value == '') value = by_default(input_variables(v))
+         if (value == '') value = default_value(input_variables(v))
          if (value == '') cycle
-         call add(page, between//'"'//trim(input_variables(v)%name)//'": '//value)
+         call append_text(page, between//'"'//trim(input_variables(v)%name)//'": '//value)
          between = ', '
       end do
-      call add(page, trim(merge('{} ', '}  ', between == '{')))
+      call append_text(page, trim(merge('{} ', '}  ', between == '{')))
    end subroutine add_group
 
    !> Value in the model that replaces a given value, or is derived from others.
-   pure function derived(model, group, name, k) result(value)
+   pure function derived_value(model, group, name, k) result(value)
       type(model_type), intent(in) :: model    !< of the input
       type(group_type), intent(in) :: group    !< with its values
       character(len=*), intent(in) :: name     !< of the variable
@@ -100,30 +100,32 @@ contains
       value = ''
       select case (group%name//'.'//name)
       case ('control.gravity')
-         value = '['//number(model%control%gravity(1))//', '//number(model%control%gravity(2))//']'
+         value = '['//number_text(model%control%gravity(1))//', '// &
+            number_text(model%control%gravity(2))//']'
       case ('material.young_modulus')
-         value = number(model%materials(k)%young_modulus)
+         value = number_text(model%materials(k)%young_modulus)
       case ('material.poisson_ratio')
-         value = number(model%materials(k)%poisson_ratio)
+         value = number_text(model%materials(k)%poisson_ratio)
       case ('material.damping_ratio')
-         if (model%materials(k)%damping%by_law) value = number(model%materials(k)%damping%ratio)
+         if (model%materials(k)%damping%by_law) value = &
+            number_text(model%materials(k)%damping%ratio)
       case ('contact.normal_stiffness')
-         value = number(model%contact%normal_stiffness)
+         value = number_text(model%contact%normal_stiffness)
       case ('output.file')
-         value = string(model%output%file)
+         value = quoted_text(model%output%file)
       case ('boundary.kind')
-         value = string(acts_as(group))
+         value = quoted_text(acts_as(group))
       case ('measured_point.block')
-         value = string(model%block_names(model%points(k)%block))
+         value = quoted_text(model%block_names(model%points(k)%block))
       case ('load.block')
-         value = string(model%block_names(model%loads(k)%block))
+         value = quoted_text(model%block_names(model%loads(k)%block))
       end select
-      if (group%name == 'joint') value = of_joint(model%joints(k), name)
-      if (group%name == 'stage') value = of_stage(model%stages(k), name)
-   end function derived
+      if (group%name == 'joint') value = derived_joint_value(model%joints(k), name)
+      if (group%name == 'stage') value = derived_stage_value(model%stages(k), name)
+   end function derived_value
 
    !> Stiffness and strength of a joint that are derived from other variables.
-   pure function of_joint(joint, name) result(value)
+   pure function derived_joint_value(joint, name) result(value)
       type(joint_type), intent(in) :: joint    !< of the model
       character(len=*), intent(in) :: name     !< of the variable
       character(len=:), allocatable :: value
@@ -131,28 +133,28 @@ contains
       value = ''
       select case (name)
       case ('normal_stiffness_per_area')
-         if (joint%normal_stiffness > 0.0_wp) value = number(joint%normal_stiffness)
+         if (joint%normal_stiffness > 0.0_wp) value = number_text(joint%normal_stiffness)
       case ('contact_points')
          value = to_text(joint%contact_points)
       case ('max_closure')
-         if (joint%max_closure > 0.0_wp) value = number(joint%max_closure)
+         if (joint%max_closure > 0.0_wp) value = number_text(joint%max_closure)
       case ('residual_friction_angle')
-         if (joint%law == 'mohr_coulomb') value = number(joint%residual_friction_angle)
+         if (joint%law == 'mohr_coulomb') value = number_text(joint%residual_friction_angle)
       end select
-   end function of_joint
+   end function derived_joint_value
 
    !> Steps of a dynamic stage: its own, or those of &control.
-   pure function of_stage(stage, name) result(value)
+   pure function derived_stage_value(stage, name) result(value)
       type(stage_type), intent(in) :: stage    !< of the model
       character(len=*), intent(in) :: name     !< of the variable
       character(len=:), allocatable :: value
 
       value = ''
       if (stage%static) return
-      if (name == 'time_step') value = number(stage%time_step)
-      if (name == 'integration') value = string(stage%integration)
-      if (name == 'theta') value = number(stage%theta)
-   end function of_stage
+      if (name == 'time_step') value = number_text(stage%time_step)
+      if (name == 'integration') value = quoted_text(stage%integration)
+      if (name == 'theta') value = number_text(stage%theta)
+   end function derived_stage_value
 
    !> Text of a given value; null if omitted from a list.
    pure function given_value(given, variable) result(value)
@@ -166,26 +168,26 @@ contains
       if (given%n == 0) return
       allocate (character(len=64) :: page%text)
       do i = 1, given%n
-         if (i > 1) call add(page, ', ')
+         if (i > 1) call append_text(page, ', ')
          if (any(variable%kind == ['name', 'word', 'text'])) then
             value = ''
             call given%get_text(i, value)
-            value = string(value)
+            value = quoted_text(value)
          else if (variable%kind == 'logical') then
             value = trim(merge('true ', 'false', given%numbers(i) > 0.0_wp))
          else if (variable%kind == 'integer') then
-            value = number(given%numbers(i), whole=.true.)
+            value = number_text(given%numbers(i), whole=.true.)
          else
-            value = number(given%numbers(i))
+            value = number_text(given%numbers(i))
          end if
-         call add(page, value)
+         call append_text(page, value)
       end do
       value = page%text(:page%n)
       if (variable%size > 0) value = '['//value//']'
    end function given_value
 
    !> Default of the schema; blank if there is none, or if another variable decides.
-   pure function by_default(variable) result(value)
+   pure function default_value(variable) result(value)
       type(variable_type), intent(in) :: variable   !< of the schema
       character(len=:), allocatable :: value
 
@@ -193,18 +195,18 @@ contains
       if (variable%switch /= '') then
          return
       else if (variable%usual /= '') then
-         value = string(variable%usual)
+         value = quoted_text(variable%usual)
       else if (variable%kind == 'logical') then
          value = trim(merge('true ', 'false', variable%preset > 0.0_wp))
       else if (variable%preset /= unset .and. variable%kind == 'integer') then
-         value = number(variable%preset, whole=.true.)
+         value = number_text(variable%preset, whole=.true.)
       else if (variable%preset /= unset) then
-         value = number(variable%preset)
+         value = number_text(variable%preset)
       end if
-   end function by_default
+   end function default_value
 
    !> Text of a number with all its digits; real numbers have a point.
-   pure function number(value, whole) result(text)
+   pure function number_text(value, whole) result(text)
       real(wp), intent(in) :: value                 !< `unset`: null
       logical, intent(in), optional :: whole        !< it counts something
       character(len=:), allocatable :: text
@@ -219,10 +221,10 @@ contains
          write (buffer, '(es24.16e3)') value
          text = trim(adjustl(buffer))
       end if
-   end function number
+   end function number_text
 
    !> Text in quotes; control characters, which netCDF and JSON do not allow, become blanks.
-   pure function string(words) result(text)
+   pure function quoted_text(words) result(text)
       character(len=*), intent(in) :: words         !< trailing blanks are dropped
       character(len=:), allocatable :: text
       integer :: i
@@ -233,10 +235,10 @@ contains
          if (scan(text(i:i), '"\') > 0) text = text(:i - 1)//'\'//text(i:)
       end do
       text = '"'//text//'"'
-   end function string
+   end function quoted_text
 
    !> Append a text to a page.
-   pure subroutine add(page, words)
+   pure subroutine append_text(page, words)
       type(page_type), intent(inout) :: page        !< grows
       character(len=*), intent(in) :: words         !< all of it
       character(len=:), allocatable :: longer
@@ -248,6 +250,6 @@ contains
       end if
       page%text(page%n + 1:page%n + len(words)) = words
       page%n = page%n + len(words)
-   end subroutine add
+   end subroutine append_text
 
 end module dda_input_resolved

@@ -253,12 +253,13 @@ contains
       gone = model%stages(s)%removed
       do k = 1, s - 1
          associate (before => model%stages(k), now => model%stages(s))
-            call refuse(before%removed .and. now%removed, 'remove: block', model%block_names, &
-               'has been removed in')
-            call refuse(before%holds .and. now%holds, 'hold: fixed point', &
+            call refuse_repeated(before%removed .and. now%removed, 'remove: block', &
+               model%block_names, 'has been removed in')
+            call refuse_repeated(before%holds .and. now%holds, 'hold: fixed point', &
                model%fixed_points%name, 'acts already since')
-            call refuse(before%loads .and. now%loads, 'loads:', model%loads%name, 'has begun in')
-            call refuse(before%begins .and. now%begins, 'motions:', model%motions%name, &
+            call refuse_repeated(before%loads .and. now%loads, 'loads:', model%loads%name, &
+               'has begun in')
+            call refuse_repeated(before%begins .and. now%begins, 'motions:', model%motions%name, &
                'has begun in')
             gone = gone .or. before%removed
          end associate
@@ -268,7 +269,7 @@ contains
    contains
 
       !> Reject a stage that repeats an action of an earlier stage.
-      subroutine refuse(again, what, names, done)
+      subroutine refuse_repeated(again, what, names, done)
          logical, intent(in) :: again(:)          !< [names] in stage k and in this stage
          character(len=*), intent(in) :: what, names(:), done  !< action; all names; earlier action
          integer :: i
@@ -276,7 +277,7 @@ contains
          i = findloc(again, .true., 1)
          if (i > 0) call input_error(error, group, what//' '//quoted(trim(names(i)))//' '// &
             done//' stage '//quoted(trim(model%stages(k)%name)))
-      end subroutine refuse
+      end subroutine refuse_repeated
 
    end subroutine check_history
 

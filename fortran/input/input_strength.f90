@@ -36,7 +36,7 @@ contains
       call check_residual('cohesion', own%cohesion, own%residual_cohesion)
       call check_residual('friction_angle', own%friction_angle, own%residual_friction_angle)
       call check_residual('tensile_strength', value_or(own%tensile_strength, &
-         apex(own%cohesion, own%friction_angle)), own%residual_tensile_strength)
+         cone_apex(own%cohesion, own%friction_angle)), own%residual_tensile_strength)
       if (.not. is_set(own%softening_displacement) .and. any(is_set([own%residual_cohesion, &
          own%residual_friction_angle, own%residual_tensile_strength]))) call input_error(error, &
          group, 'residual strengths need the softening_displacement')
@@ -49,9 +49,10 @@ contains
          real(wp), intent(in) :: tension, cohesion, angle    !< Pa, Pa, degrees
 
          if (angle <= 0.0_wp) return
-         if (tension > (1.0_wp + rounding)*apex(cohesion, angle)) call input_error(error, group, &
-            prefix//'tensile_strength = '//to_text(tension)//' Pa must not be above '//prefix// &
-            'cohesion / tan('//prefix//'friction_angle) = '//to_text(apex(cohesion, angle))//' Pa')
+         if (tension > (1.0_wp + rounding)*cone_apex(cohesion, angle)) call input_error(error, &
+            group, prefix//'tensile_strength = '//to_text(tension)//' Pa must not be above '// &
+            prefix//'cohesion / tan('//prefix//'friction_angle) = '//to_text(cone_apex(cohesion, &
+            angle))//' Pa')
       end subroutine check_tension
 
       !> Check that a residual strength does not exceed the peak strength.
@@ -66,12 +67,12 @@ contains
    end subroutine check_strength
 
    !> Apex of the cone, c cot φ, Pa.
-   pure real(wp) function apex(cohesion, angle)
+   pure real(wp) function cone_apex(cohesion, angle)
       real(wp), intent(in) :: cohesion, angle  !< Pa; degrees
 
-      apex = huge(1.0_wp)
-      if (angle > 0.0_wp) apex = cohesion/tan(degree*angle)
-   end function apex
+      cone_apex = huge(1.0_wp)
+      if (angle > 0.0_wp) cone_apex = cohesion/tan(degree*angle)
+   end function cone_apex
 
    !> Divide the strengths of a group &material by a factor: c, tan φ, T; dilation is at most φ.
    subroutine reduce_solid(group, factor, strengths, error)
@@ -89,22 +90,22 @@ contains
             reduced_type('friction_angle', angle), &
             reduced_type('dilation_angle', min(own%dilation_angle, angle))]
       end associate
-      call add('tensile_strength', own%tensile_strength, own%tensile_strength/factor)
-      call add('residual_cohesion', own%residual_cohesion, own%residual_cohesion/factor)
-      call add('residual_tensile_strength', own%residual_tensile_strength, &
+      call append_strength('tensile_strength', own%tensile_strength, own%tensile_strength/factor)
+      call append_strength('residual_cohesion', own%residual_cohesion, own%residual_cohesion/factor)
+      call append_strength('residual_tensile_strength', own%residual_tensile_strength, &
          own%residual_tensile_strength/factor)
-      call add('residual_friction_angle', own%residual_friction_angle, &
+      call append_strength('residual_friction_angle', own%residual_friction_angle, &
          reduced_angle(own%residual_friction_angle, factor))
 
    contains
 
       !> Append a strength, if it is given.
-      subroutine add(name, given, value)
+      subroutine append_strength(name, given, value)
          character(len=*), intent(in) :: name   !< of the variable
          real(wp), intent(in) :: given, value   !< as given, divided
 
          if (is_set(given)) strengths = [strengths, reduced_type(name, value)]
-      end subroutine add
+      end subroutine append_strength
    end subroutine reduce_solid
 
    !> Create the law that a group describes.
@@ -112,12 +113,12 @@ contains
       type(material_values), intent(in) :: own      !< of &material
       type(material_type), intent(in) :: material   !< with its elasticity
 
-      law%peak = strength_of(own%cohesion, own%friction_angle, own%tensile_strength)
+      law%peak = make_strength(own%cohesion, own%friction_angle, own%tensile_strength)
       law%peak%dilation = degree*own%dilation_angle
       law%residual = law%peak
       if (is_set(own%softening_displacement)) then
          law%softening = own%softening_displacement
-         law%residual = strength_of(value_or(own%residual_cohesion, own%cohesion), &
+         law%residual = make_strength(value_or(own%residual_cohesion, own%cohesion), &
             value_or(own%residual_friction_angle, own%friction_angle), &
             value_or(own%residual_tensile_strength, law%peak%tension))
          law%residual%dilation = min(law%peak%dilation, law%residual%friction)
@@ -127,12 +128,12 @@ contains
    end function solid_of
 
    !> Strength without dilation.
-   pure type(strength_type) function strength_of(cohesion, angle, tension) result(strength)
+   pure type(strength_type) function make_strength(cohesion, angle, tension) result(strength)
       real(wp), intent(in) :: cohesion, angle, tension  !< Pa; degrees; Pa or not set
 
       strength%cohesion = cohesion
       strength%friction = degree*angle
-      strength%tension = min(apex(cohesion, angle), value_or(tension, huge(1.0_wp)))
-   end function strength_of
+      strength%tension = min(cone_apex(cohesion, angle), value_or(tension, huge(1.0_wp)))
+   end function make_strength
 
 end module dda_input_strength

@@ -76,12 +76,12 @@ contains
          values(v)%variable = v
          if (present(spans)) spans = [spans, span_type(v, begin, last)]
       end do
-      call keep(values, group%values)
+      call trim_values(values, group%values)
       if (.not. present(spans)) call check_rules(group, g, .true., error)
    end subroutine parse_group
 
    !> Trim to the given values without copying their contents.
-   pure subroutine keep(values, kept)
+   pure subroutine trim_values(values, kept)
       type(value_type), intent(inout) :: values(:)             !< of all variables
       type(value_type), allocatable, intent(out) :: kept(:)    !< values that are given
       integer :: i, n
@@ -96,7 +96,7 @@ contains
          call move_alloc(values(i)%numbers, kept(n)%numbers)
          call move_alloc(values(i)%words, kept(n)%words)
       end do
-   end subroutine keep
+   end subroutine trim_values
 
    !> Read the variable whose name is at a position.
    pure subroutine read_variable(text, g, at, v, failure)
@@ -135,21 +135,21 @@ contains
          associate (rule => input_rules(r), item => input_rules(r)%item)
             if (rule%group /= g .or. allocated(error)) cycle
             if (words .and. (index(item, ' = ') == 0 .or. index(item, or) > 0)) cycle
-            if (.not. meets(group, trim(rule%holder), .false.)) cycle
+            if (.not. satisfies(group, trim(rule%holder), .false.)) cycle
             met = .false.
             first = 1
             do while (first <= len_trim(item) .and. .not. met)
                at = index(item(first:)//or, or) - 1
-               met = meets(group, trim(item(first:first + at - 1)), .not. rule%excludes)
+               met = satisfies(group, trim(item(first:first + at - 1)), .not. rule%excludes)
                first = first + at + len(or)
             end do
-            if (met .eqv. rule%excludes) call input_error(error, group, failure_of(group, rule))
+            if (met .eqv. rule%excludes) call input_error(error, group, violation_text(group, rule))
          end associate
       end do
    end subroutine check_rules
 
    !> .true. if a group satisfies the condition of a rule.
-   pure logical function meets(group, condition, unknown)
+   pure logical function satisfies(group, condition, unknown)
       type(group_type), intent(in) :: group      !< with its values
       character(len=*), intent(in) :: condition  !< see `rule_type`
       logical, intent(in) :: unknown             !< result for a word without a valid value
@@ -157,20 +157,20 @@ contains
       integer :: at
 
       at = index(condition, ' = ')
-      meets = condition == ''
+      satisfies = condition == ''
       if (at > 0) then
          word = word_of(group, condition(:at - 1))
-         meets = index(condition(at:), "'"//word//"'") > 0
-         if (word == '') meets = unknown
+         satisfies = index(condition(at:), "'"//word//"'") > 0
+         if (word == '') satisfies = unknown
       else if (given(group, condition)) then
          at = findloc(input_variables(group%values%variable)%name == condition, .true., 1)
-         meets = .true.
-         if (is_logical(group, condition)) meets = group%values(at)%numbers(1) > 0.0_wp
+         satisfies = .true.
+         if (is_logical(group, condition)) satisfies = group%values(at)%numbers(1) > 0.0_wp
       end if
-   end function meets
+   end function satisfies
 
    !> Text on the violated rule, and on what to do.
-   pure function failure_of(group, rule) result(message)
+   pure function violation_text(group, rule) result(message)
       type(group_type), intent(in) :: group  !< with its values
       type(rule_type), intent(in) :: rule    !< rule that the group violates
       character(len=:), allocatable :: message, holder, item
@@ -195,7 +195,7 @@ contains
       else
          message = item//' is missing: '//holder//' needs it'
       end if
-   end function failure_of
+   end function violation_text
 
    !> .true. if a text is a logical value.
    pure logical function is_logical(group, name)

@@ -128,13 +128,13 @@ contains
       last = size
       status = 0
       if (colon == 0) then
-         call whole(text, range%first, status(1))
+         call read_integer(text, range%first, status(1))
          last = range%first
       else
-         call whole(text(:colon - 1), range%first, status(1))
-         if (second > colon) call whole(text(second + 1:), range%step, status(3))
+         call read_integer(text(:colon - 1), range%first, status(1))
+         if (second > colon) call read_integer(text(second + 1:), range%step, status(3))
          if (second == colon) second = len(text) + 1
-         call whole(text(colon + 1:second - 1), last, status(2))
+         call read_integer(text(colon + 1:second - 1), last, status(2))
       end if
       range%count = 0
       if (any(status /= 0) .or. range%first < 1 .or. last > size .or. range%step < 1) return
@@ -142,7 +142,7 @@ contains
    end subroutine read_range
 
    !> Read a whole number; unchanged if none is given.
-   pure subroutine whole(text, number, status)
+   pure subroutine read_integer(text, number, status)
       character(len=*), intent(in) :: text  !< digits, or blanks
       integer, intent(inout) :: number      !< as it says
       integer, intent(out) :: status        !< 0: the text is a number
@@ -153,7 +153,7 @@ contains
       if (word == '') return
       status = verify(word, digits)
       if (status == 0) read (word, *, iostat=status) number
-   end subroutine whole
+   end subroutine read_integer
 
    !> Read a repeat count before a value, such as 20*; 1 if there is none.
    pure subroutine read_repeats(text, at, variable, repeats, failure)

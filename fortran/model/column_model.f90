@@ -85,11 +85,11 @@ contains
       blocks%body = model%blocks%body(list)
       welds = welds_within(model%welds, number, of_vertex)
       call set_welds(blocks, welds)
-      call copy_joined(blocks, model%blocks, number)
+      call copy_joined_pairs(blocks, model%blocks, number)
    end subroutine take_blocks
 
    !> Copy the pairs of cells of the column that have no contacts.
-   pure subroutine copy_joined(blocks, before, number)
+   pure subroutine copy_joined_pairs(blocks, before, number)
       type(blocks_type), intent(inout) :: blocks  !< of the column
       type(blocks_type), intent(in) :: before     !< of the model
       integer, intent(in) :: number(:)  !< [blocks of the model] number in the column, or 0
@@ -107,7 +107,7 @@ contains
          end associate
          blocks%joined_first(number(b) + 1) = size(blocks%joined) + 1
       end do
-   end subroutine copy_joined
+   end subroutine copy_joined_pairs
 
    !> Add dashpots below the column.
    pure subroutine add_dashpots(column, boundaries, number)

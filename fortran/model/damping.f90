@@ -156,11 +156,11 @@ contains
       call fail(error, error_input, to_text(damping%n)//' mechanisms give the damping ratio '// &
          to_text(damping%ratio)//' from '//to_text(damping%band(1))//' to '// &
          to_text(damping%band(2))//' Hz only to '//to_text(100*damping%misfit)//' %'// &
-         advice_on(damping, limit))
+         fit_advice(damping, limit))
    end subroutine fit_body
 
    !> Text of advice on a bad fit.
-   pure function advice_on(damping, limit) result(text)
+   pure function fit_advice(damping, limit) result(text)
       type(damping_type), intent(in) :: damping  !< fitted
       real(wp), intent(in) :: limit  !< rad/s
       character(len=:), allocatable :: text
@@ -170,7 +170,7 @@ contains
          'up to '//to_text(limit/(2.0_wp*pi))//' Hz alone, and the band needs them up to '// &
          to_text(beyond*damping%band(2))//' Hz: give a smaller time_step, a lower end of '// &
          "damping_band, or integration = 'midpoint'"
-   end function advice_on
+   end function fit_advice
 
    !> Fit the body with a given number of mechanisms; those without weight are omitted.
    subroutine fit_mechanisms(damping, n, limit)
@@ -196,11 +196,11 @@ contains
       damping%weight(:kept) = pack(weight, weight > 0.0_wp)
       damping%unrelaxed = 1.0_wp
       damping%unrelaxed = 1.0_wp/real(modulus_factor(damping, 2.0_wp*pi*damping%reference))
-      damping%misfit = misfit_of(damping)
+      damping%misfit = largest_misfit(damping)
    end subroutine fit_mechanisms
 
    !> Largest relative error of ζ over the band; huge if the body is unstable, Σ Y_l ≥ 1.
-   pure real(wp) function misfit_of(damping) result(misfit)
+   pure real(wp) function largest_misfit(damping) result(misfit)
       type(damping_type), intent(in) :: damping  !< fitted
       real(wp) :: frequency(64*damping%n)
       complex(wp) :: factor(64*damping%n)
@@ -210,7 +210,7 @@ contains
       frequency = log_spaced(damping%band(1), damping%band(2), size(frequency))
       factor = modulus_factor(damping, 2.0_wp*pi*frequency)
       misfit = maxval(abs(0.5_wp*aimag(factor)/real(factor)/damping%ratio - 1.0_wp))
-   end function misfit_of
+   end function largest_misfit
 
    !> Fraction h Y/(1 + h) of a strain change that a mechanism follows within the step.
    pure real(wp) function following(damping, l, time_step)

@@ -36,17 +36,17 @@ contains
       character(len=:), allocatable :: words
 
       associate (curve => motion%curve)
-         words = 'motion '//quoted(trim(motion%name))//': PGA '// &
-            peak(curve%acceleration)//' m/s², PGV '//peak(curve%velocity)//' m/s, PGD '// &
-            peak(curve%displacement)//' m; '
+         words = 'motion '//quoted(trim(motion%name))//': PGA '//peak_text(curve%acceleration)// &
+            ' m/s², PGV '//peak_text(curve%velocity)//' m/s, PGD '// &
+            peak_text(curve%displacement)//' m; '
          if (any(curve%removed > 0.0_wp)) then
             words = words//'drift removal changed it by up to '//short_text(curve%removed(1))// &
                ' m/s and '//short_text(curve%removed(2))//' m; '
          else
             words = words//'no drift removed; '
          end if
-         words = words//'ends with '//short_text(left(curve))//' m/s at '// &
-            short_text(curve%displacement(size(curve%displacement)))//' m'//after(curve, &
+         words = words//'ends with '//short_text(final_velocity(curve))//' m/s at '// &
+            short_text(curve%displacement(size(curve%displacement)))//' m'//motion_end_text(curve, &
             as_body_force)
          if (abs(curve%cut_velocity) > 0.0_wp) words = words//' (its last two samples move at '// &
             short_text(curve%cut_velocity)//" m/s: after_end = 'continue' keeps this velocity)"
@@ -54,7 +54,7 @@ contains
    end function motion_words
 
    !> Text on a motion after its end.
-   pure function after(curve, as_body_force) result(words)
+   pure function motion_end_text(curve, as_body_force) result(words)
       type(motion_curve_type), intent(in) :: curve  !< of the motion
       logical, intent(in) :: as_body_force  !< the acceleration acts in the frame of the base
       character(len=:), allocatable :: words
@@ -63,27 +63,27 @@ contains
          words = ', no body force after it'
       else if (abs(curve%velocity_after) > 0.0_wp) then
          words = ' and continues with this velocity'
-      else if (abs(left(curve)) > 0.0_wp) then
+      else if (abs(final_velocity(curve)) > 0.0_wp) then
          words = ' and is stopped there within a step: an impact'
       else
          words = ' and is held there'
       end if
-   end function after
+   end function motion_end_text
 
    !> Velocity at the last sample, m/s; values within rounding are 0.
-   pure real(wp) function left(curve)
+   pure real(wp) function final_velocity(curve)
       type(motion_curve_type), intent(in) :: curve  !< of a motion
 
-      left = curve%velocity(size(curve%velocity))
-      if (curve%ends_at_rest) left = 0.0_wp
-   end function left
+      final_velocity = curve%velocity(size(curve%velocity))
+      if (curve%ends_at_rest) final_velocity = 0.0_wp
+   end function final_velocity
 
    !> Largest absolute value of a series, with four digits.
-   pure function peak(series) result(text)
+   pure function peak_text(series) result(text)
       real(wp), intent(in) :: series(:)  !< [samples]
       character(len=:), allocatable :: text
 
       text = short_text(maxval(abs(series)))
-   end function peak
+   end function peak_text
 
 end module dda_model_description

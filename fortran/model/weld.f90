@@ -181,11 +181,11 @@ contains
 
       least = near*minval(blocks%radius(weld%block))
       associate (e => weld%edge(1), f => weld%edge(2), next => blocks%next)
-         if (meet(e, next(f))) then
+         if (have_equal_positions(e, next(f))) then
             beyond(2, e) = next(f)
             beyond(1, next(f)) = e
          end if
-         if (meet(next(e), f)) then
+         if (have_equal_positions(next(e), f)) then
             beyond(1, next(e)) = f
             beyond(2, f) = next(e)
          end if
@@ -194,11 +194,11 @@ contains
    contains
 
       !> .true. if two vertices have the same position.
-      pure logical function meet(v, w)
+      pure logical function have_equal_positions(v, w)
          integer, intent(in) :: v, w  !< vertices
 
-         meet = norm2(blocks%vertex(:, v) - blocks%vertex(:, w)) <= least
-      end function meet
+         have_equal_positions = norm2(blocks%vertex(:, v) - blocks%vertex(:, w)) <= least
+      end function have_equal_positions
    end subroutine mark_ends
 
 end module dda_weld

@@ -167,7 +167,7 @@ contains
          if (is_used(i)) call define_dimension(output%dataset, trim(dimension_names(i)), lengths(i))
       end do
       do i = 1, size(output_variables)
-         if (output%has(output_variables(i)%family)) call define(output%dataset, &
+         if (output%has(output_variables(i)%family)) call define_output_variable(output%dataset, &
             output_variables(i))
       end do
       if (.not. allocated(output%dataset%error)) call checked(output%dataset, &
@@ -175,7 +175,7 @@ contains
    end subroutine define_file
 
    !> Define a variable with its attributes.
-   subroutine define(dataset, variable)
+   subroutine define_output_variable(dataset, variable)
       type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
       type(output_variable_type), intent(in) :: variable  !< of the schema
       integer, parameter :: kinds(3) = [nf90_char, nf90_double, nf90_int]
@@ -189,7 +189,7 @@ contains
       call describe_variable(dataset, name, 'coordinates', variable%coordinates)
       call describe_flags(dataset, name, variable%flags)
       if (variable%kind == is_text) call describe_variable(dataset, name, '_Encoding', 'utf-8')
-   end subroutine define
+   end subroutine define_output_variable
 
    !> Write attributes with everything needed to repeat the run.
    subroutine describe_run(dataset, simulation, complete)
@@ -207,7 +207,7 @@ contains
       call describe(dataset, 'input_text', simulation%model%text)
       call describe(dataset, 'input_values', simulation%model%values)
       call describe(dataset, 'block_files', block_sources(simulation%model))
-      call describe(dataset, 'motions', sources_of(simulation%model))
+      call describe(dataset, 'motions', records_text(simulation%model))
       call describe(dataset, 'step_control', summary(simulation))
       call describe(dataset, 'contacts_changed', trim(merge('no ', 'yes', &
          simulation%counters%changes == 0)))
@@ -238,7 +238,7 @@ contains
    end subroutine describe_verdict
 
    !> Text of the records of a model and their processing, one per line.
-   pure function sources_of(model) result(text)  ! total
+   pure function records_text(model) result(text)  ! total
       type(model_type), intent(in) :: model  !< model as read from the input
       character(len=:), allocatable :: text
       integer :: i
@@ -248,7 +248,7 @@ contains
          if (i > 1) text = text//new_line('a')
          text = text//model%motions(i)%source
       end do
-   end function sources_of
+   end function records_text
 
    !> .true. if the output exists, is complete, and belongs to this input and these records.
    logical function is_complete(file, model)
@@ -264,7 +264,7 @@ contains
       is_complete = text_of(dataset, 'complete') == 'yes' .and. text_of(dataset, 'changes') == '' &
          .and. text_of(dataset, 'input_text') == model%text &
          .and. text_of(dataset, 'block_files') == block_sources(model) &
-         .and. text_of(dataset, 'motions') == sources_of(model)
+         .and. text_of(dataset, 'motions') == records_text(model)
       call checked(dataset, nf90_close(dataset%id), 'close the file')
    end function is_complete
 
@@ -288,7 +288,7 @@ contains
             'rad/s', '1/s', '1/s', '1/s'])
          call put_names(dataset, 'component', ['xx', 'yy', 'xy'])
          call put_names(dataset, 'block', simulation%model%block_names, 'block ')
-         call put(dataset, 'block_removal', removal_of(simulation%model%stages, blocks%n), [1], &
+         call put(dataset, 'block_removal', removed_in(simulation%model%stages, blocks%n), [1], &
             [blocks%n])
          call put_names(dataset, 'point', points%name)
          call put_names(dataset, 'joint', simulation%model%joints%name)
@@ -401,7 +401,7 @@ contains
    end subroutine put_boundaries
 
    !> Stage that removes each block; 0: none does.
-   pure function removal_of(stages, n) result(removal)
+   pure function removed_in(stages, n) result(removal)
       type(stage_type), intent(in) :: stages(:)  !< of the model
       integer, intent(in) :: n                   !< blocks
       real(wp) :: removal(n)
@@ -411,7 +411,7 @@ contains
       do s = 1, size(stages)
          where (stages(s)%removed) removal = s
       end do
-   end function removal_of
+   end function removed_in
 
    !> Copy all rows of the journal, in its order.
    subroutine copy_rows(output, journal, simulation, error)

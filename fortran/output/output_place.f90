@@ -95,13 +95,15 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: i
 
-      call refuse(model%file, 'the input')
+      call refuse_read_file(model%file, 'the input')
       do i = 1, size(model%motions)
-         call refuse(model%motions(i)%file, 'the record of motion '//trim(model%motions(i)%name))
+         call refuse_read_file(model%motions(i)%file, 'the record of motion '// &
+            trim(model%motions(i)%name))
       end do
       if (allocated(model%block_files)) then
          do i = 1, size(model%block_files)
-            call refuse(model%block_files(i)%file, 'the block file '//model%block_files(i)%file)
+            call refuse_read_file(model%block_files(i)%file, 'the block file '// &
+               model%block_files(i)%file)
          end do
       end if
       call check_replaceable(name, kind, error)
@@ -109,13 +111,13 @@ contains
    contains
 
       !> Return an error if the name leads to a file that is read.
-      subroutine refuse(file, words)
+      subroutine refuse_read_file(file, words)
          character(len=*), intent(in) :: file, words  !< path; what it is
 
          if (allocated(error)) return
          if (same_file(name, file)) call fail(error, error_file, 'the output '//name// &
             ' would replace '//words)
-      end subroutine refuse
+      end subroutine refuse_read_file
    end subroutine check_name
 
    !> .true. if the output named by an input is within the working folder or that of the input.

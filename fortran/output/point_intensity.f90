@@ -53,15 +53,15 @@ contains
       do axis = 1, 2
          low = intensity%low(axis)%last
          if (step > 0.0_wp) call pass(intensity%filter(axis), acceleration(axis), step, low)
-         call shake(intensity%raw(axis), acceleration(axis), step)
-         call shake(intensity%low(axis), low, step)
+         call add_acceleration(intensity%raw(axis), acceleration(axis), step)
+         call add_acceleration(intensity%low(axis), low, step)
       end do
       intensity%velocity = max(intensity%velocity, abs(velocity))
       intensity%time = time
    end subroutine add_motion
 
    !> Add an acceleration.
-   pure subroutine shake(shaking, acceleration, step)
+   pure subroutine add_acceleration(shaking, acceleration, step)
       type(shaking_type), intent(inout) :: shaking  !< so far
       real(wp), intent(in) :: acceleration          !< m/s²
       real(wp), intent(in) :: step                  !< time since the last one, s
@@ -73,7 +73,7 @@ contains
       end associate
       shaking%acceleration = max(shaking%acceleration, abs(acceleration))
       shaking%last = acceleration
-   end subroutine shake
+   end subroutine add_acceleration
 
    !> Arias intensity π/2g ∫a² dt, m/s.
    elemental real(wp) function arias_intensity(shaking)

@@ -95,7 +95,7 @@ contains
 
       call judge_movement(verdict, simulation)
       told = size(simulation%model%motions) > 0
-      if (told) told = .not. rests(simulation)
+      if (told) told = .not. is_without_movement(simulation)
       do i = 1, size(verdict%shaken)
          call judge_point(verdict, simulation, i, told)
       end do
@@ -118,8 +118,8 @@ contains
                trim(maxima_table(i)%number), maxima%last(i)%value)
          end do
       end associate
-      call tell_movement(verdict, simulation)
-      call tabulate(verdict, simulation)
+      call add_movement_sentence(verdict, simulation)
+      call tabulate_maxima(verdict, simulation)
       call add_doubts(verdict%doubts, remaining_doubts(simulation))
       call doubt_state(simulation, verdict%doubts)
       if (comes_suddenly(simulation%model)) call add_doubt(verdict%doubts, 'start', &
@@ -136,7 +136,7 @@ contains
       logical :: at_rest, loose, answered
       integer :: i
 
-      at_rest = rests(simulation)
+      at_rest = is_without_movement(simulation)
       associate (moved => simulation%maxima%moved)
          loose = 2*(moved(2) + moved(3)) > moved(1)
       end associate
@@ -151,14 +151,14 @@ contains
    end function remaining_doubts
 
    !> Add one sentence on movement of blocks, contacts and bonds, and the end of the run.
-   subroutine tell_movement(verdict, simulation)
+   subroutine add_movement_sentence(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< verdict; receives words and values
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       character(len=:), allocatable :: base
       integer :: moved(3)
 
       moved = simulation%maxima%moved
-      if (rests(simulation)) then
+      if (is_without_movement(simulation)) then
          call tell(verdict, 'The model is at rest')
       else
          associate (largest => simulation%maxima%largest(of_displacement))
@@ -185,15 +185,15 @@ contains
             call add_value(verdict, 'bonds_broken', real(broken, wp))
          end if
       end associate
-      call tell_crushed(verdict, simulation)
+      call add_crushing_sentence(verdict, simulation)
       if (simulation%stop%reason /= '') then
          call tell(verdict, ending(simulation))
          call add_value(verdict, 'end_s', simulation%time)
       end if
-   end subroutine tell_movement
+   end subroutine add_movement_sentence
 
    !> Add a sentence on blocks whose joints have crushed, with the largest plastic closure.
-   subroutine tell_crushed(verdict, simulation)
+   subroutine add_crushing_sentence(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< verdict; receives words and values
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       integer, parameter :: most_named = 6
@@ -218,25 +218,25 @@ contains
       names = ''
       do b = 1, size(named)
          if (named(b) .and. count(named(:b)) <= most_named) &
-            names = names//', '//label(simulation, b)
+            names = names//', '//block_label(simulation, b)
       end do
       if (count(named) > most_named) names = names//' and '//to_text(count(named) - most_named)// &
          ' more'
       call add_value(verdict, 'crushed_m', most)
       call tell(verdict, 'joints have crushed by up to '//value_text(most, 'm')//' at '//names(3:))
-   end subroutine tell_crushed
+   end subroutine add_crushing_sentence
 
    !> .true. if no movement exceeds rounding.
-   pure logical function rests(simulation)
+   pure logical function is_without_movement(simulation)
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
 
-      rests = is_at_rest(simulation, simulation%maxima%largest(of_displacement)%value)
-   end function rests
+      is_without_movement = is_at_rest(simulation, simulation%maxima%largest(of_displacement)%value)
+   end function is_without_movement
 
    !> Add the largest values that exceed rounding to the table.
    !> Accelerations of blocks and velocities at the end are dominated by ringing and impacts: they
    !> are written as numbers, but not shown in the table.
-   subroutine tabulate(verdict, simulation)
+   subroutine tabulate_maxima(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< gets figures
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       integer, parameter :: moving(*) = [of_displacement, of_tilt, of_velocity, &
@@ -245,16 +245,16 @@ contains
       integer :: i
 
       associate (largest => simulation%maxima%largest)
-         if (.not. rests(simulation)) then
+         if (.not. is_without_movement(simulation)) then
             do i = 1, size(moving)
                if (moving(i) == of_tilt) then
-                  if (.not. turns(simulation)) cycle
+                  if (.not. has_rotated(simulation)) cycle
                end if
                if (largest(moving(i))%value > 0.0_wp) call add_maximum(verdict, simulation, &
                   moving(i), moving(i) /= of_velocity)
             end do
          end if
-         call add_drawn(verdict, simulation)
+         call add_distance_from_input(verdict, simulation)
          do i = 1, size(along)
             if (largest(along(i))%value > least_movement(simulation)) call add_maximum(verdict, &
                simulation, along(i), .true.)
@@ -265,17 +265,17 @@ contains
          end do
          call add_bodies(verdict, simulation)
       end associate
-   end subroutine tabulate
+   end subroutine tabulate_maxima
 
    !> .true. if tilts move the corners of a block by more than rounding.
-   pure logical function turns(simulation)
+   pure logical function has_rotated(simulation)
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
 
       associate (maxima => simulation%maxima)
-         turns = maxima%largest(of_tilt)%value*maxima%least_size > &
+         has_rotated = maxima%largest(of_tilt)%value*maxima%least_size > &
             rounding*maxima%largest(of_displacement)%value
       end associate
-   end function turns
+   end function has_rotated
 
    !> Add the error of the stresses of bodies at the end, estimated from jumps at faces of cells.
    subroutine add_bodies(verdict, simulation)
@@ -305,14 +305,14 @@ contains
          kind => maxima_table(k))
          keys = [character(len=32) :: 'largest_'//kind%number, '']
          if (ends .and. last%value > rounding*largest%value) keys(2) = 'residual_'//kind%number
-         place = who_text(simulation, k, largest%who)//', '//short_text(largest%time)//' s'
-         call add_figure(verdict, words_of(kind%name), keys, [largest%value, last%value], &
+         place = owner_names(simulation, k, largest%who)//', '//short_text(largest%time)//' s'
+         call add_figure(verdict, output_words(kind%name), keys, [largest%value, last%value], &
             trim(kind%units), place)
       end associate
    end subroutine add_maximum
 
    !> Name of an output variable in words.
-   pure function words_of(name) result(words)
+   pure function output_words(name) result(words)
       character(len=*), intent(in) :: name  !< as the schema has it
       character(len=:), allocatable :: words
       integer :: i
@@ -321,10 +321,10 @@ contains
       do i = 1, len(words)
          if (words(i:i) == '_') words(i:i) = ' '
       end do
-   end function words_of
+   end function output_words
 
    !> Add the distance of blocks at the end from the input, if displacements count from equilibrium.
-   subroutine add_drawn(verdict, simulation)
+   subroutine add_distance_from_input(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< verdict; receives a value, and a figure
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       character(len=*), parameter :: key = 'displacement_from_drawn_m'
@@ -339,11 +339,11 @@ contains
       call farthest_moved(simulation%blocks, drawn, b, way)
       call add_value(verdict, key, way)
       if (b > 0) call add_figure(verdict, 'since drawn', [character(len=len(key)) :: '', key], &
-         [0.0_wp, way], 'm', label(simulation, b)//', settling included')
-   end subroutine add_drawn
+         [0.0_wp, way], 'm', block_label(simulation, b)//', settling included')
+   end subroutine add_distance_from_input
 
    !> Text with the names of the blocks or points of a value.
-   pure function who_text(simulation, k, who) result(text)
+   pure function owner_names(simulation, k, who) result(text)
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       integer, intent(in) :: k                           !< position in the list of maxima
       integer, intent(in) :: who(2)                      !< blocks or points; 0: none
@@ -354,10 +354,10 @@ contains
          if (who(2) > 0) text = text//' over '//point_label(simulation%model%points(who(2))%name, &
             who(2))
       else
-         text = label(simulation, who(1))
-         if (who(2) > 0) text = text//' on '//label(simulation, who(2))
+         text = block_label(simulation, who(1))
+         if (who(2) > 0) text = text//' on '//block_label(simulation, who(2))
       end if
-   end function who_text
+   end function owner_names
 
    !> Add the intensity of shaking of a measured point: numbers and table lines.
    !> Numbers are for all and for resolved frequencies; lines are for resolved ones, along one axis.
@@ -372,7 +372,7 @@ contains
       associate (shaken => verdict%shaken(i))
          if (.not. maxval(shaken%raw%acceleration) > 0.0_wp) return
          name = point_label(simulation%model%points(i)%name, i)
-         call add_raw(verdict, shaken%raw, name)
+         call add_unfiltered(verdict, shaken%raw, name)
          call add_value(verdict, 'resolved_frequency_hz['//name//']', verdict%frequency)
          call spectral_acceleration(shaken%low%spectrum, shaken%low%last, sa, period)
          low = arias_intensity(shaken%low)
@@ -380,7 +380,7 @@ contains
          call add_point('PGA', 'pga_resolved_m_s2', shaken%low%acceleration, 'm/s^2', '')
          call add_point('PGV', 'pgv_m_s', shaken%velocity, 'm/s', '')
          call add_point('Arias intensity', 'arias_resolved_m_s', low, 'm/s', &
-            above_text(above))
+            high_frequency_text(above))
          call add_point('largest Sa, 5 %', 'sa_resolved_m_s2', sa, 'm/s^2', &
             '; at '//short_text(0.01_wp*nint(100.0_wp*period(maxloc(sa, 1))))//' s')
       end associate
@@ -411,7 +411,7 @@ contains
    end subroutine judge_point
 
    !> Add a result for all frequencies, along the axis with the larger value.
-   subroutine add_raw(verdict, raw, name)
+   subroutine add_unfiltered(verdict, raw, name)
       type(run_verdict_type), intent(inout) :: verdict  !< gets values
       type(shaking_type), intent(in) :: raw(2)          !< of a point, along both axes
       character(len=*), intent(in) :: name              !< of the point
@@ -425,7 +425,7 @@ contains
       if (.not. maxval(sa) > 0.0_wp) return  ! steps resolve no period
       call add_value(verdict, 'sa_m_s2['//name//']', maxval(sa))
       call add_value(verdict, 'sa_period_s['//name//']', period(maxloc(sa, 1)))
-   end subroutine add_raw
+   end subroutine add_unfiltered
 
    !> Add slip, opening and force of measured joints.
    subroutine judge_joints(verdict, simulation)
@@ -464,42 +464,42 @@ contains
       do k = 1, 2
          if (key(k) /= '') call add_value(verdict, trim(key(k)), most_and_last(k))
       end do
-      if (any(key /= '')) call add_figure(verdict, words_of(variable%name(len('joint_') + 1:)), &
-         key, most_and_last, trim(variable%units), joint)
+      if (any(key /= '')) call add_figure(verdict, output_words(variable%name(len('joint_') &
+         + 1:)), key, most_and_last, trim(variable%units), joint)
    end subroutine judge_joint
 
    !> Text on the fraction of an intensity at higher frequencies, if it is large.
-   pure function above_text(share) result(text)
+   pure function high_frequency_text(share) result(text)
       real(wp), intent(in) :: share  !< 0 … 1
       character(len=:), allocatable :: text
 
       text = ''
       if (share > much_above) text = '; '//to_text(nint(100*share))// &
          ' % more at higher frequencies, of contacts that ring or hit'
-   end function above_text
+   end function high_frequency_text
 
    !> Name of a measured point in the form of attribute names, or its number.
-   pure function point_label(name, number) result(label)
+   pure function point_label(name, number) result(block_label)
       character(len=*), intent(in) :: name  !< of the input
       integer, intent(in) :: number         !< of the point
-      character(len=:), allocatable :: label
+      character(len=:), allocatable :: block_label
 
-      label = clean(name)
-      if (label == '') label = to_text(number)
+      block_label = attribute_name(name)
+      if (block_label == '') block_label = to_text(number)
    end function point_label
 
    !> Name of a block, or its number.
-   pure function label(simulation, b) result(name)
+   pure function block_label(simulation, b) result(name)
       type(simulation_type), intent(in) :: simulation    !< a run and its state
       integer, intent(in) :: b                           !< number of the block
       character(len=:), allocatable :: name
 
-      name = clean(simulation%model%block_names(b))
+      name = attribute_name(simulation%model%block_names(b))
       if (name == '') name = 'block '//to_text(b)
-   end function label
+   end function block_label
 
    !> Remove characters from a name that attributes or their lines cannot contain.
-   pure function clean(name) result(text)
+   pure function attribute_name(name) result(text)
       character(len=*), intent(in) :: name  !< of the input
       character(len=:), allocatable :: text
       integer :: c
@@ -508,6 +508,6 @@ contains
       do c = 1, len(text)
          if (text(c:c) == '/' .or. iachar(text(c:c)) < iachar(' ')) text(c:c) = '|'
       end do
-   end function clean
+   end function attribute_name
 
 end module dda_run_verdict

@@ -62,17 +62,17 @@ contains
       free = free_memory()
       if (bytes > free) call fail(error, error_memory, what//' needs '//short_text(bytes/giga)// &
          ' GB of memory, '//short_text(max(0.0_wp, free)/giga)//' GB are free'// &
-         beside_buffers()//'; '//advice)
+         buffer_addresses_text()//'; '//advice)
    end subroutine require_memory
 
    !> Text on addresses that a limit must leave in addition.
-   function beside_buffers() result(words)
+   function buffer_addresses_text() result(words)
       character(len=:), allocatable :: words
 
       words = ''
       if (missing_buffers(1) > 0.0_wp .and. free_addresses() < unknown) words = ' besides '// &
          short_text(missing_buffers(1)/giga)//' GB of addresses for BLAS'
-   end function beside_buffers
+   end function buffer_addresses_text
 
    !> Return an error if a factor, and BLAS within it, leave no memory for the steps.
    !> Otherwise let BLAS allocate its buffers.
@@ -153,11 +153,11 @@ contains
 
    !> Bytes left by limits on the addresses of this process.
    real(wp) function free_addresses() result(bytes)  ! total
-      bytes = min(below_limit(data_pages, 'VmData:'), below_limit(address_space, 'VmSize:'))
+      bytes = min(bytes_to_limit(data_pages, 'VmData:'), bytes_to_limit(address_space, 'VmSize:'))
    end function free_addresses
 
    !> Bytes left by a limit of the process.
-   real(wp) function below_limit(resource, taken) result(bytes)
+   real(wp) function bytes_to_limit(resource, taken) result(bytes)
       integer(c_int), intent(in) :: resource  !< RLIMIT_…
       character(len=*), intent(in) :: taken !< name of the counted amount in the status of a process
       integer(c_long) :: limits(2)
@@ -166,7 +166,7 @@ contains
       if (getrlimit(resource, limits) /= 0) return
       if (limits(1) < 0) return
       bytes = real(limits(1), wp) - kibi*number_after(own_status, taken, 0.0_wp)
-   end function below_limit
+   end function bytes_to_limit
 
    !> Bytes left by the control groups (version 2) of this process.
    !> Batch systems and containers set these limits.

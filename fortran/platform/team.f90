@@ -66,11 +66,11 @@ contains
       before = team%waited
       team%looked = now
       team%waited = waited_by_all()
-      if (before >= 0.0_wp) call resize((team%waited - before)/seconds, seconds)
+      if (before >= 0.0_wp) call resize_team((team%waited - before)/seconds, seconds)
    end subroutine adjust_team
 
    !> Set the team size by the waiting times of the last seconds.
-   subroutine resize(lost, seconds)
+   subroutine resize_team(lost, seconds)
       real(wp), intent(in) :: lost     !< mean number of processors for which the team waited
       real(wp), intent(in) :: seconds  !< since the look before
 
@@ -87,7 +87,7 @@ contains
       else if (team%now == team%full) then
          team%pause = first_pause
       end if
-   end subroutine resize
+   end subroutine resize_team
 
    !> Set the number of threads of parallel loops.
    subroutine set_size(threads)

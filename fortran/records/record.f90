@@ -108,7 +108,7 @@ contains
       character(len=*), intent(in) :: quantity
       integer, intent(in) :: section  !< section of a COSMOS file, from 1
 
-      if (section /= 1 .and. record%format /= 'cosmos') call refuse(reader, ': channel '// &
+      if (section /= 1 .and. record%format /= 'cosmos') call refuse_file(reader, ': channel '// &
          to_text(section)//' was requested, but files of format '//record%format//' have only one')
       select case (record%format)
       case ('smc')
@@ -141,20 +141,20 @@ contains
       stated = find_unit(record%unit)
       call check_time_step(reader, record%time_step)
       if (record%quantity == '') then
-         call refuse(reader, ' does not state its quantity; give quantity or unit')
+         call refuse_file(reader, ' does not state its quantity; give quantity or unit')
       else if (wanted /= '' .and. wanted /= record%quantity) then
-         call refuse(reader, ' contains '//record%quantity//', not '//wanted)
+         call refuse_file(reader, ' contains '//record%quantity//', not '//wanted)
       else if (record%unit == '') then
-         call refuse(reader, ' does not state its unit; give one of '//known_units)
+         call refuse_file(reader, ' does not state its unit; give one of '//known_units)
       else if (stated%quantity /= record%quantity) then
-         call refuse(reader, ' states the unit '//quoted(record%unit)//', which is not one of '// &
-            record%quantity)
+         call refuse_file(reader, ' states the unit '//quoted(record%unit)// &
+            ', which is not one of '//record%quantity)
       else if (len_trim(unit) > 0 .and. stated%name /= given%name) then
-         call refuse(reader, ' states the unit '//quoted(record%unit)//', but '//quoted(unit)// &
-            ' was given; leave the unit blank')
+         call refuse_file(reader, ' states the unit '//quoted(record%unit)//', but '// &
+            quoted(unit)//' was given; leave the unit blank')
       else if (step > 0.0_wp .and. abs(step - record%time_step) &
          > close_enough*record%time_step) then
-         call refuse(reader, ' has a time step of '//to_text(record%time_step)//' s, but '// &
+         call refuse_file(reader, ' has a time step of '//to_text(record%time_step)//' s, but '// &
             to_text(step)//' s was given')
       end if
    end subroutine check_header
@@ -168,19 +168,19 @@ contains
 
       unit = find_unit(record%unit)
       worst = maxloc(abs(record%values), 1)
-      if (abs(record%values(worst)) > largest_value) call refuse(reader, ': sample '// &
+      if (abs(record%values(worst)) > largest_value) call refuse_file(reader, ': sample '// &
          to_text(worst)//' is '//to_text(record%values(worst))//' '//record%unit// &
          ', beyond any motion of the ground')
       record%values = record%values*unit%scale
    end subroutine to_si
 
    !> Return an input error of the file as a whole, unless there was one before.
-   subroutine refuse(reader, what)
+   subroutine refuse_file(reader, what)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       character(len=*), intent(in) :: what  !< follows the name of the file
 
       if (.not. allocated(reader%error)) call fail(reader%error, error_input, &
          quoted(reader%file)//what)
-   end subroutine refuse
+   end subroutine refuse_file
 
 end module dda_record

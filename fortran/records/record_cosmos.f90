@@ -56,7 +56,7 @@ contains
       do
          call next_line(reader, text, found)
          if (.not. found) exit
-         call take_part(reader, text, lower_case(text), record, state)
+         call read_part(reader, text, lower_case(text), record, state)
       end do
       if (allocated(record%values)) then
          record%description = record%description//' (section '//to_text(state%wanted)//' of '// &
@@ -72,7 +72,7 @@ contains
    end subroutine read_cosmos
 
    !> Read one line at the top level of the file, and the part that it announces.
-   subroutine take_part(reader, text, lowered, record, state)
+   subroutine read_part(reader, text, lowered, record, state)
       type(line_reader_type), intent(inout) :: reader  !< of the file
       character(len=*), intent(in) :: text, lowered  !< line of the file; in lower case
       type(record_type), intent(inout) :: record  !< record, filled from the file
@@ -88,11 +88,11 @@ contains
          call read_header(reader, lowered, 'real-header values', list)
          call read_header_reals(list, state)
       else if (index(lowered, 'comment line') > 0 .and. index(lowered, 'follow') > 0) then
-         call announced(reader, lowered, 'comment lines', count)
+         call read_announced_count(reader, lowered, 'comment lines', count)
          call skip_comments(reader, count, '')
       else if (index(lowered, csmip_section) > 0 .or. (index(lowered, ' pts') > 0 .and. &
          index(lowered, 'units=') > 0)) then
-         call take_section(reader, lowered, record, state)
+         call read_wanted_section(reader, lowered, record, state)
       else if (index(lowered, 'end-of-data') > 0 .or. index(lowered, 'end of data') > 0) then
          state%in_samples = .false.
          state%text_line = 0
@@ -102,11 +102,11 @@ contains
          if (state%text_line == 2) state%title = trim(adjustl(text))
          if (state%text_line == station_line) state%station = trim(adjustl(text))
       end if
-   end subroutine take_part
+   end subroutine read_part
 
    !> Read a section of samples if it is the requested one.
    !> Line: `42000 acceleration pts, approx 210 secs, units=cm/sec2(04),Format=(1E15.6)`, or CSMIP.
-   subroutine take_section(reader, lowered, record, state)
+   subroutine read_wanted_section(reader, lowered, record, state)
       type(line_reader_type), intent(inout) :: reader  !< of the file
       character(len=*), intent(in) :: lowered  !< line of the file, in lower case
       type(record_type), intent(inout) :: record  !< record, filled from the file
@@ -124,19 +124,19 @@ contains
       state%seen = state%seen + 1
       if (state%seen /= state%wanted) return
       record%time_step = state%time_step
-      record%unit = unit_word(after(lowered, 'units='))
+      record%unit = unit_word(text_after(lowered, 'units='))
       at = index(lowered, before_step)
       if (at > 0) then
          call first_number(reader, lowered(at + len(before_step):), 'time step', record%time_step)
-         record%unit = unit_word(after(lowered, ' in '))
+         record%unit = unit_word(text_after(lowered, ' in '))
          ! The older style: `SEC.  (UNITS: CM/SEC/SEC)`.
-         if (record%unit == '') record%unit = unit_word(after(lowered, 'units:'))
+         if (record%unit == '') record%unit = unit_word(text_after(lowered, 'units:'))
       end if
       call read_section(reader, count, record, state)
-   end subroutine take_section
+   end subroutine read_wanted_section
 
    !> Text after the last occurrence of a word; blank if it does not occur.
-   pure function after(text, word) result(rest)
+   pure function text_after(text, word) result(rest)
       character(len=*), intent(in) :: text, word  !< text to be searched; word to be found
       character(len=:), allocatable :: rest
       integer :: at
@@ -144,7 +144,7 @@ contains
       rest = ''
       at = index(text, word, back=.true.)
       if (at > 0) rest = text(at + len(word):)
-   end function after
+   end function text_after
 
    !> First word, without a suffix of the formats: `(04)`, a comma, a full stop.
    pure function unit_word(text) result(word)
@@ -201,12 +201,12 @@ contains
       type(sample_list_type), intent(out) :: list  !< numbers read
       integer(long) :: count
 
-      call announced(reader, lowered, what, count)
+      call read_announced_count(reader, lowered, what, count)
       call read_values(reader, count, what, list)
    end subroutine read_header
 
    !> Read the count at the beginning of an announcing line.
-   pure subroutine announced(reader, lowered, what, count)
+   pure subroutine read_announced_count(reader, lowered, what, count)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       !> line in lower case; what it counts, for messages
       character(len=*), intent(in) :: lowered, what
@@ -217,6 +217,6 @@ contains
       count = whole_number(value)
       if (count < 0 .or. count > most_header_numbers) call fail_at(reader, &
          to_text(value)//' '//what//' are declared, which is not possible')
-   end subroutine announced
+   end subroutine read_announced_count
 
 end module dda_record_cosmos

@@ -41,7 +41,7 @@ contains
          if (.not. found) exit
          call read_line(reader, without_comment(text), column)
       end do
-      call finish(reader, record, column)
+      call set_samples(reader, record, column)
    end subroutine read_text
 
    !> A line without its comment.
@@ -146,7 +146,7 @@ contains
    end subroutine check_time
 
    !> Set time step and samples from the column.
-   subroutine finish(reader, record, column)
+   subroutine set_samples(reader, record, column)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       type(record_type), intent(inout) :: record  !< record, filled from the file
       type(column_type), intent(in) :: column  !< of samples, complete
@@ -163,6 +163,6 @@ contains
             to_text(column%start)//' s'
          record%values = column%values%values(:count)
       end associate
-   end subroutine finish
+   end subroutine set_samples
 
 end module dda_record_text

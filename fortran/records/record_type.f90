@@ -41,7 +41,7 @@ module dda_record_type
 
    real(wp), parameter :: standard_gravity = 9.80665_wp   ! m/s², exact by definition (ISO 80000-3)
 
-   !> Spellings of the units in the form of `plain`, and their meanings.
+   !> Spellings of the units in the form of `plain_spelling`, and their meanings.
    character(len=6), parameter :: spellings(11) = [character(len=6) :: 'm/s2', 'm/s/s', 'cm/s2', &
       'cm/s/s', 'gal', 'g', 'm/s', 'cm/s', 'm', 'cm', 'mm']
    type(unit_type), parameter :: units(11) = [ &
@@ -71,12 +71,12 @@ contains
       type(unit_type) :: unit
       integer :: i
 
-      i = findloc(spellings == plain(text), .true., 1)
+      i = findloc(spellings == plain_spelling(text), .true., 1)
       if (i > 0) unit = units(i)
    end function find_unit
 
    !> Reduce spellings to one: lower case, no blanks, no power signs, seconds as `s`.
-   pure function plain(text) result(short)
+   pure function plain_spelling(text) result(short)
       character(len=*), intent(in) :: text  !< text written by the caller or in a header
       character(len=:), allocatable :: short
       character(len=:), allocatable :: lowered
@@ -92,6 +92,6 @@ contains
          short = short(:i)//short(i + 3:)
          i = index(short, 'sec')
       end do
-   end function plain
+   end function plain_spelling
 
 end module dda_record_type

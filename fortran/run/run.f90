@@ -114,7 +114,7 @@ contains
       if (has_checkpoint(run%checkpoints)) then
          call load_checkpoint(run%checkpoints, run%simulation, run%journal, model, run%notice, &
             error)
-         if (.not. allocated(error)) call publish(run, error)
+         if (.not. allocated(error)) call write_partial_output(run, error)
          if (.not. allocated(error)) run%notice = 'resumed at step '// &
             to_text(run%simulation%step)//', t = '//to_text(run%simulation%time)//' s, '//run%notice
       else if (is_complete(model%output%file, model)) then
@@ -184,7 +184,7 @@ contains
       call cut_file(run%journal%file, 0_long, error)
       call record_sample(run, error)
       call append_frame(run%journal, run%simulation, error)
-      if (.not. allocated(error)) call publish(run, error)
+      if (.not. allocated(error)) call write_partial_output(run, error)
    end subroutine begin_files
 
    !> Perform up to `steps` steps and record them.
@@ -241,38 +241,39 @@ contains
       last = finished(run%simulation)
       run%journal%iterations = max(run%journal%iterations, run%simulation%iteration%iterations)
       associate (settings => run%simulation%model%output, step => run%simulation%step)
-         if (last .or. due(step, settings%history_interval) .or. is_output_time(run%simulation, &
-            settings%history_seconds)) call record_sample(run, error)
-         if (last .or. due(step, settings%block_interval) .or. is_output_time(run%simulation, &
-            settings%block_seconds)) call append_frame(run%journal, run%simulation, error)
+         if (last .or. ends_interval(step, settings%history_interval) .or. &
+            is_output_time(run%simulation, settings%history_seconds)) call record_sample(run, error)
+         if (last .or. ends_interval(step, settings%block_interval) .or. &
+            is_output_time(run%simulation, settings%block_seconds)) call append_frame( &
+            run%journal, run%simulation, error)
          if (allocated(error) .or. last) return
-         save = is_time(run, settings%checkpoint_minutes)
-         if (save .or. due(step, settings%checkpoint_interval)) call save_run(run, error)
+         save = is_checkpoint_due(run, settings%checkpoint_minutes)
+         if (save .or. ends_interval(step, settings%checkpoint_interval)) call save_run(run, error)
       end associate
       show = is_due(run%publishing)
-      if (show .and. .not. allocated(error)) call publish(run, error)
+      if (show .and. .not. allocated(error)) call write_partial_output(run, error)
    end subroutine record_step
 
    !> .true. if an interval ends at a step.
-   pure logical function due(step, interval)  ! total
+   pure logical function ends_interval(step, interval)  ! total
       integer(long), intent(in) :: step  !< number of the step
       integer, intent(in) :: interval  !< steps; 0: never
 
-      due = .false.
-      if (interval > 0) due = modulo(step, int(interval, long)) == 0
-   end function due
+      ends_interval = .false.
+      if (interval > 0) ends_interval = modulo(step, int(interval, long)) == 0
+   end function ends_interval
 
    !> .true. if a number of minutes have passed since the last checkpoint; 0: never.
-   logical function is_time(run, minutes)
+   logical function is_checkpoint_due(run, minutes)
       type(run_type), intent(in) :: run  !< and its files
       real(wp), intent(in) :: minutes  !< of the clock
       integer(long) :: now, rate
 
-      is_time = .false.
+      is_checkpoint_due = .false.
       if (minutes <= 0.0_wp) return
       call system_clock(now, rate)
-      is_time = real(now - run%saved, wp) >= 60.0_wp*minutes*real(rate, wp)
-   end function is_time
+      is_checkpoint_due = real(now - run%saved, wp) >= 60.0_wp*minutes*real(rate, wp)
+   end function is_checkpoint_due
 
    !> Append a sample to the journal.
    subroutine record_sample(run, error)
@@ -285,7 +286,7 @@ contains
    end subroutine record_sample
 
    !> Write the partial output, which can be read during the run.
-   subroutine publish(run, error)
+   subroutine write_partial_output(run, error)
       type(run_type), intent(inout) :: run  !< and its files
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
@@ -295,7 +296,7 @@ contains
       call take_residuals(run%simulation)
       call write_now(run, .false., error)
       call end_task(run%publishing)
-   end subroutine publish
+   end subroutine write_partial_output
 
    !> Write the output in the memory reserved for it, and reserve it again.
    subroutine write_now(run, complete, error)
@@ -384,7 +385,7 @@ contains
       else
          call save_run(run, failure)
          call remove_spare(run%checkpoints)
-         if (.not. allocated(error)) call publish(run, error)
+         if (.not. allocated(error)) call write_partial_output(run, error)
          if (allocated(failure)) error = failure
       end if
       call close_files(run)

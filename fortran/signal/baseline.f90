@@ -60,12 +60,12 @@ contains
       type(baseline_type) :: wanted
 
       if (present(baseline)) wanted = baseline
-      call check(quantity, values, time_step, wanted, error)
+      call check_arguments(quantity, values, time_step, wanted, error)
       if (allocated(error)) return
       if (quantity == 'displacement') then
-         call from_displacement(curve, wanted%scale*values, time_step, wanted)
+         call shift_displacement(curve, wanted%scale*values, time_step, wanted)
       else
-         call from_rates(curve, quantity == 'velocity', wanted%scale*values, time_step, wanted)
+         call integrate_rates(curve, quantity == 'velocity', wanted%scale*values, time_step, wanted)
       end if
       call continue_velocity(curve, wanted)
    end subroutine make_motion_curve
@@ -94,7 +94,7 @@ contains
    !> Make a motion from accelerations or velocities, without drift.
    !> Accelerations are integrated, their drift is removed, and the result is integrated again.
    !> Velocities lose the fitted drift and are joined by cubics.
-   subroutine from_rates(curve, is_velocity, values, time_step, wanted)
+   subroutine integrate_rates(curve, is_velocity, values, time_step, wanted)
       type(motion_curve_type), intent(out) :: curve  !< complete
       logical, intent(in) :: is_velocity         !< else acceleration
       real(wp), intent(in) :: values(:)          !< m/s or m/s² [samples]
@@ -126,10 +126,10 @@ contains
       curve%removed = largest_drift(drift, curve%duration)
       curve%method = scale_text(wanted)//method//drift_text(drift, curve%duration, wanted)// &
          '; displacement at the end '//to_text(curve%displacement(size(corrected)))//' m'
-   end subroutine from_rates
+   end subroutine integrate_rates
 
    !> Make a motion from displacements, shifted to start at zero.
-   subroutine from_displacement(curve, displacement, time_step, wanted)
+   subroutine shift_displacement(curve, displacement, time_step, wanted)
       type(motion_curve_type), intent(out) :: curve  !< complete
       real(wp), intent(in) :: displacement(:)    !< m [samples]
       real(wp), intent(in) :: time_step          !< s
@@ -149,7 +149,7 @@ contains
          method = method//', at rest at the start'
       end if
       curve%method = scale_text(wanted)//method//'; no drift removed'
-   end subroutine from_displacement
+   end subroutine shift_displacement
 
    !> Taper a series; if a baseline is removed, the mean is removed first.
    !> Otherwise the taper would turn the mean into a pulse.
@@ -266,7 +266,7 @@ contains
    end function drift_text
 
    !> Check the arguments of `make_motion_curve`.
-   subroutine check(quantity, values, time_step, wanted, error)
+   subroutine check_arguments(quantity, values, time_step, wanted, error)
       character(len=*), intent(in) :: quantity   !< as in `make_motion_curve`
       real(wp), intent(in) :: values(:)          !< [samples]
       real(wp), intent(in) :: time_step          !< s
@@ -302,6 +302,6 @@ contains
          call fail(error, error_input, 'a sample of '//to_text(maxval(abs(values)))// &
             ' is beyond any motion')
       end if
-   end subroutine check
+   end subroutine check_arguments
 
 end module dda_baseline

@@ -121,7 +121,7 @@ contains
       real(wp), intent(in) :: time_step        !< s
       integer :: i, last
 
-      call prepare(curve, size(acceleration), time_step)
+      call allocate_curve(curve, size(acceleration), time_step)
       curve%acceleration = acceleration
       last = size(acceleration)
       do i = 1, last - 1
@@ -142,9 +142,9 @@ contains
       real(wp) :: h, step, first, second
 
       h = time_step
-      call prepare(curve, size(velocity), h)
+      call allocate_curve(curve, size(velocity), h)
       curve%velocity = velocity
-      curve%acceleration = slopes(velocity, h)
+      curve%acceleration = first_derivatives(velocity, h)
       do i = 1, size(velocity) - 1
          step = (velocity(i + 1) - velocity(i))/h
          first = curve%acceleration(i)
@@ -169,21 +169,21 @@ contains
       integer :: i, last
 
       last = size(displacement)
-      call prepare(curve, last, time_step)
+      call allocate_curve(curve, last, time_step)
       curve%displacement = displacement
-      curve%velocity = slopes(displacement, time_step)
-      curve%acceleration = bends(displacement, time_step)
+      curve%velocity = first_derivatives(displacement, time_step)
+      curve%acceleration = second_derivatives(displacement, time_step)
       if (from_rest) curve%velocity(1) = 0.0_wp
       if (from_rest) curve%acceleration(1) = 0.0_wp
       if (to_rest) curve%velocity(last) = 0.0_wp
       if (to_rest) curve%acceleration(last) = 0.0_wp
       do i = 1, last - 1
-         curve%higher(:, i) = quintic(curve, i)
+         curve%higher(:, i) = quintic_coefficients(curve, i)
       end do
    end subroutine join_displacements
 
    !> Coefficients of s³, s⁴, s⁵ that match displacement, velocity and acceleration at the end of i.
-   pure function quintic(curve, i) result(factor)
+   pure function quintic_coefficients(curve, i) result(factor)
       type(motion_curve_type), intent(in) :: curve  !< curve; values at the samples are set
       integer, intent(in) :: i                      !< interval
       real(wp) :: factor(3)
@@ -197,10 +197,10 @@ contains
       factor(1) = (10.0_wp*d - 4.0_wp*v + 0.5_wp*a)/h**3
       factor(2) = (-15.0_wp*d + 7.0_wp*v - a)/h**4
       factor(3) = (6.0_wp*d - 3.0_wp*v + 0.5_wp*a)/h**5
-   end function quintic
+   end function quintic_coefficients
 
    !> Allocate a curve at rest with a number of samples.
-   pure subroutine prepare(curve, count, time_step)
+   pure subroutine allocate_curve(curve, count, time_step)
       type(motion_curve_type), intent(inout) :: curve  !< allocated, at rest
       integer, intent(in) :: count                     !< samples
       real(wp), intent(in) :: time_step                !< s
@@ -211,10 +211,10 @@ contains
       allocate (curve%velocity(count), source=0.0_wp)
       allocate (curve%higher(3, count - 1), source=0.0_wp)
       curve%method = ''
-   end subroutine prepare
+   end subroutine allocate_curve
 
    !> First derivative at the samples: fourth order, second order at the ends and next to them.
-   pure function slopes(value, h) result(slope)
+   pure function first_derivatives(value, h) result(slope)
       real(wp), intent(in) :: value(:)         !< [samples]
       real(wp), intent(in) :: h                !< s
       real(wp) :: slope(size(value))
@@ -230,10 +230,10 @@ contains
          slope(i) = (8.0_wp*(value(i + 1) - value(i - 1)) &
             - (value(i + 2) - value(i - 2)))/(12.0_wp*h)
       end do
-   end function slopes
+   end function first_derivatives
 
    !> Second derivative at the samples, of the same orders; at the ends, that of the neighbour.
-   pure function bends(value, h) result(bend)
+   pure function second_derivatives(value, h) result(bend)
       real(wp), intent(in) :: value(:)         !< [samples]
       real(wp), intent(in) :: h                !< s
       real(wp) :: bend(size(value))
@@ -249,6 +249,6 @@ contains
       end do
       bend(1) = bend(2)
       bend(n) = bend(n - 1)
-   end function bends
+   end function second_derivatives
 
 end module dda_motion_curve

@@ -80,7 +80,7 @@ contains
       branches%n = n
       branches%strain = log_spaced(min(max(strain_at(curve, first_reduction), least_strain), &
          0.1_wp*last_strain(curve)), last_strain(curve), n)
-      call set_body(branches, damping, limit, strain_of(curve, body_reduction), error)
+      call set_body(branches, damping, limit, first_strain_at(curve, body_reduction), error)
       if (allocated(error)) return
       allocate (branches%modulus(n), branches%slipping(n))
       if (masing) then
@@ -143,8 +143,8 @@ contains
       real(wp) :: ratio(size(strain)), reduction(size(strain))
 
       reduction = secant_ratio(branches, strain)
-      ratio = matmul(loops(branches, strain, reduction), branches%modulus*branches%slipping) &
-         + body_loops(branches, strain, reduction)
+      ratio = matmul(branch_damping(branches, strain, reduction), &
+         branches%modulus*branches%slipping) + body_loops(branches, strain, reduction)
    end function loop_damping
 
    !> Contribution of the body to the damping ratio.
@@ -161,7 +161,7 @@ contains
    end function body_loops
 
    !> Damping ratio at strains of each branch, if it had the modulus G and slipped.
-   pure function loops(branches, strain, reduction) result(ratio)
+   pure function branch_damping(branches, strain, reduction) result(ratio)
       type(branches_type), intent(in) :: branches  !< with γ_j
       real(wp), intent(in) :: strain(:)            !< above 0
       real(wp), intent(in) :: reduction(:)         !< G_s/G of the soil at these strains
@@ -173,7 +173,7 @@ contains
             ratio(:, j) = 2.0_wp/pi*limit*max(0.0_wp, strain - limit)/(strain**2*reduction)
          end associate
       end do
-   end function loops
+   end function branch_damping
 
    !> Fit g_j to the secant moduli only; all branches slip.
    subroutine fit_moduli(branches, curve)
@@ -198,7 +198,7 @@ contains
 
       m = size(strain)
       strain = strains_of_fit(branches)
-      reduction = at(curve, curve%reduction, strain)
+      reduction = curve_value(curve, curve%reduction, strain)
       do j = 1, branches%n
          matrix(:m, j) = min(1.0_wp, branches%strain(j)/strain)/reduction
       end do
@@ -223,17 +223,17 @@ contains
       matrix(m + 1:, n + 1:) = matrix(m + 1:, :n - 1)
       matrix(:m, n + 1:) = 0.0_wp
       strain = strains_of_fit(branches)
-      damping = at(curve, curve%damping, strain)
+      damping = curve_value(curve, curve%damping, strain)
       allocate (weight(m), source=loop_weight)
-      off = at(curve, curve%reduction, strain)
+      off = curve_value(curve, curve%reduction, strain)
       least = huge(1.0_wp)
       do fit = 1, most_fits
-         matrix(:m, :n) = spread(weight, 2, n)*loops(branches, strain, off)
+         matrix(:m, :n) = spread(weight, 2, n)*branch_damping(branches, strain, off)
          right(:m) = weight*(damping - body_loops(branches, strain, off))
          call nonnegative_least_squares(matrix, right, unknown)
-         call set_parts(branches, unknown)
+         call set_branch_moduli(branches, unknown)
          off = abs(loop_damping(branches, strain) - damping)
-         associate (largest => maxval(off, mask=counts(strain)))
+         associate (largest => maxval(off, mask=is_counted(strain)))
             if (largest < least) best = reshape([branches%modulus, branches%slipping], [n, 2])
             least = min(least, largest)
             if (largest <= small_misfit .and. fit > 1) exit
@@ -246,7 +246,7 @@ contains
    end subroutine fit_both
 
    !> Set g_j and F_j from the slipping and the recoverable parts.
-   pure subroutine set_parts(branches, unknown)
+   pure subroutine set_branch_moduli(branches, unknown)
       type(branches_type), intent(inout) :: branches  !< gets them
       real(wp), intent(in) :: unknown(:)              !< [2n − 1] F_j g_j, then (1 − F_j) g_j
       integer :: n
@@ -257,7 +257,7 @@ contains
       branches%slipping = 1.0_wp
       where (branches%modulus > 0.0_wp) branches%slipping = unknown(:n)/branches%modulus
       branches%modulus = relaxed_modulus(branches%body)*branches%modulus/sum(branches%modulus)
-   end subroutine set_parts
+   end subroutine set_branch_moduli
 
    !> Strains used in a fit.
    pure function strains_of_fit(branches) result(strain)
@@ -268,11 +268,11 @@ contains
    end function strains_of_fit
 
    !> .true. if misfits are counted at a strain.
-   elemental logical function counts(strain)
+   elemental logical function is_counted(strain)
       real(wp), intent(in) :: strain  !< –
 
-      counts = strain >= misfit_range(1) .and. strain <= misfit_range(2)
-   end function counts
+      is_counted = strain >= misfit_range(1) .and. strain <= misfit_range(2)
+   end function is_counted
 
    !> Find the largest misfits over the counted strains of the curve.
    !> With Masing's rules, only misfits of the modulus are found.
@@ -290,9 +290,9 @@ contains
       end if
       strain = log_spaced(low, high, size(strain))
       branches%misfit(1) = maxval(abs(secant_ratio(branches, strain) &
-         /at(curve, curve%reduction, strain) - 1.0_wp))
+         /curve_value(curve, curve%reduction, strain) - 1.0_wp))
       if (.not. masing) branches%misfit(2) = maxval(abs(loop_damping(branches, strain) &
-         - at(curve, curve%damping, strain)))
+         - curve_value(curve, curve%damping, strain)))
    end subroutine find_misfits
 
    !> Last strain of the table whose modulus is not below a fraction of the small-strain modulus.
@@ -310,7 +310,7 @@ contains
 
    !> Strain at which the modulus first falls to a fraction of the small-strain modulus.
    !> If it does not, it is the last strain of the curve.
-   pure real(wp) function strain_of(curve, reduction) result(strain)
+   pure real(wp) function first_strain_at(curve, reduction) result(strain)
       type(curve_type), intent(in) :: curve  !< of the soil
       real(wp), intent(in) :: reduction      !< G_s/G
       integer :: i
@@ -326,7 +326,7 @@ contains
                **max(0.0_wp, min(1.0_wp, (before - reduction)/(before - after)))
          end associate
       end if
-   end function strain_of
+   end function first_strain_at
 
    !> Strain of the last branch: the end of the curve.
    pure real(wp) function last_strain(curve)
@@ -336,14 +336,14 @@ contains
    end function last_strain
 
    !> Values of a column of the curves at strains.
-   pure function at(curve, values, strain)
+   pure function curve_value(curve, values, strain)
       type(curve_type), intent(in) :: curve  !< of the soil
       real(wp), intent(in) :: values(:)      !< its column
       real(wp), intent(in) :: strain(:)      !< above 0
-      real(wp) :: at(size(strain))
+      real(wp) :: curve_value(size(strain))
       integer :: i
 
-      at = [(table_value(log(curve%strain), values, log(strain(i))), i=1, size(strain))]
-   end function at
+      curve_value = [(table_value(log(curve%strain), values, log(strain(i))), i=1, size(strain))]
+   end function curve_value
 
 end module dda_branches

@@ -76,20 +76,21 @@ contains
    end function rests
 
    !> Strain components (εx − εy, γxy, εx + εy).
-   pure function parts(strain)
+   pure function strain_components(strain)
       real(wp), intent(in) :: strain(3)  !< εx, εy, γxy
-      real(wp) :: parts(3)
+      real(wp) :: strain_components(3)
 
-      parts = [strain(1) - strain(2), strain(3), strain(1) + strain(2)]
-   end function parts
+      strain_components = [strain(1) - strain(2), strain(3), strain(1) + strain(2)]
+   end function strain_components
 
    !> Moduli: G, and that of (σx + σy)/2 over εx + εy, Pa.
-   pure function moduli(point)
+   pure function shear_and_bulk(point)
       type(strain_point_type), intent(in) :: point  !< strain point of the law
-      real(wp) :: moduli(2)
+      real(wp) :: shear_and_bulk(2)
 
-      moduli = [point%elasticity(3, 3), 0.5_wp*(point%elasticity(1, 1) + point%elasticity(1, 2))]
-   end function moduli
+      shear_and_bulk = [point%elasticity(3, 3), 0.5_wp*(point%elasticity(1, 1) &
+         + point%elasticity(1, 2))]
+   end function shear_and_bulk
 
    !> Compute the stress in a step, and its tangent.
    pure subroutine respond(self, point, state, strain, change, step, stress, tangent)
@@ -102,9 +103,9 @@ contains
       real(wp) :: e(3), more(3), acting(3), slope(2, 2), volume, modulus(2)
       type(body_type) :: body
 
-      e = parts(strain)
-      more = parts(change)
-      modulus = moduli(point)
+      e = strain_components(strain)
+      more = strain_components(change)
+      modulus = shear_and_bulk(point)
       associate (theta => step%scheme%theta, relaxed => relaxed_modulus(self%branches%body))
          call add_branches(self%branches, state, e(1:2), more(1:2), theta, acting(1:2), slope)
          body = body_of(self%branches, state, more, step%time_step)
@@ -187,9 +188,9 @@ contains
       real(wp), intent(out) :: loss(losses)           !< J/m³
       real(wp) :: e(3), more(3), modulus(2), scheme
 
-      e = parts(strain)
-      more = parts(change)
-      modulus = moduli(point)
+      e = strain_components(strain)
+      more = strain_components(change)
+      modulus = shear_and_bulk(point)
       loss = 0.0_wp
       call finish_branches(self%branches, state, e(1:2), more(1:2), step%scheme%theta, loss, scheme)
       scheme = scheme + (step%scheme%theta - 0.5_wp)*relaxed_modulus(self%branches%body) &
@@ -200,7 +201,7 @@ contains
          loss)
    end subroutine finish
 
-   !> Update strains of the branches at the end of a step, and find losses of branches and scheme.
+   !> Update the strains of the branches at the end of a step; find their losses and the scheme's.
    pure subroutine finish_branches(branches, state, e, change, theta, loss, scheme)
       type(branches_type), intent(in) :: branches  !< fitted
       real(wp), intent(inout) :: state(:)          !< [any] state of the point
@@ -274,7 +275,7 @@ contains
       real(wp) :: e(3), energy(3), modulus(2)
       integer :: i, j, l
 
-      e = parts(strain)
+      e = strain_components(strain)
       energy = [0.0_wp, 0.0_wp, 0.5_wp*relaxed_modulus(self%branches%body)*e(3)**2]
       do j = 1, self%branches%n
          associate (share => self%branches%slipping(j))
@@ -291,7 +292,7 @@ contains
             end do
          end do
       end associate
-      modulus = moduli(point)
+      modulus = shear_and_bulk(point)
       stored = modulus(1)*(energy(1) + energy(2)) + modulus(2)*energy(3) &
          + dot_product(point%held, strain)
    end function stored

@@ -78,10 +78,10 @@ contains
       if (self%softening <= 0.0_wp) return
       lost = min(1.0_wp, strain*point%thickness/self%softening)
       associate (peak => self%peak, rest => self%residual)
-         strength%cohesion = mix(peak%cohesion, rest%cohesion)
-         strength%friction = atan(mix(tan(peak%friction), tan(rest%friction)))
-         strength%dilation = atan(mix(tan(peak%dilation), tan(rest%dilation)))
-         strength%tension = mix(peak%tension, rest%tension)
+         strength%cohesion = interpolate(peak%cohesion, rest%cohesion)
+         strength%friction = atan(interpolate(tan(peak%friction), tan(rest%friction)))
+         strength%dilation = atan(interpolate(tan(peak%dilation), tan(rest%dilation)))
+         strength%tension = interpolate(peak%tension, rest%tension)
       end associate
       if (strength%friction > 0.0_wp) strength%tension = min(strength%tension, &
          strength%cohesion/tan(strength%friction))
@@ -89,12 +89,12 @@ contains
    contains
 
       !> Interpolate between two values.
-      pure real(wp) function mix(from, to)
+      pure real(wp) function interpolate(from, to)
          real(wp), intent(in) :: from, to  !< value at the peak, value at the end
 
-         mix = from
-         if (to < from) mix = from + lost*(to - from)
-      end function mix
+         interpolate = from
+         if (to < from) interpolate = from + lost*(to - from)
+      end function interpolate
    end function strength_at
 
    !> Return the stress for a strain, counted from the start of the law.
@@ -117,7 +117,7 @@ contains
                e(i, i) = d(1, 1)
             end do
             trial(1:2) = trial(1:2) - d(1, 2)*state(across)
-            third = self%beyond + poisson(d)*sum(point%held(1:2)) + d(1, 2)*sum(strain(1:2) &
+            third = self%beyond + poisson_ratio(d)*sum(point%held(1:2)) + d(1, 2)*sum(strain(1:2) &
                - state(1:2)) - d(1, 1)*state(across)
          end if
       end associate
@@ -146,14 +146,14 @@ contains
    end function frozen_stress
 
    !> Poisson's ratio ν of the elasticity of plane strain.
-   pure real(wp) function poisson(d)
+   pure real(wp) function poisson_ratio(d)
       real(wp), intent(in) :: d(3, 3)  !< D, Pa
 
-      poisson = d(1, 2)/(d(1, 1) + d(1, 2))
-   end function poisson
+      poisson_ratio = d(1, 2)/(d(1, 1) + d(1, 2))
+   end function poisson_ratio
 
    !> Components of a stress in the plane with principal values a, b.
-   pure function in_axes(direction, principal) result(stress)
+   pure function plane_components(direction, principal) result(stress)
       real(wp), intent(in) :: direction(2)  !< cosine and sine of twice the angle of the first
       real(wp), intent(in) :: principal(2)  !< Pa
       real(wp) :: stress(3)
@@ -161,7 +161,7 @@ contains
       associate (mean => 0.5_wp*sum(principal), radius => 0.5_wp*(principal(1) - principal(2)))
          stress = [mean + radius*direction(1), mean - radius*direction(1), radius*direction(2)]
       end associate
-   end function in_axes
+   end function plane_components
 
    !> Compute the stress in a step minus σ₀, and its tangent.
    pure subroutine respond(self, point, state, strain, change, step, stress, tangent)
@@ -183,10 +183,10 @@ contains
             tangent = step%scheme%theta*point%elasticity
             return
          end if
-         stress = in_axes(u, to%stress(1:2)) - point%held
+         stress = plane_components(u, to%stress(1:2)) - point%held
          ! Strains conjugate to σ₁, to σ₂ and to shear between both.
-         basis(:, 1) = in_axes(u, [1.0_wp, 0.0_wp])
-         basis(:, 2) = in_axes(u, [0.0_wp, 1.0_wp])
+         basis(:, 1) = plane_components(u, [1.0_wp, 0.0_wp])
+         basis(:, 2) = plane_components(u, [0.0_wp, 1.0_wp])
          basis(:, 3) = [-u(2), u(2), u(1)]
          small = 0.0_wp
          small(1:2, 1:2) = to%slope(1:2, 1:2)
@@ -213,7 +213,7 @@ contains
       loss(loss_plastic) = dot_product(circle%to%stress, flow)
       elastic = change
       if (circle%to%yields) then
-         associate (own => in_axes(circle%direction, flow(1:2)))
+         associate (own => plane_components(circle%direction, flow(1:2)))
             elastic = change - [own(1), own(2), 2.0_wp*own(3)]
          end associate
          state(plastic) = state(plastic) + change - elastic
@@ -221,18 +221,18 @@ contains
          state(strained) = state(strained) + maxval(flow) - min(0.0_wp, minval(flow))
       end if
       state(mean_stress) = 0.5_wp*(circle%to%stress(1) + circle%to%stress(2))
-      loss(loss_scheme) = (step%scheme%theta - 0.5_wp)*doubled(point, elastic, flow(3))
+      loss(loss_scheme) = (step%scheme%theta - 0.5_wp)*double_energy(point, elastic, flow(3))
    end subroutine finish
 
    !> Twice the elastic energy, J/m³: ε^e·Dε^e with −ε^p out of the plane.
-   pure real(wp) function doubled(point, elastic, third)
+   pure real(wp) function double_energy(point, elastic, third)
       type(strain_point_type), intent(in) :: point  !< strain point of the law
       real(wp), intent(in) :: elastic(3), third     !< ε^e in the plane, ε^p out of the plane
 
-      doubled = dot_product(elastic, matmul(point%elasticity, elastic))
-      if (point%plane_strain) doubled = doubled + third*(point%elasticity(1, 1)*third &
+      double_energy = dot_product(elastic, matmul(point%elasticity, elastic))
+      if (point%plane_strain) double_energy = double_energy + third*(point%elasticity(1, 1)*third &
          - 2.0_wp*point%elasticity(1, 2)*(elastic(1) + elastic(2)))
-   end function doubled
+   end function double_energy
 
    !> Stored energy ψ, J/m³.
    pure real(wp) function stored(self, point, state, strain)
@@ -242,9 +242,10 @@ contains
       real(wp), intent(in) :: strain(3)                   !< ε
 
       associate (elastic => strain - state(plastic))
-         stored = dot_product(elastic, point%held) + 0.5_wp*doubled(point, elastic, state(across))
+         stored = dot_product(elastic, point%held) + 0.5_wp*double_energy(point, elastic, &
+            state(across))
          if (point%plane_strain) stored = stored - state(across)*(self%beyond &
-            + poisson(point%elasticity)*sum(point%held(1:2)))
+            + poisson_ratio(point%elasticity)*sum(point%held(1:2)))
       end associate
    end function stored
 

@@ -57,7 +57,7 @@ contains
          slope = theta*eye
          return
       end if
-      call mean_along(e, change, cap, acting, slope)
+      call average_projection(e, change, cap, acting, slope)
       acting = (2.0_wp - 2.0_wp*theta)*acting + (2.0_wp*theta - 1.0_wp)*p
       slope = (2.0_wp - 2.0_wp*theta)*slope + (2.0_wp*theta - 1.0_wp)*of_end
    end subroutine recoverable
@@ -66,7 +66,7 @@ contains
    !>
    !> Along the line e = q + (s₀ + t) t̂, q·t̂ = 0, the circle is crossed where s₀ + t is
    !> equal to ∓√(y² − q²).
-   pure subroutine mean_along(e, change, cap, mean, slope)
+   pure subroutine average_projection(e, change, cap, mean, slope)
       real(wp), intent(in) :: e(2), change(2), cap  !< e₀, Δe, y
       real(wp), intent(out) :: mean(2), slope(2, 2)
       real(wp), parameter :: nothing = 1.0e-13_wp   !< fraction of the cap: rounding
@@ -89,7 +89,7 @@ contains
       call add_beyond(foot, along, cap, start, ends(2), length, mean, slope)
       mean = mean/length
       slope = slope/length**2
-   end subroutine mean_along
+   end subroutine average_projection
 
    !> Add the contribution of a segment beyond the cap to ∫ p dt and, by Gauss's rule, ∫ t ∂p/∂e dt.
    pure subroutine add_beyond(foot, along, cap, start, from, to, mean, slope)

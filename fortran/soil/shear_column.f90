@@ -112,7 +112,7 @@ contains
       real(wp) :: correction(size(d)), from(size(d)), before, factor
       integer :: halving
 
-      call solve(column, time_step, tangent, residual, correction)
+      call solve_tangents(column, time_step, tangent, residual, correction)
       from = d
       before = maxval(abs(residual))
       factor = 1.0_wp
@@ -158,7 +158,7 @@ contains
    end subroutine evaluate
 
    !> Solve for the change of Δu with the tangents, by elimination from the surface downwards.
-   pure subroutine solve(column, time_step, tangent, residual, correction)
+   pure subroutine solve_tangents(column, time_step, tangent, residual, correction)
       type(shear_column_type), intent(in) :: column  !< layers as cells
       real(wp), intent(in) :: time_step     !< Δt, s
       real(wp), intent(in) :: tangent(:)    !< [cells] Pa
@@ -179,7 +179,7 @@ contains
          beside(n) = 0.0_wp
       end if
       call solve_tridiagonal(diagonal, beside, residual, correction)
-   end subroutine solve
+   end subroutine solve_tangents
 
    !> Solve with a symmetric positive definite tridiagonal matrix.
    pure subroutine solve_tridiagonal(diagonal, beside, right, x)

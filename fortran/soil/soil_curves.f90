@@ -56,19 +56,19 @@ contains
       fine = log_spaced(strains(1)*(strains(1)/strains(2))**(real(below, wp)/(samples - 1)), &
          strains(2), size(fine))
       if (soil%curve == 'gqh') then
-         share = maxval(theta_of(soil, fine/soil%reference))
+         share = maxval(gqh_theta(soil, fine/soil%reference))
          if (share > 1.0_wp) then
             call fail(error, error_input, 'curve_fit gives θ = '//to_text(share)// &
                ': it must stay at 1 or below at every strain')
             return
          end if
       end if
-      curve%reduction = min(1.0_wp, reduction(soil, curve%strain))
-      curve%damping = masing(fine, reduction(soil, fine))
+      curve%reduction = min(1.0_wp, modulus_reduction(soil, curve%strain))
+      curve%damping = masing_damping(fine, modulus_reduction(soil, fine))
    end subroutine curve_of
 
    !> Modulus ratio G_s/G of a formula at strains.
-   elemental real(wp) function reduction(soil, strain)
+   elemental real(wp) function modulus_reduction(soil, strain)
       type(soil_type), intent(in) :: soil  !< as requested
       real(wp), intent(in) :: strain       !< above 0
       real(wp) :: x
@@ -76,27 +76,28 @@ contains
       x = strain/soil%reference
       select case (soil%curve)
       case ('gqh')
-         reduction = 2.0_wp/(1.0_wp + x + sqrt((1.0_wp + x)**2 - 4.0_wp*theta_of(soil, x)*x))
+         modulus_reduction = 2.0_wp/(1.0_wp + x + sqrt((1.0_wp + x)**2 - 4.0_wp*gqh_theta(soil, &
+            x)*x))
       case ('mkz')
-         reduction = 1.0_wp/(1.0_wp + soil%factor*x**soil%power)
+         modulus_reduction = 1.0_wp/(1.0_wp + soil%factor*x**soil%power)
       case default
-         reduction = 1.0_wp/(1.0_wp + x)
+         modulus_reduction = 1.0_wp/(1.0_wp + x)
       end select
-   end function reduction
+   end function modulus_reduction
 
    !> Value of θ of GQ/H at a strain over γ_r.
-   elemental real(wp) function theta_of(soil, x) result(theta)
+   elemental real(wp) function gqh_theta(soil, x) result(theta)
       type(soil_type), intent(in) :: soil  !< as requested
       real(wp), intent(in) :: x            !< above 0
       real(wp) :: grown
 
       grown = soil%theta(4)*x**soil%theta(5)
       theta = soil%theta(1) + soil%theta(2)*grown/(soil%theta(3)**soil%theta(5) + grown)
-   end function theta_of
+   end function gqh_theta
 
    !> Damping by Masing's rules at the strains of a table: D = (2/π) [2 ∫τ dγ/(τγ) − 1].
    !> The integral is computed by the trapezoidal rule; the soil is linear up to the first strain.
-   pure function masing(strain, reduced) result(damping)
+   pure function masing_damping(strain, reduced) result(damping)
       real(wp), intent(in) :: strain(:), reduced(:)  !< [(below + samples − 1) parts + 1] γ, G_s/G
       real(wp) :: damping(samples), stress(size(strain)), work
       integer :: i, k
@@ -110,7 +111,7 @@ contains
          k = k + 1
          damping(k) = max(0.0_wp, 2.0_wp/pi*(2.0_wp*work/(stress(i)*strain(i)) - 1.0_wp))
       end do
-   end function masing
+   end function masing_damping
 
    !> Add Darendeli's curves; damping is constant where his polynomial would decrease.
    pure subroutine add_darendeli(soil, curve)

@@ -59,7 +59,7 @@ contains
 
       to%stress = trial
       to%slope = elastic
-      call planes(strength, frozen, gradient, bound)
+      call set_strength_planes(strength, frozen, gradient, bound)
       if (all(matmul(trial, gradient) <= bound)) return
       least = huge(1.0_wp)
       do n = 1, 3
@@ -67,7 +67,7 @@ contains
             if (popcnt(set) /= n) cycle
             list(:n) = pack(every, btest(set, every - 1))
             if (any(bound(list(:n)) >= huge(1.0_wp))) cycle
-            call return_to(elastic, trial, gradient, bound, list(:n), other, off)
+            call return_to_planes(elastic, trial, gradient, bound, list(:n), other, off)
             if (off >= least) cycle
             least = off
             to = other
@@ -77,7 +77,7 @@ contains
    end function return_principal
 
    !> Planes of strength: gradients and bounds.
-   pure subroutine planes(strength, frozen, gradient, bound)
+   pure subroutine set_strength_planes(strength, frozen, gradient, bound)
       type(strength_type), intent(in) :: strength  !< of the point
       real(wp), intent(in) :: frozen(3)            !< principal stresses with frozen means, Pa
       real(wp), intent(out) :: gradient(3, bounds)
@@ -99,11 +99,11 @@ contains
          gradient(i, pairs + i) = 1.0_wp
          bound(pairs + i) = strength%tension
       end do
-   end subroutine planes
+   end subroutine set_strength_planes
 
    !> Return to the intersection of some planes.
    !> The violation of other bounds, or the pull of a plane, is found too, Pa.
-   pure subroutine return_to(elastic, trial, gradient, bound, list, to, off)
+   pure subroutine return_to_planes(elastic, trial, gradient, bound, list, to, off)
       real(wp), intent(in) :: elastic(3, 3)      !< D of principal strains, Pa
       real(wp), intent(in) :: trial(3)           !< Pa
       real(wp), intent(in) :: gradient(3, bounds)
@@ -121,7 +121,7 @@ contains
          matrix(:k, :k) = matmul(transpose(n(:, :k)), stiff(:, :k))
          right(:k, 1) = matmul(trial, n(:, :k)) - bound(list)
          right(:k, 2:4) = transpose(stiff(:, :k))
-         call solve(matrix(:k, :k), right(:k, :), meets)
+         call solve_small_system(matrix(:k, :k), right(:k, :), meets)
          if (.not. meets) return
          off = -minval(right(:k, 1))*elastic(1, 1)
          to%yields = .true.
@@ -130,10 +130,10 @@ contains
          off = max(off, maxval(matmul(to%stress, gradient) - bound))
          to%slope = elastic - matmul(stiff(:, :k), right(:k, 2:4))
       end associate
-   end subroutine return_to
+   end subroutine return_to_planes
 
    !> Solve a small system of equations by elimination.
-   pure subroutine solve(matrix, right, regular)
+   pure subroutine solve_small_system(matrix, right, regular)
       real(wp), intent(inout) :: matrix(:,:)  !< [n,n] positive on its diagonal; is used up
       real(wp), intent(inout) :: right(:,:)   !< [n,any] becomes the solutions
       logical, intent(out) :: regular         !< there is one solution
@@ -155,6 +155,6 @@ contains
       do i = 1, size(matrix, 1)
          right(i, :) = right(i, :)/matrix(i, i)
       end do
-   end subroutine solve
+   end subroutine solve_small_system
 
 end module dda_yield_return

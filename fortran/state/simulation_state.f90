@@ -265,7 +265,7 @@ contains
       call serialise(archive, blocks%length)
    end subroutine serialise_blocks
 
-   !> Save or restore largest values; nothing for a run that does not count them.
+   !> Save or restore the largest values, if the run records them.
    subroutine serialise_maxima(archive, simulation)
       type(archive_type), intent(inout) :: archive        !< written or read
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
