@@ -183,7 +183,10 @@ def beside(
         ground,
         frequency[band],
         ratio[band],
-        {name: _column_ratio(one, ground, step, frequency[band]) for name, one in columns.items()},
+        {
+            name: _surface_over_base(one, ground, step, frequency[band])
+            for name, one in columns.items()
+        },
         points,
         strains,
         words,
@@ -218,7 +221,7 @@ def _compute_columns(
     return {"column": response}, f"{words}; {response.words}"
 
 
-def _column_ratio(response: SiteResponse, ground, step: float, frequency: NDArray[np.float64]):
+def _surface_over_base(response: SiteResponse, ground, step: float, frequency: NDArray[np.float64]):
     """Return surface over base of a column: transfer function, or ratio of the spectra."""
     if isinstance(response, ColumnResponse):
         return response.transfer(frequency)

@@ -255,8 +255,10 @@ class Column:
     def _check_depths(self, top: float, bottom: float | None) -> tuple[float, float]:
         """Check both depths; move them onto an interface if they equal it within rounding."""
         interfaces = self._interfaces
-        upper = _snap_depth("top", top, interfaces)
-        lower = interfaces[-1] if bottom is None else _snap_depth("bottom", bottom, interfaces)
+        upper = _move_to_interface("top", top, interfaces)
+        lower = (
+            interfaces[-1] if bottom is None else _move_to_interface("bottom", bottom, interfaces)
+        )
         if upper > lower:
             raise ValueError(f"top must not lie below bottom, got {upper:g} m and {lower:g} m")
         return upper, lower
@@ -282,7 +284,9 @@ class Column:
             If a depth lies outside the column.
         """
         interfaces = self._interfaces
-        cuts = np.union1d(interfaces, [_snap_depth("depth", depth, interfaces) for depth in depths])
+        cuts = np.union1d(
+            interfaces, [_move_to_interface("depth", depth, interfaces) for depth in depths]
+        )
         owners = np.searchsorted(interfaces, (cuts[:-1] + cuts[1:]) / 2) - 1
         base = self.base if isinstance(self.base, HalfSpace) else None
         return [*(self.layers[owner] for owner in owners), base], cuts
@@ -385,7 +389,7 @@ def _check_band(band: tuple[float, float]) -> tuple[float, float]:
     return float(edges[0]), float(edges[1])
 
 
-def _snap_depth(name: str, depth: float, interfaces: NDArray[np.float64]) -> float:
+def _move_to_interface(name: str, depth: float, interfaces: NDArray[np.float64]) -> float:
     bottom = interfaces[-1]
     tolerance = 1e-9 * bottom
     value = float(depth)

@@ -137,7 +137,7 @@ def equivalent_linear(
     def fitted_from(strain: float) -> EquivalentLinear:
         begin = np.full(len(curves), strain)
         place = {"bottom": bottom, "kind": kind}
-        return _iterate(column, curves, ground, begin, place, strain_ratio, tolerance,
+        return _iterate_properties(column, curves, ground, begin, place, strain_ratio, tolerance,
                        most_iterations)  # fmt: skip
 
     found = fitted_from(0.0)
@@ -149,12 +149,12 @@ def equivalent_linear(
     return found
 
 
-def _iterate(
+def _iterate_properties(
     column, curves, ground, begin, place, strain_ratio, tolerance, most_iterations
 ) -> EquivalentLinear:
     """Iterate from given strains to a column whose properties fit its strains."""
-    linear = _own_damping(column)
-    reduction, damping = _properties(curves, begin, linear)
+    linear = _damping_at_1_hz(column)
+    reduction, damping = _strain_properties(curves, begin, linear)
     _, interfaces = column.cut_at([])
     middles = (interfaces[:-1] + interfaces[1:]) / 2
     before = 0.0
@@ -162,7 +162,7 @@ def _iterate(
         fitted = _updated_column(column, curves, reduction, damping)
         response = ColumnResponse.of(fitted, ground, **place)
         strain = strain_ratio * np.abs(response.strain(middles)).max(axis=-1)
-        wanted = _properties(curves, strain, linear)
+        wanted = _strain_properties(curves, strain, linear)
         change = max(
             float(np.max(np.abs(new - old) / np.maximum(new, 1e-12)))
             for new, old in zip(wanted, (reduction, damping), strict=True)
@@ -183,16 +183,18 @@ def _iterate(
 
 def small_strain_column(column: Column, curves: Sequence[SoilCurves | None]) -> Column:
     """Return the column with the moduli and damping ratios of its curves at small strains."""
-    linear = _own_damping(column)
-    return _updated_column(column, curves, *_properties(curves, np.zeros(len(linear)), linear))
+    linear = _damping_at_1_hz(column)
+    return _updated_column(
+        column, curves, *_strain_properties(curves, np.zeros(len(linear)), linear)
+    )
 
 
-def _own_damping(column: Column) -> NDArray[np.float64]:
+def _damping_at_1_hz(column: Column) -> NDArray[np.float64]:
     """Return the damping ratio of each layer at 1 Hz."""
     return np.array([layer.damping_at([1.0])[0] for layer in column.layers])
 
 
-def _properties(curves, strain, linear):
+def _strain_properties(curves, strain, linear):
     """Return G/G_max and damping ratio of each layer at its strain."""
     pairs = [
         (1.0, own) if curve is None else (curve.reduction_at(at), curve.damping_at(at))

@@ -75,7 +75,7 @@ def _waves_at(column: Column, waves: Waves, depths: ArrayLike, bottom: float, ki
     media, interfaces = column.cut_at([*np.asarray(depths, dtype=float), bottom])
     steps, reflections = recursion(waves, media, np.diff(interfaces))
     last = _nearest_interface(interfaces, [bottom])[0]
-    upgoing = _upgoing(steps, last)
+    upgoing = _upgoing_waves(steps, last)
     upgoing /= 2.0 if kind == "outcrop" else 1 + reflections[last]
     return media, interfaces, upgoing, reflections
 
@@ -84,7 +84,7 @@ def _nearest_interface(interfaces: NDArray[np.float64], depths: ArrayLike) -> ND
     return np.array([np.argmin(np.abs(interfaces - depth)) for depth in depths], dtype=int)
 
 
-def _upgoing(steps: NDArray[np.complex128], last: int) -> NDArray[np.complex128]:
+def _upgoing_waves(steps: NDArray[np.complex128], last: int) -> NDArray[np.complex128]:
     """Return the upgoing wave at the top of each medium over that at interface `last`."""
     upgoing = np.empty((len(steps) + 1, steps.shape[1]), dtype=complex)
     upgoing[last] = 1.0

@@ -141,7 +141,7 @@ def undamped_amplification(
     ValueError
         If an argument is not finite or out of range.
     """
-    return 1 / np.abs(np.cos(_phase(frequency, thickness, shear_velocity)))
+    return 1 / np.abs(np.cos(_complex_phase(frequency, thickness, shear_velocity)))
 
 
 def damped_amplification(
@@ -159,12 +159,14 @@ def damped_amplification(
     damping : array_like, shape (...)
         Damping ratio ζ >= 0.
     """
-    phase = _phase(frequency, thickness, shear_velocity)
+    phase = _complex_phase(frequency, thickness, shear_velocity)
     ratio = not_negative("damping", damping)
     return 1 / np.hypot(np.cos(phase), ratio * phase)
 
 
-def _phase(frequency: ArrayLike, thickness: float, shear_velocity: float) -> NDArray[np.float64]:
+def _complex_phase(
+    frequency: ArrayLike, thickness: float, shear_velocity: float
+) -> NDArray[np.float64]:
     height = positive("thickness", thickness)
     velocity = positive("shear_velocity", shear_velocity)
     return 2 * np.pi * not_negative("frequency", frequency) * height / velocity

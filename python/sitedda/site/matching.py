@@ -99,7 +99,7 @@ def matched(
                          f"matched at periods of {high:g} s")  # fmt: skip
     grid = np.geomspace(low, high, int(np.ceil(_PER_DECADE * np.log10(high / low))) + 1)
     run = _Matching(given, grid, target, damping)
-    best, least = run.rounds(tolerance, most_rounds)
+    best, least = run.best_round(tolerance, most_rounds)
     if least > tolerance:
         raise ConvergenceError(
             f"the spectrum differs by {100 * least:.3g} % from the target (allowed: "
@@ -132,50 +132,54 @@ class _Matching:
         self.length = fast_length(2 * self.size + self.rest.size)
         self.frequency = np.fft.rfftfreq(self.length, self.step)
         self.passed = 1 / (1 + (0.5 / grid[-1] / np.maximum(self.frequency, 1e-9)) ** 8)
-        own = motion.acceleration * np.exp(-np.log(self._ratio(motion.acceleration)).mean())
+        own = motion.acceleration * np.exp(
+            -np.log(self._spectral_ratio(motion.acceleration)).mean()
+        )
         time = np.linspace(0.0, 1.0, self.size)
         edge = np.sin(0.5 * np.pi * np.minimum(1.0, np.minimum(time, 1 - time) / _EDGE)) ** 2
         energy = gaussian_filter1d(own**2, _SPREAD / self.step)
         self.envelope = edge * np.sqrt(np.maximum(energy / energy.max(), _FLOOR**2))
-        self.drifts = self._coloured(np.array([np.ones(self.size), 1 - time]))
+        self.drifts = self._colour_motion(np.array([np.ones(self.size), 1 - time]))
         speeds = running_integral(self.drifts, self.step)
         ends = np.array([speeds[:, -1], running_integral(speeds, self.step)[:, -1]])
         self.correction = np.linalg.inv(ends)  # from final velocity and displacement to drifts
-        self.motion = self._at_rest(self._scaled(own, edge))
+        self.motion = self._remove_final_motion(self._scale_amplitudes(own, edge))
         self.largest: dict[int, _Bound] = {}  # lower bounds, once chosen
         self.known: dict[_Bound, tuple] = {}  # kernel and wave of a bound
-        self.filters: dict[int, tuple] = {}  # coefficients of `_response` by oscillator
+        self.filters: dict[int, tuple] = {}  # coefficients of `_oscillator_response` by oscillator
 
-    def rounds(self, tolerance: float, most: int):
+    def best_round(self, tolerance: float, most: int):
         """Return the best motion and its misfit."""
         margin, series = tolerance / 2, self.motion
         best, least = series, np.inf
         for number in range(most):
             if number % _STAGE == 0:
                 start, bounds, self.largest, self.known = series, [], {}, {}
-            ratio = self._ratio(series)
+            ratio = self._spectral_ratio(series)
             off = float(np.abs(ratio - 1).max())
             if off <= tolerance:
-                off = self._refined(series, _ENOUGH * tolerance)
-                ratio = self._ratio(series)
+                off = self._refine_periods(series, _ENOUGH * tolerance)
+                ratio = self._spectral_ratio(series)
             best, least = (series, off) if off < least else (best, least)
             if least <= _ENOUGH * tolerance:
                 break
-            bounds, sampled = self._violated(series, ratio, margin, bounds)
-            kernels, waves = (np.array(one) for one in zip(*map(self._known, bounds), strict=True))
+            bounds, sampled = self._add_violated_bounds(series, ratio, margin, bounds)
+            kernels, waves = (
+                np.array(one) for one in zip(*map(self._kernel_and_wave, bounds), strict=True)
+            )
             level = [sampled[one.oscillator] * (1 - margin if one.lower else -1 - margin)
                      for one in bounds]  # fmt: skip
             ridge = _RIDGE * _LESS ** (number // _STAGE)
-            share = _dual(kernels @ waves.T, level - kernels @ start, ridge)
+            share = _maximise_dual(kernels @ waves.T, level - kernels @ start, ridge)
             series = start + share @ waves
             bounds = [one for one, size in zip(bounds, share, strict=True) if size > 0]
         return best, least
 
-    def _ratio(self, series) -> NDArray[np.float64]:
+    def _spectral_ratio(self, series) -> NDArray[np.float64]:
         """Return spectrum over target."""
         return spectral_acceleration(series, self.step, self.grid, self.damping) / self.wanted
 
-    def _refined(self, series, enough: float) -> float:
+    def _refine_periods(self, series, enough: float) -> float:
         """Return the misfit at four times as many periods; add those of its maxima to the grid."""
         grid = np.geomspace(self.grid[0], self.grid[self.regular - 1], 4 * self.regular - 3)
         wanted = target_at(self.target, grid)
@@ -186,21 +190,21 @@ class _Matching:
         self.wanted = np.append(self.wanted, wanted[peak])
         return float(away.max())
 
-    def _scaled(self, series, edge) -> NDArray[np.float64]:
+    def _scale_amplitudes(self, series, edge) -> NDArray[np.float64]:
         """Scale the Fourier amplitudes of a motion towards the target."""
         logs = np.log(np.maximum(self.frequency, 1e-9))
         for _ in range(_SCALINGS):
-            lack = -_RELAXED * np.log(self._ratio(series))
+            lack = -_RELAXED * np.log(self._spectral_ratio(series))
             factor = self.passed * np.exp(np.interp(logs, -np.log(self.grid[::-1]), lack[::-1]))
-            series = edge * self._filtered(series, factor)
+            series = edge * self._filter_motion(series, factor)
         return series
 
-    def _violated(self, series, ratio, margin: float, bounds):
+    def _add_violated_bounds(self, series, ratio, margin: float, bounds):
         """Add violated bounds; return all, and sampled over true responses of their oscillators."""
         numbers = np.flatnonzero(np.abs(ratio - 1) > margin)
         found, sampled = list(bounds), {}
         for i in sorted({*numbers, *(one.oscillator for one in bounds)}):
-            response = self._response(i, series)
+            response = self._oscillator_response(i, series)
             size = np.abs(response)
             sampled[i] = size.max() / ratio[i]  # the largest may lie between samples
             if ratio[i] < 1 - margin:
@@ -214,7 +218,7 @@ class _Matching:
                 found.append(_Bound(i, int(at), float(np.sign(response[at])), False))
         return list(dict.fromkeys(found)), sampled
 
-    def _response(self, number: int, series) -> NDArray[np.float64]:
+    def _oscillator_response(self, number: int, series) -> NDArray[np.float64]:
         """Return the pseudo-acceleration of an oscillator over its target, also after the motion.
 
         The recursion is exact for a motion that is straight between samples.
@@ -228,32 +232,32 @@ class _Matching:
             self.filters[number] = ahead, back
         return lfilter(*self.filters[number], np.append(series, self.rest))
 
-    def _known(self, bound: _Bound):
+    def _kernel_and_wave(self, bound: _Bound):
         """Return kernel k and wave C k of a bound; k · a is its response to a, signed."""
         if bound not in self.known:
             kernel = np.zeros(self.size)
-            impulse = self._response(bound.oscillator, np.eye(1, self.size)[0])
+            impulse = self._oscillator_response(bound.oscillator, np.eye(1, self.size)[0])
             past = impulse[: bound.sample + 1][::-1][: self.size]
             kernel[: past.size] = past if bound.lower == (bound.sign > 0) else -past
-            self.known[bound] = kernel, self._at_rest(self._coloured(kernel))
+            self.known[bound] = kernel, self._remove_final_motion(self._colour_motion(kernel))
         return self.known[bound]
 
-    def _filtered(self, series, factor) -> NDArray[np.float64]:
+    def _filter_motion(self, series, factor) -> NDArray[np.float64]:
         spectrum = np.fft.rfft(series, self.length) * factor
         return np.fft.irfft(spectrum, self.length)[..., : self.size]
 
-    def _coloured(self, series) -> NDArray[np.float64]:
+    def _colour_motion(self, series) -> NDArray[np.float64]:
         """Return E F E times a series."""
-        return self.envelope * self._filtered(self.envelope * series, self.passed)
+        return self.envelope * self._filter_motion(self.envelope * series, self.passed)
 
-    def _at_rest(self, series) -> NDArray[np.float64]:
+    def _remove_final_motion(self, series) -> NDArray[np.float64]:
         """Subtract two waves, so that velocity and displacement end at 0."""
         velocity = running_integral(series, self.step)
         ends = velocity[-1], running_integral(velocity, self.step)[-1]
         return series - self.correction @ ends @ self.drifts
 
 
-def _dual(product, lack, ridge: float) -> NDArray[np.float64]:
+def _maximise_dual(product, lack, ridge: float) -> NDArray[np.float64]:
     """Return the λ ≥ 0 that maximises λ · lack − λᵀ product λ/2."""
     from scipy.optimize import nnls
 

@@ -99,7 +99,7 @@ class NonlinearResponse(SiteResponse):
 
     def acceleration(self, depth: float = 0.0) -> NDArray[np.float64]:
         """Acceleration at a depth (m), m/s², shape (samples,)."""
-        return self._filter_resolved(self._node_values(self.histories.acceleration, depth))
+        return self._filter_resolved(self._values_at_nodes(self.histories.acceleration, depth))
 
     def _filter_resolved(self, acceleration: NDArray[np.float64]) -> NDArray[np.float64]:
         """Filter accelerations, shape (..., samples), to the resolved band."""
@@ -118,7 +118,7 @@ class NonlinearResponse(SiteResponse):
         """Displacement relative to the reference motion, m, shape (samples,)."""
         step = self.motion.time_step
         ground = running_integral(running_integral(self.motion.acceleration, step), step)
-        return self._node_values(self.histories.displacement, depth) - ground
+        return self._values_at_nodes(self.histories.displacement, depth) - ground
 
     def strain(self, depth: ArrayLike) -> NDArray[np.float64]:
         """Shear strain of the cells at a depth or depths (m), shape (..., samples)."""
@@ -128,18 +128,21 @@ class NonlinearResponse(SiteResponse):
         """Shear stress of the cells at a depth or depths (m), Pa, shape (..., samples)."""
         return self.histories.stress[self._cells_at(depth)]
 
-    def _node_values(self, values: NDArray[np.float64], depth: float) -> NDArray[np.float64]:
+    def _values_at_nodes(self, values: NDArray[np.float64], depth: float) -> NDArray[np.float64]:
         nodes = self.histories.interfaces
-        at = self._depth(depth)
+        at = self._checked_depths(depth)
         k = int(np.clip(np.searchsorted(nodes, at, side="right") - 1, 0, nodes.size - 2))
         share = (at - nodes[k]) / (nodes[k + 1] - nodes[k])
         return values[k] + share * (values[k + 1] - values[k])
 
     def _cells_at(self, depth: ArrayLike) -> NDArray[np.int64]:
-        found = np.searchsorted(self.histories.interfaces, self._depth(depth), side="right") - 1
+        found = (
+            np.searchsorted(self.histories.interfaces, self._checked_depths(depth), side="right")
+            - 1
+        )
         return np.clip(found, 0, self.histories.strain.shape[0] - 1)
 
-    def _depth(self, depth: ArrayLike) -> NDArray[np.float64]:
+    def _checked_depths(self, depth: ArrayLike) -> NDArray[np.float64]:
         at = np.asarray(depth, dtype=float)
         if not np.all((at >= 0) & (at <= self.column.depth * (1 + 1e-9))):
             raise ValueError(f"depth must be in 0 … {self.column.depth:g} m, got {depth!r}")
@@ -177,7 +180,9 @@ class NonlinearResponse(SiteResponse):
 
     def coarse_spectrum(self, periods: ArrayLike) -> NDArray[np.float64]:
         """Return Sa of the surface with cells and steps of twice the size, m/s²."""
-        return self._sa(self._filter_resolved(self.coarse.acceleration[0]), periods, 0.05)
+        return self._spectral_acceleration(
+            self._filter_resolved(self.coarse.acceleration[0]), periods, 0.05
+        )
 
     @property
     def figures(self) -> dict[str, tuple[float, float]]:
@@ -186,15 +191,15 @@ class NonlinearResponse(SiteResponse):
         ``pga`` (at the samples, m/s²), ``strain`` (of all cells and steps), ``sa_0.1`` … ``sa_1``
         (5 %, m/s²); the change is nan without the coarse run.
         """
-        fine = self._compute_figures(self.histories)
+        fine = self._compute_results(self.histories)
         if self.coarse is None:
             return {name: (value, float("nan")) for name, value in fine.items()}
-        coarse = self._compute_figures(self.coarse)
+        coarse = self._compute_results(self.coarse)
         return {name: (value, abs(value - coarse[name])) for name, value in fine.items()}
 
-    def _compute_figures(self, kept: Histories) -> dict[str, float]:
+    def _compute_results(self, kept: Histories) -> dict[str, float]:
         surface = self._filter_resolved(kept.acceleration[0])
-        spectrum = self._sa(surface, _PERIODS, 0.05)
+        spectrum = self._spectral_acceleration(surface, _PERIODS, 0.05)
         return {
             "pga": float(np.abs(surface).max()),
             "strain": float(kept.largest_strain.max()),
@@ -229,9 +234,9 @@ class NonlinearResponse(SiteResponse):
             unit = " %" if name == "strain" else " m/s²"
             scale = 100 if name == "strain" else 1
             bar = "" if np.isnan(change) else f" ± {scale * change:.2g}"
-            lines.append(f"{_label_of(name):22s}{scale * value:9.4g}{bar}{unit}")
+            lines.append(f"{_result_label(name):22s}{scale * value:9.4g}{bar}{unit}")
         if self.unconverged:
-            names = ", ".join(map(_label_of, self.unconverged))
+            names = ", ".join(map(_result_label, self.unconverged))
             lines.append(
                 f"results that do not converge with cells and steps: {names}; short periods "
                 "contain numerical noise from yielding. Give the soil a damping ratio at small "
@@ -290,7 +295,7 @@ def _describe_fit(soils: list[Branches]) -> str:
     return f"{words} (strains of 0.001 to 1 %)"
 
 
-def _label_of(name: str) -> str:
+def _result_label(name: str) -> str:
     known = {"pga": "surface PGA", "strain": "largest strain"}
     return known.get(name, f"surface Sa({name.removeprefix('sa_')} s)")
 
@@ -358,14 +363,14 @@ def nonlinear(
         )
         for curve, ratio in zip(curves, ratios, strict=True)
     )
-    run = _Run(column, soils, ground, kind, reference)
+    run = _ColumnRun(column, soils, ground, kind, reference)
     fine = run.at(highest)
     coarse = run.at(highest / 2) if compare else None
     return NonlinearResponse(column, ground, column.depth, kind, soils, fine, coarse, highest)
 
 
 @dataclass(frozen=True)
-class _Run:
+class _ColumnRun:
     """Runs of a column under a motion."""
 
     column: Column
@@ -397,10 +402,10 @@ class _Run:
             api.shake_soil,
             np.array(layers).T,
             np.repeat(np.arange(1, len(cells) + 1), cells),
-            self._branches(),
-            *self._bodies(),
+            self._layer_branches(),
+            *self._damping_and_limits(),
             self.reference,
-            self._find_dashpot(),
+            self._base_dashpot(),
             self.motion.time_step / every,
             base,
             every,
@@ -420,20 +425,20 @@ class _Run:
             iterations,
         )
 
-    def _branches(self) -> NDArray[np.float64]:
+    def _layer_branches(self) -> NDArray[np.float64]:
         """Return branches of all layers, shape (most, 3, layers); unused ones have no modulus."""
         most = max(1 if soil is None else soil.strain.size for soil in self.soils)
         found = np.zeros((most, 3, len(self.soils)), order="F")
         found[:, 0, :] = 1e30  # beyond any strain
         for i, soil in enumerate(self.soils):
             if soil is None:
-                found[0, 1:, i] = self._relaxed_modulus(i), 1.0
+                found[0, 1:, i] = self._long_term_fraction(i), 1.0
             else:
                 rows = [soil.strain, soil.modulus, soil.slipping]
                 found[: soil.strain.size, :, i] = np.transpose(rows)
         return found
 
-    def _relaxed_modulus(self, i: int) -> float:
+    def _long_term_fraction(self, i: int) -> float:
         """Return the fraction of the modulus of a linear layer that its branch has."""
         ratio = _layer_ratio(i, self.column)
         if ratio == 0:
@@ -441,7 +446,7 @@ class _Run:
         body = ConstantRatio(ratio, self.reference).body
         return body.unrelaxed * (1 - body.weight.sum())
 
-    def _bodies(self) -> tuple[list[float], list[float]]:
+    def _damping_and_limits(self) -> tuple[list[float], list[float]]:
         """Return damping ratios of small strains, and strains at which their bodies slip."""
         ratios, limits = [], []
         for i, soil in enumerate(self.soils):
@@ -449,7 +454,7 @@ class _Run:
             limits.append(np.finfo(float).max if soil is None else soil.body_strain)
         return ratios, limits
 
-    def _find_dashpot(self) -> float:
+    def _base_dashpot(self) -> float:
         base = self.column.base
         if self.kind == "within" or not isinstance(base, HalfSpace):
             return 0.0

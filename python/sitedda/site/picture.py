@@ -20,7 +20,7 @@ REFERENCE, COLUMN, BLOCKS = FAINT, ORANGE, BLUE
 _SITE = ["spectra", "acceleration", "strain", "stress", "loop"]  # panels of yielding soil
 
 
-def _panels(size: tuple[float, float], names: list[str]):
+def _make_panels(size: tuple[float, float], names: list[str]):
     """Return a figure and its panels by name: 'motion' above the named ones."""
     figure = empty_figure(size)
     rows = [["motion"] * len(names), names]
@@ -34,8 +34,8 @@ def response_figure(response) -> Figure:
     ----------
     response : ColumnResponse
     """
-    figure, axes = _panels((11, 7.2), ["spectra", "acceleration", "strain"])
-    _motion_panel(axes["motion"], response)
+    figure, axes = _make_panels((11, 7.2), ["spectra", "acceleration", "strain"])
+    _draw_motion_panel(axes["motion"], response)
     _draw_spectra(axes["spectra"], response.motion, {"surface": (response, COLUMN, "-")})
     profile = response.profile()
     axes["acceleration"].plot(profile.acceleration, profile.depth, color=COLUMN)
@@ -87,9 +87,9 @@ def nonlinear_figure(response) -> Figure:
     ----------
     response : NonlinearResponse
     """
-    figure, axes = _panels((14.5, 7.2), _SITE)
-    _motion_panel(axes["motion"], response)
-    _site_panels(axes, {"nonlinear": response})
+    figure, axes = _make_panels((14.5, 7.2), _SITE)
+    _draw_motion_panel(axes["motion"], response)
+    _draw_site_panels(axes, {"nonlinear": response})
     headline(figure, "Nonlinear column", response.words)
     return figure
 
@@ -103,12 +103,12 @@ def analyses_figure(analyses) -> Figure:
     """
     figure = empty_figure((14.5, 4.8))
     axes = figure.subplot_mosaic([_SITE])
-    _site_panels(axes, analyses.responses)
+    _draw_site_panels(axes, analyses.responses)
     headline(figure, "Three analyses of a column", analyses.nonlinear.words)
     return figure
 
 
-def _motion_panel(axes, response) -> None:
+def _draw_motion_panel(axes, response) -> None:
     """Draw surface and reference motion over time."""
     time, ground = response.time, response.motion.acceleration
     axes.plot(time, response.acceleration(), color=COLUMN, lw=0.8, label="surface")
@@ -124,7 +124,7 @@ _ANALYSES = {
 }
 
 
-def _site_panels(axes, responses) -> None:
+def _draw_site_panels(axes, responses) -> None:
     """Draw spectra and profiles by analysis, and the loop of the nonlinear one."""
     last = responses["nonlinear"]
     depth = last.column.depth
@@ -162,14 +162,16 @@ def beside_figure(beside) -> Figure:
     """
     if beside.yields:
         return _draw_beside_analyses(beside)
-    figure, axes = _panels((11, 7.6), ["ratio", "spectra", "profile"])
+    figure, axes = _make_panels((11, 7.6), ["ratio", "spectra", "profile"])
     _draw_motions(axes["motion"], beside)
     _draw_ratio(axes["ratio"], beside)
     step = beside.response.motion.time_step
     series = {"base": (beside.base, REFERENCE, "-"), "blocks (DDA)": (beside.surface, BLOCKS, "-"),
               "column": (beside.column_surface, COLUMN, "--")}  # fmt: skip
     for name, (values, color, style) in series.items():
-        _plot_sa(axes["spectra"], spectral_acceleration(values, step, PERIODS), color, style, name)
+        _plot_spectrum(
+            axes["spectra"], spectral_acceleration(values, step, PERIODS), color, style, name
+        )
     _draw_profile(axes["profile"], beside)
     headline(figure, plain(beside.title))
     return figure
@@ -177,11 +179,11 @@ def beside_figure(beside) -> Figure:
 
 def _draw_beside_analyses(beside) -> Figure:
     """Draw yielding blocks and three analyses of their column."""
-    figure, axes = _panels((14.5, 7.6), _SITE)
+    figure, axes = _make_panels((14.5, 7.6), _SITE)
     _draw_motions(axes["motion"], beside)
-    _site_panels(axes, beside.columns)
+    _draw_site_panels(axes, beside.columns)
     spectrum = spectral_acceleration(beside.surface, beside.response.motion.time_step, PERIODS)
-    _plot_sa(axes["spectra"], spectrum, BLOCKS, "-", "blocks (DDA)")
+    _plot_spectrum(axes["spectra"], spectrum, BLOCKS, "-", "blocks (DDA)")
     (depth, peak), (middle, strain) = beside.points, beside.strains
     axes["acceleration"].plot(peak, depth, "o", color=BLOCKS, ms=5)
     axes["strain"].plot(100 * strain, middle, "o", color=BLOCKS, ms=5)
@@ -207,12 +209,12 @@ def _draw_ratio(axes, beside) -> None:
 def _draw_spectra(axes, motion, responses) -> None:
     """Draw response spectra of a motion and of responses, each with its colour and line."""
     ground = spectral_acceleration(motion.acceleration, motion.time_step, PERIODS)
-    _plot_sa(axes, ground, REFERENCE, "-", "reference")
+    _plot_spectrum(axes, ground, REFERENCE, "-", "reference")
     for name, (response, color, style) in responses.items():
-        _plot_sa(axes, response.spectrum(PERIODS), color, style, name)
+        _plot_spectrum(axes, response.spectrum(PERIODS), color, style, name)
 
 
-def _plot_sa(axes, values, color: str, style: str, name: str) -> None:
+def _plot_spectrum(axes, values, color: str, style: str, name: str) -> None:
     axes.semilogx(PERIODS, values, color=color, ls=style, label=name)
     axes.set(xlabel="period (s)", ylabel="Sa, 5 % (m/s²)", ylim=(0, None))
     axes.legend(frameon=False, fontsize=8)

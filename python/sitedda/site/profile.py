@@ -63,7 +63,7 @@ class Profile(SoilProfile):
         strengths = self.strengths(water_table, pressure_at_rest)
         found = []
         for layer, mean, strength in zip(self.layers, stresses, strengths, strict=True):
-            one = _curves_of(layer, mean, self.file)
+            one = _layer_curves(layer, mean, self.file)
             if one is not None and not math.isnan(strength):
                 modulus = layer.density * layer.shear_velocity**2
                 try:
@@ -122,7 +122,7 @@ def read_profile(file, fill: str = "") -> Profile:
     return Profile(found.layers, found.half_space, found.file)
 
 
-def _curves_of(layer: Ground, stress: float, file: Path) -> SoilCurves | None:
+def _layer_curves(layer: Ground, stress: float, file: Path) -> SoilCurves | None:
     where = f"{file}, row {layer.row}"
     name, numbers = parse_curve(layer.curve, where)
     made: dict[str, Callable[..., SoilCurves]] = {
@@ -132,14 +132,14 @@ def _curves_of(layer: Ground, stress: float, file: Path) -> SoilCurves | None:
     try:
         if name in ("", "linear"):
             return None
-        return made[name](*numbers) if name in made else _read_table(file.parent / name)
+        return made[name](*numbers) if name in made else _read_curve_file(file.parent / name)
     except (ValueError, TypeError) as trouble:
         if isinstance(trouble, InputError):
             raise
         raise InputError(f"{where}: curve = {layer.curve!r}: {trouble}") from None
 
 
-def _read_table(file: Path) -> SoilCurves:
+def _read_curve_file(file: Path) -> SoilCurves:
     """Read curves from a file of strain, G/G_max and damping ratio, all fractions."""
     strain, reduction, damping = read_curve_table(file)
     try:

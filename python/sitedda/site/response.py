@@ -55,13 +55,15 @@ class SiteResponse:
         self, periods: ArrayLike, depth: float = 0.0, damping: float = 0.05
     ) -> NDArray[np.float64]:
         """Return the pseudo-spectral acceleration at natural periods (s, shape (n,)), m/s²."""
-        return self._sa(self.acceleration(depth), periods, damping)
+        return self._spectral_acceleration(self.acceleration(depth), periods, damping)
 
     def intensity(self, depth: float = 0.0) -> Intensity:
         """Return the intensity measures at a depth (m)."""
         return intensity(self.acceleration(depth), self.motion.time_step)
 
-    def _sa(self, acceleration, periods: ArrayLike, damping: float) -> NDArray[np.float64]:
+    def _spectral_acceleration(
+        self, acceleration, periods: ArrayLike, damping: float
+    ) -> NDArray[np.float64]:
         return spectral_acceleration(acceleration, self.motion.time_step, periods, damping)
 
     @property
@@ -142,7 +144,7 @@ class ColumnResponse(SiteResponse):
         limit = np.inf if self.scheme is None else 0.5 / self.motion.time_step * (1 - 1e-9)
         return found[found < limit]
 
-    def _history(self, ratio, order: int, first: complex = 0.0) -> NDArray[np.float64]:
+    def _integrate_motion(self, ratio, order: int, first: complex = 0.0) -> NDArray[np.float64]:
         """Return histories of `ratio` times the motion over (iω)^order; `first` at 0 Hz."""
         omega = 2j * np.pi * self._frequencies
         spectrum = self.motion.spectrum[1 : 1 + omega.size] / omega**order
@@ -155,11 +157,13 @@ class ColumnResponse(SiteResponse):
 
     def transfer(self, frequencies: ArrayLike, depth: float = 0.0) -> NDArray[np.complex128]:
         """Return the motion at a depth over the reference motion at ``frequencies`` (Hz, (n,))."""
-        return self._displaced(np.asarray(frequencies, dtype=float), depth)[0]
+        return self._displacement_ratio(np.asarray(frequencies, dtype=float), depth)[0]
 
     def acceleration(self, depth: ArrayLike = 0.0) -> NDArray[np.float64]:
         """Acceleration at a depth or depths (m), m/s², shape (..., samples)."""
-        found = self._history(self._displaced(self._frequencies, depth), 0, self.motion.spectrum[0])
+        found = self._integrate_motion(
+            self._displacement_ratio(self._frequencies, depth), 0, self.motion.spectrum[0]
+        )
         return found.reshape(*np.shape(depth), -1)
 
     def velocity(self, depth: ArrayLike = 0.0) -> NDArray[np.float64]:
@@ -168,25 +172,25 @@ class ColumnResponse(SiteResponse):
 
     def displacement(self, depth: ArrayLike = 0.0) -> NDArray[np.float64]:
         """Displacement relative to the reference motion, m, shape (..., samples)."""
-        found = self._history(self._displaced(self._frequencies, depth) - 1, 2)
+        found = self._integrate_motion(self._displacement_ratio(self._frequencies, depth) - 1, 2)
         return found.reshape(*np.shape(depth), -1)
 
     def strain(self, depth: ArrayLike) -> NDArray[np.float64]:
         """Shear strain at a depth or depths (m), dimensionless, shape (..., samples)."""
-        return self._history(self._strained(depth)[0], 2).reshape(*np.shape(depth), -1)
+        return self._integrate_motion(self._strain_ratio(depth)[0], 2).reshape(*np.shape(depth), -1)
 
     def stress(self, depth: ArrayLike) -> NDArray[np.float64]:
         """Shear stress at a depth or depths (m), Pa, shape (..., samples)."""
-        return self._history(self._strained(depth)[1], 2).reshape(*np.shape(depth), -1)
+        return self._integrate_motion(self._strain_ratio(depth)[1], 2).reshape(*np.shape(depth), -1)
 
-    def _displaced(self, frequencies, depth: ArrayLike) -> NDArray[np.complex128]:
+    def _displacement_ratio(self, frequencies, depth: ArrayLike) -> NDArray[np.complex128]:
         """Return displacements at depths, see `displacements`."""
         place = np.ravel(depth), self.bottom, self.kind
         parts = np.array_split(frequencies, 1 + frequencies.size // _AT_ONCE)
         found = [displacements(self.column, self._waves(some), *place) for some in parts]
         return np.concatenate(found, axis=1)
 
-    def _strained(self, depth: ArrayLike) -> tuple[NDArray[np.complex128], ...]:
+    def _strain_ratio(self, depth: ArrayLike) -> tuple[NDArray[np.complex128], ...]:
         """Return strains at depths, see `strains`."""
         waves, depths = self._waves(self._frequencies), np.ravel(depth)
         return strains(self.column, waves, depths, self.bottom, self.kind)
@@ -202,11 +206,11 @@ class ColumnResponse(SiteResponse):
             the middles of the layers.
         """
         _, interfaces = self.column.cut_at([])
-        strains = self._strained((interfaces[:-1] + interfaces[1:]) / 2)
+        strains = self._strain_ratio((interfaces[:-1] + interfaces[1:]) / 2)
         accelerations = self.acceleration(interfaces)
         return self._peak_profile(
             interfaces, accelerations, running_integral(accelerations, self.motion.time_step),
-            self.displacement(interfaces), *(self._history(one, 2) for one in strains),
+            self.displacement(interfaces), *(self._integrate_motion(one, 2) for one in strains),
         )  # fmt: skip
 
     @property

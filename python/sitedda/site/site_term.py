@@ -134,12 +134,12 @@ def site_term(
     if not 0 < level < 1:
         raise InputError(f"level = {level:g}: give a confidence between 0 and 1")
     shape = (len(points), len(np.atleast_1d(periods)))
-    found = _logs(plane, runs, shape, folder, workers)
+    found = _log_amplification(plane, runs, shape, folder, workers)
     control = np.log([np.asarray(column(i), dtype=float).reshape(shape) for i in range(columns)])
     errors = {}
     for name, model in (finer or {}).items():
         at = None if folder is None else Path(folder) / name.replace(" ", "_")
-        change = _logs(model, finer_runs, shape, at, workers) - found[:finer_runs]
+        change = _log_amplification(model, finer_runs, shape, at, workers) - found[:finer_runs]
         errors[name] = _RICHARDSON * np.abs(change.mean(axis=0))
     rows = [
         _estimate(found[:, i, j], control[:, i, max(j - 1, 0) : j + 2], min(j, 1), level)
@@ -154,8 +154,8 @@ def site_term(
     return SiteTerm(xr.Dataset(data, at, {"runs": runs, "columns": columns, "level": level}))
 
 
-def _logs(model, count: int, shape, folder, workers) -> NDArray[np.float64]:
-    """ln AF of the first samples, shape (count, points, periods)."""
+def _log_amplification(model, count: int, shape, folder, workers) -> NDArray[np.float64]:
+    """Return ln AF of the first samples, shape (count, points, periods)."""
     from ..study.api import study
 
     done = study(model, {"sample": range(count)}, folder=folder, workers=workers)

@@ -80,7 +80,7 @@ class Suite:
             f"{counted(sizes['profile'], 'profile', 'profiles')}, "
             f"{counted(sizes['motion'], 'motion', 'motions')}: {said}"
         ]
-        for analysis, level, part in self._parts():
+        for analysis, level, part in self._statistics_parts():
             lines += [f"{analysis}, {level}" if sizes["level"] > 1 else analysis]
             lines += [f"{'period (s)':>12}{'median AF':>11}{'σ_ln':>8}{'N':>6}{'converged':>11}"]
             for one in np.arange(sizes["period"]):
@@ -107,7 +107,7 @@ class Suite:
                 found.append(f"{most} of {of} equivalent-linear cases have strains beyond "
                              f"{100 * DOUBTFUL_STRAIN:g} %, so they may not be accurate: "
                              "compare with nonlinear cases")  # fmt: skip
-        for analysis, level, part in self._parts():
+        for analysis, level, part in self._statistics_parts():
             weak = part.period.values[part.converged.values < 0.9]
             if weak.size:
                 found.append(f"{analysis}, {level}: more than a tenth of the cases do not converge "
@@ -115,7 +115,7 @@ class Suite:
                              + " s")  # fmt: skip
         return found
 
-    def _parts(self):
+    def _statistics_parts(self):
         """Yield analysis, level in words, and statistics of each."""
         statistics = self.statistics
         for analysis in self.table.analysis.values:
@@ -239,7 +239,7 @@ def suite(
     grid = np.asarray(periods, dtype=float)
     if grid.ndim != 1 or not grid.size or not np.all(np.isfinite(grid) & (grid > 0)):
         raise InputError("periods must be a row of numbers above 0, s")
-    factors = _factors(list(named.values()), levels, measure, period)
+    factors = _scale_factors(list(named.values()), levels, measure, period)
     cases = Cases(sites, list(named.values()), factors, grid, kind, options)
     axes = {
         "profile": range(len(sites)),
@@ -341,7 +341,7 @@ class Cases:
         soils = curves
         if self.options.get("damping_curve", "target") == "target":
             asked = (self.options.get("branches", 40), self.options.get("reference_frequency", 1.0))
-            soils = [_branches(*(row.tobytes() for row in one.columns()), *asked)
+            soils = [_fitted_branches(*(row.tobytes() for row in one.columns()), *asked)
                      if isinstance(one, SoilCurves) else one for one in curves]  # fmt: skip
         stepped = nonlinear(column, soils, ground, kind=self.kind, **self.options)
 
@@ -355,7 +355,9 @@ class Cases:
 
 
 @lru_cache(maxsize=2048)
-def _branches(strain: bytes, reduction: bytes, damping: bytes, branches: int, reference: float):
+def _fitted_branches(
+    strain: bytes, reduction: bytes, damping: bytes, branches: int, reference: float
+):
     """Return the branches of curves, fitted once for all layers and motions of a process."""
     curves = SoilCurves(*map(np.frombuffer, (strain, reduction, damping)))
     return Branches.of(curves, branches, reference_frequency=reference)
@@ -380,7 +382,7 @@ def _check_sites(profiles) -> list[Site]:
 def _name_motions(motions) -> dict[str, Motion]:
     """Return motions by distinct names."""
     if not isinstance(motions, Mapping):
-        names = [_name_of(one, i) for i, one in enumerate(motions, 1)]
+        names = [_motion_name(one, i) for i, one in enumerate(motions, 1)]
         names = [f"{n} ({i})" if names.count(n) > 1 else n for i, n in enumerate(names, 1)]
         motions = dict(zip(names, motions, strict=True))
     if not motions:
@@ -393,13 +395,13 @@ def _name_motions(motions) -> dict[str, Motion]:
     return found
 
 
-def _name_of(motion, number: int) -> str:
+def _motion_name(motion, number: int) -> str:
     if hasattr(motion, "attrs"):
         return Path(motion.attrs.get("file", f"motion {number}")).stem
     return f"motion {number}" if isinstance(motion, Motion) else Path(motion).stem
 
 
-def _factors(motions: list[Motion], levels, measure: str, period) -> NDArray[np.float64]:
+def _scale_factors(motions: list[Motion], levels, measure: str, period) -> NDArray[np.float64]:
     """Return the factor of each motion at each level, shape (motions, levels)."""
     at = np.asarray(levels, dtype=float)
     if measure not in MEASURES:

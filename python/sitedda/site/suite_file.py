@@ -102,7 +102,7 @@ def _parse_suite(values: dict, file: Path, folder) -> SuiteFile:
     _check_names(stepped, "nonlinear", _STEPPED)
     motions = motion_files(values.pop("motions"), here)
     analyses = values.pop("analyses", list(ANALYSES))
-    values["periods"] = _periods(values.get("periods", PERIODS))
+    values["periods"] = _parse_periods(values.get("periods", PERIODS))
     return SuiteFile(profiles, motions, analyses, values | stepped, Path(folder or here / name))
 
 
@@ -133,7 +133,7 @@ def motion_files(given, here: Path) -> list[Path]:
     return list(found)
 
 
-def _periods(given) -> np.ndarray:
+def _parse_periods(given) -> np.ndarray:
     """Return periods of a list, or of ``{from, to, count}`` at equal ratios."""
     if not isinstance(given, Mapping):
         return np.asarray(given, dtype=float)

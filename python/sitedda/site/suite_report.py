@@ -79,7 +79,9 @@ def write_suite_page(suite, file) -> Path:
         what = f"{table.level.attrs.get('measure', 'scale')} {level:g} {unit}".strip()
         picture = Picture(suite.plot(number), f"Amplification and Sa, {what}", f"suite_{number}")
         part = suite.statistics.isel(level=number)
-        tables = [_tabulate(part.sel(analysis=name), str(name)) for name in part.analysis.values]
+        tables = [
+            _statistics_table(part.sel(analysis=name), str(name)) for name in part.analysis.values
+        ]
         page.add(what[0].upper() + what[1:], picture, *tables)
     shortest = float(table.period[0])
     peaks = table.reference.isel(level=0, period=0)
@@ -89,7 +91,7 @@ def write_suite_page(suite, file) -> Path:
     return write_html(page, file)
 
 
-def _tabulate(part, title: str) -> Table:
+def _statistics_table(part, title: str) -> Table:
     heads = ["period (s)", "median AF", "σ_ln", "median Sa (m/s²)", "σ_ln of Sa", "N", "converged"]
     rows = [
         [

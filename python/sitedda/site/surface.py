@@ -128,7 +128,7 @@ def surface(
         If nothing comes in through a boundary, no two points are on the surface, the band is
         empty, or the steps are not equal.
     """
-    felt, words = _reference(history, axis)
+    felt, words = _reference_motion(history, axis)
     scene = Scene.of(history)
     names = _points_on_surface(scene, history)
     if len(names) < 2:
@@ -149,7 +149,7 @@ def surface(
     if not np.all(below > 0):
         raise ValueError(f"the {words} has no motion along {axis}")
     acceleration, velocity = np.transpose(
-        [_peaks(one, step) / _peaks(felt, step) for one in series]
+        [_peak_motion(one, step) / _peak_motion(felt, step) for one in series]
     )
     place = np.array([history.point_place.sel(point=name).values for name in names])
     columns = [None] * len(names)
@@ -197,7 +197,7 @@ def _column_motions(history: xr.Dataset, scene: Scene, place, felt, step: float)
             for ratio in ratios]  # fmt: skip
 
 
-def _reference(history: xr.Dataset, axis: str) -> tuple[NDArray[np.float64], str]:
+def _reference_motion(history: xr.Dataset, axis: str) -> tuple[NDArray[np.float64], str]:
     """Return the reference acceleration, m/s², and its description."""
     kinds = list(history.boundary_kind.values) if "boundary_kind" in history else []
     for kind, factor, words in (
@@ -241,6 +241,6 @@ def _smooth(series, step: float, frequency) -> NDArray[np.float64]:
     return smooth_konno_ohmachi(bins, spectrum, BANDWIDTH, frequency)
 
 
-def _peaks(acceleration, step: float) -> NDArray[np.float64]:
+def _peak_motion(acceleration, step: float) -> NDArray[np.float64]:
     """Return PGA and PGV."""
     return np.array([abs(acceleration).max(), abs(running_integral(acceleration, step)).max()])

@@ -45,8 +45,8 @@ def layered_soils(
     """
     boxes = _block_boxes(history)
     foot = history.point_place.sel(point=base).values
-    low = _block_at(boxes, foot)
-    high = _block_at(boxes, history.point_place.sel(point=surface).values)
+    low = _block_containing(boxes, foot)
+    high = _block_containing(boxes, history.point_place.sel(point=surface).values)
     size = boxes[high, 3] - boxes[high, 1]
     body = history.block_body.values if "block_body" in history else np.zeros(len(boxes))
     bottom = float(foot[1] if body[low] and body[low] == body[high] else boxes[low, 3])
@@ -67,11 +67,11 @@ def layered_soils(
         material = materials[number[b]]
         soils.append(Branches.of_material(material, float(history.block_shear_modulus[b])))
         damping = None if soils[-1] else damping_of(material)
-        layers.append(_layer_of(history, b, float(boxes[b, 3] - boxes[b, 1]), damping))
+        layers.append(_block_layer(history, b, float(boxes[b, 3] - boxes[b, 1]), damping))
     return Column(layers), soils
 
 
-def _layer_of(history: xr.Dataset, block: int, thickness: float, damping) -> Layer:
+def _block_layer(history: xr.Dataset, block: int, thickness: float, damping) -> Layer:
     """Return a layer of the soil of a block."""
     return Layer(thickness, density=float(history.block_density[block]),
                  shear_modulus=float(history.block_shear_modulus[block]),
@@ -97,7 +97,7 @@ def column_below(history: xr.Dataset, place, side: float) -> Column | None:
     """
     cut: dict[float, tuple[float, int]] = {}
     x, top = np.asarray(place, dtype=float)
-    for block, polygon in enumerate(_outlines(history)):
+    for block, polygon in enumerate(_initial_polygons(history)):
         (x0, y0), (x1, y1) = polygon.T, np.roll(polygon, -1, axis=0).T
         met = (x0 - x - side) * (x1 - x - side) < 0
         y = np.sort(y0[met] + (x + side - x0[met]) / (x1 - x0)[met] * (y1 - y0)[met])
@@ -109,7 +109,7 @@ def column_below(history: xr.Dataset, place, side: float) -> Column | None:
         return None
     given = input_values(history.attrs)
     materials, number = given.get("material", []), history.block_material.values.astype(int)
-    layers = [_layer_of(history, b, high - low, damping_of(materials[number[b]]))
+    layers = [_block_layer(history, b, high - low, damping_of(materials[number[b]]))
               for high, (low, b) in ((high, cut[high]) for high in tops)]  # fmt: skip
     for one in given.get("boundary", []):
         if one["kind"] == "compliant":
@@ -120,7 +120,7 @@ def column_below(history: xr.Dataset, place, side: float) -> Column | None:
     return Column(layers)
 
 
-def _outlines(history: xr.Dataset) -> list[np.ndarray]:
+def _initial_polygons(history: xr.Dataset) -> list[np.ndarray]:
     """Return the initial polygons of all blocks."""
     last = np.flatnonzero(np.diff(history.vertex_block.values))
     return np.split(history.vertices[0].values, last + 1)
@@ -129,7 +129,7 @@ def _outlines(history: xr.Dataset) -> list[np.ndarray]:
 def _block_boxes(history: xr.Dataset) -> np.ndarray:
     """Return the initial boxes (xmin, ymin, xmax, ymax) of all blocks."""
     boxes = []
-    for polygon in _outlines(history):
+    for polygon in _initial_polygons(history):
         low, high = polygon.min(0), polygon.max(0)
         corners = np.minimum(abs(polygon - low), abs(polygon - high))
         if len(polygon) != 4 or np.any(corners > _RECTANGLE_TOLERANCE * (high - low).max()):
@@ -138,7 +138,7 @@ def _block_boxes(history: xr.Dataset) -> np.ndarray:
     return np.array(boxes)
 
 
-def _block_at(boxes: np.ndarray, place: np.ndarray) -> int:
+def _block_containing(boxes: np.ndarray, place: np.ndarray) -> int:
     inside = np.all((boxes[:, :2] - 1e-9 <= place) & (place <= boxes[:, 2:] + 1e-9), axis=1)
     if not inside.any():
         x, y = place

@@ -37,10 +37,10 @@ class Bodies:
         rank[np.argsort(first)] = np.arange(len(first))
         self.of = rank[inverse.ravel()]
         self.names = tuple(names[i] for i in np.sort(first))
-        corners = [np.concatenate([polygons[i] for i in cells]) for cells in self._members()]
+        corners = [np.concatenate([polygons[i] for i in cells]) for cells in self._blocks_by_body()]
         self.radii = np.array([np.linalg.norm(p - p.mean(0), axis=1).max() for p in corners])
 
-    def _members(self) -> list[np.ndarray]:
+    def _blocks_by_body(self) -> list[np.ndarray]:
         """Return the indices of the blocks of each body."""
         order = np.argsort(self.of, kind="stable")
         return np.split(order, np.flatnonzero(np.diff(self.of[order])) + 1)
@@ -61,7 +61,7 @@ class Bodies:
         import shapely
 
         outlines = []
-        for cells in self._members():
+        for cells in self._blocks_by_body():
             if len(cells) == 1:
                 outlines.append(self._polygons[cells[0]])
                 continue

@@ -29,7 +29,7 @@ from ..base.errors import ConvergenceError, InputError
 from ..build.cutting.rings import Rings
 from ..build.model import Model
 from ..output.scene import Scene, is_netcdf
-from .safety import _verdicts
+from .safety import _judge_blocks
 from .strength import lines_of, released, static_model
 
 _MOST = 1e3  # load over the weight above which the factor counts as infinite
@@ -252,7 +252,7 @@ def travelling_axle(
     InputError
         As `limit_analysis`, or if a place of the line is on no block.
     """
-    programme = _Programme(*_scene(source, changes), np.array([1.0, 0.0]), None, backfill)
+    programme = _Programme(*_scene_and_loads(source, changes), np.array([1.0, 0.0]), None, backfill)
     points, weights = np.asarray(line, dtype=float), np.array(axles, dtype=float)
     along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
 
@@ -311,8 +311,8 @@ def limit_analysis(
         If the sequence of programmes without dilation does not converge.
     """
     direction = _unit_vector(direction)
-    programme = _Programme(*_scene(source, changes), direction, load, backfill)
-    lower = _without_dilation(programme, programme.upper())
+    programme = _Programme(*_scene_and_loads(source, changes), direction, load, backfill)
+    lower = _undilated_limit(programme, programme.upper())
     return Limits(programme.limit(programme.upper(_LITTLE)), programme.limit(lower))
 
 
@@ -326,7 +326,7 @@ def _unit_vector(direction) -> np.ndarray:
     return vector / np.linalg.norm(vector)
 
 
-def _scene(source, changes: Mapping | None) -> tuple[Scene, np.ndarray | None]:
+def _scene_and_loads(source, changes: Mapping | None) -> tuple[Scene, np.ndarray | None]:
     """Return the scene of an output or of an undeformed input, and the loads on its blocks."""
     is_file = isinstance(source, str | os.PathLike)
     if isinstance(source, Model) or (is_file and not is_netcdf(Path(source))):
@@ -399,12 +399,12 @@ class _Programme:
         if load is not None:
             self._set_load(load)
         self._set_points()
-        self.passive = list(self._fill(backfill)) if backfill else []
+        self.passive = list(self._add_backfill(backfill)) if backfill else []
         self._cuts: list[tuple[coo_array, np.ndarray]] = []
         if self.crushing.size:
             both = np.repeat(self.crushing, 2)
             for share in _TANGENTS:
-                self._cut(both, np.tile([1.0, -1.0], len(self.crushing)),
+                self._bound_moments(both, np.tile([1.0, -1.0], len(self.crushing)),
                           share * self.most[both] * self.length[both])  # fmt: skip
 
     def _set_load(self, name: str) -> None:
@@ -419,7 +419,7 @@ class _Programme:
                 ]
                 place = np.array([group["x"], group["y"]], dtype=float)
                 block = self._block_at(place, str(group.get("block", "")).strip())
-                live += self._wrench([block], place[None], np.array([force]) / self.unit)
+                live += self._balance_rows([block], place[None], np.array([force]) / self.unit)
         if not live.any():
             raise InputError(f"load = {name!r}: no &load of this name acts at time 0")
         self.dead, self.live = self.dead - live, live
@@ -427,14 +427,16 @@ class _Programme:
     def set_axles(self, places: np.ndarray, weights: np.ndarray) -> None:
         """Make axle weights at positions, relative to the total weight, the variable load."""
         blocks = [self._block_at(place, "") for place in places]
-        self.live = self._wrench(blocks, places, weights[:, None] * self.down * self.weight
+        self.live = self._balance_rows(blocks, places, weights[:, None] * self.down * self.weight
                                  / self.unit)  # fmt: skip
 
-    def _wrench(self, blocks, places, forces) -> np.ndarray:
+    def _balance_rows(self, blocks, places, forces) -> np.ndarray:
         """Return the rows of the equilibrium for scaled forces (k, 2) at positions, (blocks, 3)."""
         if not len(blocks):
             return np.zeros((len(self.polygons), 3))
-        return self._columns(np.array(blocks), places, forces).sum(axis=1).reshape(-1, 3)
+        return (
+            self._equilibrium_columns(np.array(blocks), places, forces).sum(axis=1).reshape(-1, 3)
+        )
 
     def upper(self, prestress: float = _PRESTRESS) -> _Solution:
         """Return the limit with associated friction."""
@@ -496,7 +498,7 @@ class _Programme:
         self.most = strength("crushing_strength", np.inf) + self.tensile
         self.crushing = np.flatnonzero(np.isfinite(self.most))
 
-    def _cut(self, joint: np.ndarray, side: np.ndarray, pressed: np.ndarray) -> None:
+    def _bound_moments(self, joint: np.ndarray, side: np.ndarray, pressed: np.ndarray) -> None:
         """Bound joint moments of one sign by the tangent at N + f_t L = `pressed`, N/m."""
         length, most = self.length[joint], self.most[joint]
         slope = 0.5 - pressed / (most * length)
@@ -517,7 +519,7 @@ class _Programme:
         excess = abs(moment) - 0.5 * pressed * (1 - pressed / (self.most[j] * length))
         worse = excess > _CRUSHED * np.maximum(pressed, self.unit)
         if worse.any():
-            self._cut(j[worse], np.sign(moment[worse]), pressed[worse])
+            self._bound_moments(j[worse], np.sign(moment[worse]), pressed[worse])
         return bool(worse.any() and (excess / self.unit).max() > allowed)
 
     def _single_corners(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -541,7 +543,7 @@ class _Programme:
         kept = inside & np.array(alone, dtype=bool)
         return vertex[kept], edge[kept], normals[kept]
 
-    def _columns(self, block, place, force) -> coo_array:
+    def _equilibrium_columns(self, block, place, force) -> coo_array:
         """Return the equilibrium columns of unit forces at positions, both (k, 2)."""
         arm = (place - self.centres[block]) / self.radii[block, None]
         moment = arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]
@@ -550,7 +552,7 @@ class _Programme:
         columns = np.repeat(np.arange(len(block)), 3)
         return coo_array((values, (rows, columns)), shape=(3 * len(self.polygons), len(block)))
 
-    def _reactions(self) -> coo_array:
+    def _reaction_columns(self) -> coo_array:
         """Return the columns of the reactions of fixed points and of the ends of fixed edges."""
         held = []
         for group in self.scene.groups.get("fixed_point", []):
@@ -562,9 +564,9 @@ class _Programme:
         if not held:
             raise InputError("the blocks have no support")
         block, place, force = zip(*held, strict=True)
-        return self._columns(np.array(block), np.array(place), np.array(force))
+        return self._equilibrium_columns(np.array(block), np.array(place), np.array(force))
 
-    def _bolts(self):
+    def _bolt_columns(self):
         """Return names, columns and bounds of the axial forces of bolts."""
         for group in self.scene.groups.get("bolt", []):
             through = np.ravel(group.get("through", []))
@@ -581,11 +583,11 @@ class _Programme:
             force = np.pad(along, ((0, 1), (0, 0))) - np.pad(along, ((1, 0), (0, 0)))
             most = group.get("yield_force")
             most = np.inf if most is None else float(most)
-            column = self._wrench(blocks, places, force).reshape(-1, 1)
+            column = self._balance_rows(blocks, places, force).reshape(-1, 1)
             yield str(group["name"]).strip(), column, (-most if group.get("compression") else 0.0,
                                                         most)  # fmt: skip
 
-    def _fill(self, backfill: Backfill):
+    def _add_backfill(self, backfill: Backfill):
         """Add the weight of backfill; yield columns and bounds of its horizontal pressures."""
         scene = self.scene
         joined = {*scene.interfaces.first_edge, *scene.interfaces.second_edge}
@@ -598,9 +600,9 @@ class _Programme:
             if (found := backfill.forces(begin, end)) is not None:
                 place, weight, passive = found
                 block, most = [scene.owner[edge]], float(np.linalg.norm(passive))
-                self.dead += self._wrench(block, place[None], weight[None] / self.unit)
+                self.dead += self._balance_rows(block, place[None], weight[None] / self.unit)
                 if most > 0.0:
-                    column = self._wrench(block, place[None], passive[None] / most)
+                    column = self._balance_rows(block, place[None], passive[None] / most)
                     yield "", column.reshape(-1, 1), (0.0, most)
 
     def _block_at(self, place: np.ndarray, name: str) -> int:
@@ -640,12 +642,12 @@ class _Programme:
         for force in (self.normals, self.tangents):
             first, second = self.blocks.T
             parts.append(
-                self._columns(second, self.points, force)
-                - self._columns(first, self.points, force)
+                self._equilibrium_columns(second, self.points, force)
+                - self._equilibrium_columns(first, self.points, force)
             )  # fmt: skip
-        self.bolts = [*self._bolts(), *self.passive]
+        self.bolts = [*self._bolt_columns(), *self.passive]
         columns = [coo_array(column) for _, column, _ in self.bolts]
-        return block_array([[*parts, self._reactions(), *columns]], format="csc")
+        return block_array([[*parts, self._reaction_columns(), *columns]], format="csc")
 
     def solve(
         self,
@@ -706,7 +708,7 @@ class _Programme:
         turned = velocity * np.column_stack([np.ones((len(velocity), 2)), self.radii])
         work = self.unit * found.factor * np.sum(self.live * turned)
         limit = Limit(
-            np.inf if held else found.factor, velocity, _verdicts(velocity, self.radii), False,
+            np.inf if held else found.factor, velocity, _judge_blocks(velocity, self.radii), False,
             tuple(self.scene.names), self.blocks, self.points, self.normals, found.normal,
             found.shear, self.polygons,
             {name: float(pull) for (name, *_), pull in zip(self.bolts, found.bolts, strict=True)
@@ -717,7 +719,7 @@ class _Programme:
         return replace(limit, slides=bool(slip_work.sum() > _SLIDES * work))
 
 
-def _without_dilation(programme: _Programme, upper: _Solution) -> _Solution:
+def _undilated_limit(programme: _Programme, upper: _Solution) -> _Solution:
     """Find the lowest limit without dilation from two sequences with different starting forces.
 
     One sequence starts with the forces at the upper limit, where dilation increases the normal
@@ -727,7 +729,7 @@ def _without_dilation(programme: _Programme, upper: _Solution) -> _Solution:
     starts = [programme.solve(programme.friction, programme.cohesion, most=0.0)]
     if upper.factor < _HELD:
         starts.append(upper)
-    ends = [end for start in starts if (end := _sequence(programme, start)) is not None]
+    ends = [end for start in starts if (end := _iterate_bounds(programme, start)) is not None]
     if not ends:
         raise ConvergenceError(f"no limit without dilation after {_PROGRAMMES} linear programs")
     lowest = min(ends, key=lambda end: end.factor)
@@ -736,7 +738,7 @@ def _without_dilation(programme: _Programme, upper: _Solution) -> _Solution:
     return replace(forces, velocity=lowest.velocity)
 
 
-def _sequence(programme: _Programme, found: _Solution) -> _Solution | None:
+def _iterate_bounds(programme: _Programme, found: _Solution) -> _Solution | None:
     """Iterate programmes with friction bounds of earlier normal forces; None if not converged."""
     pressed, settled = found.normal.copy(), 0
     for i in range(_PROGRAMMES):

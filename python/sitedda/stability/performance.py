@@ -108,20 +108,20 @@ def performance_point(found: Pushover, spectrum, *, method: str = "n2") -> Perfo
     """
     if method not in METHODS:
         raise InputError(f"method = {method!r}: use one of {', '.join(METHODS)}")
-    acceleration = _as_function(spectrum)
-    participation, displacement, resistance = _oscillator(found)
-    equivalent = _bilinear if method == "n2" else _falling
+    acceleration = _spectrum_function(spectrum)
+    participation, displacement, resistance = _equivalent_oscillator(found)
+    equivalent = _plastic_oscillator if method == "n2" else _rocking_oscillator
     period, capacity, line, strength = equivalent(displacement, resistance)
     demand = (period / (2 * math.pi)) ** 2 * float(acceleration(np.array([period]))[0])
     values = acceleration(_PERIODS)
     if method == "n2":
-        demand = _inelastic(demand, period, strength, values)
+        demand = _inelastic_demand(demand, period, strength, values)
     shown = np.column_stack([values * (_PERIODS / (2 * math.pi)) ** 2, values])
     curve = np.column_stack([displacement, resistance])
     return Performance(method, period, demand, capacity, participation * demand, curve, line, shown)
 
 
-def _as_function(given) -> Callable:
+def _spectrum_function(given) -> Callable:
     """Return S_Ae as a function of periods."""
     if callable(given):
         return given
@@ -135,7 +135,7 @@ def _as_function(given) -> Callable:
     return lambda wanted: np.interp(wanted, periods, values)
 
 
-def _oscillator(found: Pushover) -> tuple[float, np.ndarray, np.ndarray]:
+def _equivalent_oscillator(found: Pushover) -> tuple[float, np.ndarray, np.ndarray]:
     """Return Γ, d* (m) and a* (m/s²) of a curve up to the end of its resistance."""
     peak = int(np.argmax(found.factor))
     begin = peak if found.displacement[-1] != found.displacement[peak] else 0
@@ -149,7 +149,7 @@ def _oscillator(found: Pushover) -> tuple[float, np.ndarray, np.ndarray]:
     return mass / square, ways, found.factor[good] * found.pull
 
 
-def _bilinear(displacement: np.ndarray, resistance: np.ndarray):
+def _plastic_oscillator(displacement: np.ndarray, resistance: np.ndarray):
     """Return period, capacity, corners and strength of the ideally plastic oscillator."""
     peak = int(np.argmax(resistance))
     rising = slice(0, peak + 1)
@@ -168,8 +168,8 @@ def _bilinear(displacement: np.ndarray, resistance: np.ndarray):
     return 2 * math.pi / math.sqrt(stiffness), capacity, line, strength
 
 
-def _falling(displacement: np.ndarray, resistance: np.ndarray):
-    """Return the same for rocking on a falling curve with the secant at d_s."""
+def _rocking_oscillator(displacement: np.ndarray, resistance: np.ndarray):
+    """Return period, capacity, corners and strength for rocking on a falling curve."""
     peak = int(np.argmax(resistance))
     behind, falling = displacement[peak:], resistance[peak:]
     if len(falling) < 3 or not falling[-1] < _LEFT * falling[0]:
@@ -185,7 +185,7 @@ def _falling(displacement: np.ndarray, resistance: np.ndarray):
     return 2 * math.pi * math.sqrt(at / strength), capacity, line, strength
 
 
-def _inelastic(elastic: float, period: float, strength: float, values: np.ndarray) -> float:
+def _inelastic_demand(elastic: float, period: float, strength: float, values: np.ndarray) -> float:
     """Return the displacement of the plastic oscillator: elastic beyond T_C, otherwise more."""
     velocity = values * _PERIODS
     corner = float(_PERIODS[np.argmax(velocity >= (1 - _PLATEAU) * velocity.max())])

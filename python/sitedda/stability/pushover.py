@@ -22,7 +22,7 @@ from ..build.model import Model
 from ..engine.simulation import Simulation
 from ..output.scene import Scene
 from .bodies import Bodies
-from .safety import _verdicts
+from .safety import _judge_blocks
 from .strength import static_model
 
 LOADS = ("horizontal", "tilt", "mode")
@@ -198,12 +198,12 @@ def pushover(
                          f"and sense = {sense!r} must be 1 or -1")  # fmt: skip
     COUNT.check("steps", steps)
     model = static_model(source, changes)
-    pushed = _Pushed(model, point, load, sense, displacement, steps)
+    pushed = _PushoverRun(model, point, load, sense, displacement, steps)
     return pushed.run()
 
 
 @dataclass(frozen=True)
-class _Loaded:
+class _LoadedBlocks:
     """The blocks of a model, and the load of each over its weight at a factor of 1."""
 
     bodies: Bodies
@@ -214,7 +214,7 @@ class _Loaded:
     pattern: np.ndarray
 
     @classmethod
-    def of(cls, model: Model, load: str) -> "_Loaded":
+    def of(cls, model: Model, load: str) -> "_LoadedBlocks":
         """Return the loaded blocks of a model."""
         with Simulation(model) as first:
             scene, polygons, centres = Scene.of(first), first.polygons, first.coordinates[:, :2]
@@ -222,13 +222,13 @@ class _Loaded:
             mass = np.array(density)[scene.material] * scene.areas()
             each = zip(polygons, centres, strict=True)
             polar = mass * [_gyration_squared(polygon - centre) for polygon, centre in each]
-            pattern = _first_mode(first, mass) if load == "mode" else np.ones(len(mass))
+            pattern = _mode_forces(first, mass) if load == "mode" else np.ones(len(mass))
             bodies = Bodies(polygons, first.block_bodies, list(scene.names))
         lowest = float(np.concatenate(polygons)[:, 1].min())
         return cls(bodies, mass, polar, centres, lowest, pattern)
 
 
-def _first_mode(first: Simulation, mass: np.ndarray) -> np.ndarray:
+def _mode_forces(first: Simulation, mass: np.ndarray) -> np.ndarray:
     """Return the first mode along x, scaled to forces equal to the weight that moves."""
     from ..engine.checking import modes
 
@@ -239,7 +239,7 @@ def _first_mode(first: Simulation, mass: np.ndarray) -> np.ndarray:
     return np.where(moves, shape, 0.0) * total
 
 
-class _Pushed:
+class _PushoverRun:
     """A model and the variable load on it."""
 
     def __init__(self, model: Model, point: str, load: str, sense: int, end, steps: int):
@@ -253,7 +253,7 @@ class _Pushed:
             raise InputError(f"point = {point!r} is not the name of a &measured_point; there are "
                              f"{', '.join(points) or 'none'}")  # fmt: skip
         self.index = list(points).index(point)
-        self.blocks = _Loaded.of(model, load)
+        self.blocks = _LoadedBlocks.of(model, load)
         height = points[point].y - self.blocks.lowest
         self.end = POSITIVE.check("displacement", 0.1 * height if end is None else end)
         self.model = self._with_static_stage(model)
@@ -290,7 +290,10 @@ class _Pushed:
                 now = run.coordinates
                 change, step = now - before, run.time - time
                 before, time, last = now, run.time, moved
-                power, inertia = self._power(change, factor), self._inertia(change) / step**2
+                power, inertia = (
+                    self._load_work(change, factor),
+                    self._squared_mass_norm(change) / step**2,
+                )
                 balance = factor - (inertia / power if power > 0 else 0.0)
                 work += balance * power
                 row = (moved, far, balance, work, run.energies["friction"] - lost)
@@ -299,25 +302,27 @@ class _Pushed:
                 farthest = int(ways.argmax())
                 far, name = float(ways[farthest]), names[farthest] or f"block {farthest + 1}"
                 steady = factor - balance <= _STEADY * _EXCESS
-                ending = self._ending(done, moved, far, name, balance)
+                ending = self._end_reason(done, moved, far, name, balance)
                 if balance <= 0 and not steady:
                     ending = _BY_THEMSELVES
                 if steady:
                     rows.append(row)
                     states.append(now[:, :3])
                 steps.append((self._controlling_displacement(change, moved - last), balance))
-                excess = self._next_excess(excess, factor, steps)
-                ahead = max(_balance_ahead(steps), _BACK * balance)
+                excess = self._next_load_excess(excess, factor, steps)
+                ahead = max(_extrapolate_factor(steps), _BACK * balance)
                 factor = min(factor, ahead) + excess
             polygons = run.polygons
-        return self._result(rows, states, polygons, ending)
+        return self._make_pushover(rows, states, polygons, ending)
 
     def _controlling_displacement(self, change: np.ndarray, own: float) -> float:
         """Return the controlling displacement of a step: of the point or of another block."""
         most = float(np.hypot(*change[:, :2].T).max())
         return max(abs(own) if abs(own) > _HARDLY * most else most, 1e-12 * self.end)
 
-    def _next_excess(self, excess: float, factor: float, steps: list[tuple[float, float]]) -> float:
+    def _next_load_excess(
+        self, excess: float, factor: float, steps: list[tuple[float, float]]
+    ) -> float:
         """Return the excess of the next factor over equilibrium, which moves a mechanism."""
         (way, balance), wanted = steps[-1], self.end / self.steps
         next_one = _MORE * excess
@@ -326,7 +331,7 @@ class _Pushed:
         least, most = _SMALLEST * max(factor, _LEAST), _MOST * max(balance, _LEAST)
         return min(max(next_one, least), most)
 
-    def _ending(self, done: bool, moved: float, far: float, name: str, balance: float) -> str:
+    def _end_reason(self, done: bool, moved: float, far: float, name: str, balance: float) -> str:
         """Return the reason why the run ends after this step; empty if it continues."""
         if balance <= 0:
             return "collapse: no resistance is left"
@@ -341,12 +346,12 @@ class _Pushed:
             return "the table is vertical"
         return "the largest number of steps is reached" if done else ""
 
-    def _inertia(self, change: np.ndarray) -> float:
+    def _squared_mass_norm(self, change: np.ndarray) -> float:
         """Return d·M d of a step, kg m² per metre."""
         square = np.sum(change[:, :2] ** 2, axis=1)
         return float(np.sum(self.blocks.mass * square + self.blocks.polar * change[:, 2] ** 2))
 
-    def _power(self, change: np.ndarray, factor: float) -> float:
+    def _load_work(self, change: np.ndarray, factor: float) -> float:
         """Return the work of the load at a factor of 1 over the displacements of a step, J/m."""
         weight, ways = self.pull * self.blocks.mass, change[:, :2]
         if self.load != "tilt":
@@ -364,7 +369,7 @@ class _Pushed:
             forces = self.sense * factor * self.pull * self.blocks.mass * self.blocks.pattern
             run.change({f"load[push {i}].force_x": (f, f) for i, f in enumerate(forces, 1)})
 
-    def _result(self, rows, states, polygons, ending: str) -> Pushover:
+    def _make_pushover(self, rows, states, polygons, ending: str) -> Pushover:
         if not rows:
             raise ConvergenceError(f"the model cannot be pushed: {ending}")
         displacement, largest, factor, work, friction = np.array(rows).T
@@ -373,14 +378,14 @@ class _Pushed:
             change = states[-1] - states[0]
         bodies = self.blocks.bodies
         mean = bodies.mean(change)
-        verdicts = _verdicts(mean, bodies.radii)
+        verdicts = _judge_blocks(mean, bodies.radii)
         return Pushover(self.load, self.sense, self.point, displacement, largest, factor, work,
                         friction, float(self.blocks.mass.sum()), bodies.names, verdicts, mean,
                         tuple(verdicts[i] for i in bodies.of), polygons, ending,
                         np.bincount(bodies.of, self.blocks.mass), self.pull)  # fmt: skip
 
 
-def _balance_ahead(steps: list[tuple[float, float]]) -> float:
+def _extrapolate_factor(steps: list[tuple[float, float]]) -> float:
     """Extrapolate the factor at equilibrium to the end of the last step."""
     if len(steps) < 2:
         return steps[-1][1]

@@ -187,10 +187,10 @@ class Safety:
             f"removed, below least_area: {one.mechanism.words}, factor {one.factor:.4g}"
             for one in self.smaller
         ]
-        return "; ".join([self._own_words, *removed])
+        return "; ".join([self._result_words, *removed])
 
     @property
-    def _own_words(self) -> str:
+    def _result_words(self) -> str:
         if math.isinf(self.high):
             return f"stands at every strength down to 1/{self.low:g} of the given strength"
         if self.low == 0.0:
@@ -361,14 +361,14 @@ def safety(
     smaller: list[Safety] = []
     while True:
         gone = [name for one in smaller for name in one.mechanism.moving]
-        found = _critical_factor(_Trials(model.copy(), displacement, gone, progress), tolerance)
+        found = _bisect_factor(_Trials(model.copy(), displacement, gone, progress), tolerance)
         small = found.mechanism is not None and found.mechanism.areas[0] < least_area
         if not small or not found.mechanism.moves or set(found.mechanism.moving) <= set(gone):
             return replace(found, smaller=tuple(smaller))
         smaller.append(found)
 
 
-def _critical_factor(trials: _Trials, tolerance: float) -> Safety:
+def _bisect_factor(trials: _Trials, tolerance: float) -> Safety:
     """Bisect the smallest factor at which a model fails."""
     strong = trials.find_reference(1.0)
     if strong is None:
@@ -378,10 +378,10 @@ def _critical_factor(trials: _Trials, tolerance: float) -> Safety:
     while high <= _MOST_REDUCTION and trials.stands(high):
         low, high = high, 2.0 * high
     if high > _MOST_REDUCTION:
-        return Safety(low, math.inf, tuple(trials.done), None, _find_doubts(None, trials.model))
+        return Safety(low, math.inf, tuple(trials.done), None, _find_warnings(None, trials.model))
     low, high = bisect(trials.stands, low, high, tolerance)
     mechanism = _release_mechanism(trials, _BEYOND * high, trials.undisturbed())
-    return Safety(low, high, tuple(trials.done), mechanism, _find_doubts(mechanism, trials.model))
+    return Safety(low, high, tuple(trials.done), mechanism, _find_warnings(mechanism, trials.model))
 
 
 def mechanism(
@@ -428,7 +428,7 @@ def _release_mechanism(trials: _Trials, factor: float, held: float | None) -> Me
             moves = most > allowed
         bodies, change = trials.bodies, run.coordinates - start
         change = bodies.mean(change[:, :3])
-        verdicts = _verdicts(change, bodies.radii)
+        verdicts = _judge_blocks(change, bodies.radii)
         joint = _joint_between(run, bodies.of, _are_moving(verdicts), trials.model)
     return Mechanism(factor, change, verdicts, bodies.names, moves, bodies.outlines(), joint,
                      trials.lines)  # fmt: skip
@@ -446,7 +446,7 @@ def _joint_between(run: Simulation, of: np.ndarray, moving: np.ndarray, model: M
     return names[int(np.argmax(total))] if total.max() > 0.0 else ""
 
 
-def _verdicts(change: np.ndarray, radii: np.ndarray) -> tuple[str, ...]:
+def _judge_blocks(change: np.ndarray, radii: np.ndarray) -> tuple[str, ...]:
     """Judge each block from its displacement and rotation."""
     moved, turned = np.hypot(change[:, 0], change[:, 1]), radii * abs(change[:, 2])
     still = np.hypot(moved, turned) <= _STILL * np.hypot(moved, turned).max(initial=0.0)
@@ -454,7 +454,7 @@ def _verdicts(change: np.ndarray, radii: np.ndarray) -> tuple[str, ...]:
     return tuple(np.where(still, "stable", np.where(turns, "topples", "slides")).tolist())
 
 
-def _find_doubts(mechanism: Mechanism | None, model: Model) -> str:
+def _find_warnings(mechanism: Mechanism | None, model: Model) -> str:
     """Return warnings: no motion confirms the failure, or cells are too strong."""
     said = []
     if mechanism and not mechanism.moves:

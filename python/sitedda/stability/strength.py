@@ -89,7 +89,7 @@ def static_model(source, changes: Mapping | None = None) -> Model:
     for point in model.of_kind("fixed_point"):
         point(motion_x=None, motion_y=None)
     for material in model.of_kind("material"):
-        material(**dict.fromkeys(("initial_velocity", *_DAMPING)), **_static_soil(material))
+        material(**dict.fromkeys(("initial_velocity", *_DAMPING)), **_elastic_replacement(material))
     for boundary in model.of_kind("boundary"):
         _fix_boundary(boundary)
     for values in filter(None, stages):
@@ -99,7 +99,7 @@ def static_model(source, changes: Mapping | None = None) -> Model:
     return model
 
 
-def _static_soil(material: Group) -> dict:
+def _elastic_replacement(material: Group) -> dict:
     """Return the elastic replacement of a hysteretic soil for static stages.
 
     If its curve ends at a shear strength, the solid has this cohesion and no friction.

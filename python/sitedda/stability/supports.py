@@ -107,14 +107,16 @@ def move_supports(
     increment = (np.linalg.norm(way) + abs(rotation) * scene.size) / steps
     time_step = math.sqrt(max(float(np.median(mass)) / (_STEADY * stiffness),
                               _FOLLOWS * increment / max(pull, 1e-9)))  # fmt: skip
-    _set_motions(model, [names[i] for i in moved], way, rotation, steps, time_step)
+    _prescribe_movement(model, [names[i] for i in moved], way, rotation, steps, time_step)
     model.control(time_step=time_step, dynamic_factor=0.0, integration="backward_euler",
                   time_step_control="adaptive", max_displacement_ratio=0.1)  # fmt: skip
     model.stage(name="supports move", steps=_EACH * steps, zero_displacements=True)
     return _run_increments(model, moved, mass, steps)
 
 
-def _set_motions(model: Model, blocks, way, rotation: float, steps: int, time_step: float) -> None:
+def _prescribe_movement(
+    model: Model, blocks, way, rotation: float, steps: int, time_step: float
+) -> None:
     """Make the fixed points follow the movement; each increment moves in its first step."""
     points = [one for one in model.of_kind("fixed_point") if one.block in blocks]
     if missing := set(blocks) - {one.block for one in points}:

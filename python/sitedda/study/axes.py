@@ -103,13 +103,13 @@ def short_names(paths) -> dict[str, str]:
     ``{"material.clay.density": "density"}``.
     """
     for take in (1, 2, None):
-        names = {path: _shorten(path, take) for path in paths}
+        names = {path: _short_path(path, take) for path in paths}
         if max(Counter(names.values()).values(), default=1) == 1:
             break
     return names
 
 
-def _shorten(path: str, take: int | None) -> str:
+def _short_path(path: str, take: int | None) -> str:
     words = re.findall(r"\w+", path.replace("*", "all"))
     words = words if take is None else words[-take:]
     name = "_".join(words) or "parameter"

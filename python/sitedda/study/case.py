@@ -210,7 +210,7 @@ def _write_result(work: Work, folder: Path) -> tuple[dict[str, float], dict[str,
         value = work.task(folder / INPUT)
         warning = value.pop("warning", "") if isinstance(value, dict) else ""
         return *_sort_values(returned("value", value)), {"warning": str(warning)}
-    _raise_given_up(folder, work.again)
+    _raise_stored_failure(folder, work.again)
     if not work.start and not (folder / WORDS).exists():
         raise Missing
     warning = run_input(folder, work.time_limit)
@@ -274,7 +274,7 @@ class Missing(SiteddaError):
     """The case has not been run yet."""
 
 
-def _raise_given_up(folder: Path, again: bool) -> None:
+def _raise_stored_failure(folder: Path, again: bool) -> None:
     """Raise the error with which a Slurm task failed, unless the case is tried again."""
     file = folder / FAILED
     if again:

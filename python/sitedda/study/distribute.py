@@ -42,7 +42,7 @@ def distribute(executor, work: Work, keys: Sequence[str], progress: Callable | N
     distinct = list(dict.fromkeys(keys))
     todo = [key for key in distinct if finished(work, case_folder(work.study, key)) is None]
     check_first(work, todo)
-    loop = _Loop(executor, work, todo)
+    loop = _CaseLoop(executor, work, todo)
     done, failed = len(distinct) - len(todo), 0
     if progress:
         progress(done, failed)
@@ -57,7 +57,7 @@ def workers_of(executor) -> int | None:
     return getattr(executor, "count", None) or getattr(executor, "_max_workers", None)
 
 
-class _Loop:
+class _CaseLoop:
     def __init__(self, executor, work: Work, keys: Sequence[str]):
         self.executor, self.work = executor, work
         self.fresh, self.busy = deque(keys), deque()
@@ -73,7 +73,7 @@ class _Loop:
             self._submit_cases()
             future = self.ended.get()
             key = self.running.pop(future)
-            status = self._final_status(key, future)
+            status = self._status_or_retry(key, future)
             if status is not None:
                 yield status
 
@@ -84,18 +84,20 @@ class _Loop:
             try:
                 future = self.executor.submit(carry_out, self.work, key, wait)
             except (BrokenExecutor, RuntimeError) as trouble:
-                raise _executor_died(trouble) from trouble
+                raise _lost_executor_error(trouble) from trouble
             self.running[future] = key
             future.add_done_callback(self.ended.put)
 
-    def _final_status(self, key: str, future) -> str | None:
+    def _status_or_retry(self, key: str, future) -> str | None:
         """Return the final status of a case; None if it will be tried again."""
         try:
             found = future.result()
         except TaskTooLong:
-            return self._fail(key, f"the time limit of {self.work.time_limit:g} s is over", "time")
+            return self._record_failure(
+                key, f"the time limit of {self.work.time_limit:g} s is over", "time"
+            )
         except (BrokenExecutor, CancelledError) as trouble:
-            raise _executor_died(trouble) from trouble
+            raise _lost_executor_error(trouble) from trouble
         except SiteddaError:
             raise
         except Exception as trouble:
@@ -114,18 +116,18 @@ class _Loop:
     def _retry_after_lost_worker(self, key: str, trouble: Exception) -> str | None:
         self.deaths[key] += 1
         if self.deaths[key] >= _DEATHS:
-            return self._fail(key, str(trouble), "process")
+            return self._record_failure(key, str(trouble), "process")
         self.fresh.append(key)
         return None
 
-    def _fail(self, key: str, message: str, kind: str) -> str:
+    def _record_failure(self, key: str, message: str, kind: str) -> str:
         folder = case_folder(self.work.study, key)
         with locked(folder, wait=True):
             self.work.fail(folder, message, kind)
         return "failed"
 
 
-def _executor_died(trouble: BaseException) -> OutputError:
+def _lost_executor_error(trouble: BaseException) -> OutputError:
     name = type(trouble).__name__
     return OutputError(f"the executor has stopped ({name}: {trouble}); results are kept: start "
                        "another executor and call again to continue")  # fmt: skip

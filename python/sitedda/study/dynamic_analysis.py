@@ -90,13 +90,13 @@ def ida(table, quantity: str, intensity: str, record: str = "record", threshold=
     counted = np.isfinite(response).any(axis=0)
     fractiles = np.full((3, level.size), np.nan)
     fractiles[:, counted] = np.nanquantile(response[:, counted], FRACTILES, axis=0)
-    capacity = [_find_capacity(row, level, threshold) for row in response]
+    capacity = [_capacity_intensity(row, level, threshold) for row in response]
     labels = (label_of(table, quantity), label_of(table, intensity))
     names = [str(name) for name in table[record].values]
     return Ida(level, response, fractiles, threshold, np.array(capacity), names, labels)
 
 
-def _find_capacity(row: np.ndarray, level: np.ndarray, threshold: float | None) -> float:
+def _capacity_intensity(row: np.ndarray, level: np.ndarray, threshold: float | None) -> float:
     if threshold is None:
         return np.nan
     above = np.flatnonzero(row > threshold)

@@ -110,7 +110,7 @@ def _check_argument(name: str, value, select: Mapping, plan) -> None:
 
 def _check_dimension(what: str, name: str, plan) -> None:
     """Check a dimension of the study or of one of its arrays."""
-    inner = what in ("x", "y", "select") and (name in RESERVED or _has_functions(plan))
+    inner = what in ("x", "y", "select") and (name in RESERVED or _uses_functions(plan))
     if name not in plan.dims and not inner:
         raise InputError(f"{what}: there is no dimension {name!r}{nearest(name, plan.dims)}; the "
                          f"study has {', '.join(plan.dims)}")  # fmt: skip
@@ -132,7 +132,7 @@ def _check_selection(name: str, value, plan) -> None:
             raise InputError(f"select: {name} has no value {one!r}; it has {shown}")
 
 
-def _has_functions(plan) -> bool:
+def _uses_functions(plan) -> bool:
     """Return whether results come from functions, which may return any array."""
     told = plan.task == "run" or getattr(plan.task, "results", ())
     return callable(plan.model) or not told or any(q.function for q in plan.quantities)
@@ -144,7 +144,7 @@ def _known_results(plan) -> set[str]:
     A function that returns numbers can name them in its attribute ``results``.
     """
     of_task = {name for one in (plan.task, plan.model) for name in getattr(one, "results", ())}
-    if of_task or _has_functions(plan):
+    if of_task or _uses_functions(plan):
         return of_task
     whole = {one.name for one in plan.quantities} & {"verdict", "figures", "histories"}
     known = {one.label for one in plan.quantities}

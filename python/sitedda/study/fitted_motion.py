@@ -167,11 +167,11 @@ def _fit_record(seed, grid, target, duration, step, damping) -> Record:
     """Return the best record of all rounds of the fit."""
     count = round(duration / step) + 1
     ground = 1.0 / grid[np.argmax(target)]
-    motion = _noise(seed, count, step, ground) * _envelope(count)
+    motion = _filtered_noise(seed, count, step, ground) * _envelope(count)
     frequency = np.fft.rfftfreq(2 * count, step)
     best, least = motion, np.inf
     for _ in range(_ROUNDS):
-        ratio = target / _spectrum(motion, step, grid, damping)
+        ratio = target / _motion_spectrum(motion, step, grid, damping)
         misfit = float(np.sqrt(np.mean((1 / ratio - 1) ** 2)))
         if misfit < least:
             best, least = motion, misfit
@@ -184,13 +184,13 @@ def _fit_record(seed, grid, target, duration, step, damping) -> Record:
     return Record(f"synthetic {seed}", best, step, least)
 
 
-def _spectrum(motion, step, periods, damping) -> np.ndarray:
+def _motion_spectrum(motion, step, periods, damping) -> np.ndarray:
     rest = np.zeros(int(np.ceil(periods[-1] / step)))
     padded = np.concatenate([motion, rest])
     return response_spectrum(padded, step, periods, damping).pseudo_acceleration
 
 
-def _noise(seed: int, count: int, step: float, ground: float) -> np.ndarray:
+def _filtered_noise(seed: int, count: int, step: float, ground: float) -> np.ndarray:
     """Return white noise filtered by the filter of Kanai and Tajimi."""
     white = np.random.Generator(np.random.Philox(seed)).standard_normal(count)
     r = np.fft.rfftfreq(2 * count, step) / ground

@@ -183,17 +183,17 @@ def fragility(intensity, failures, trials, confidence: float = 0.95, **about) ->
 
     x, k, n = (np.atleast_1d(np.asarray(v, dtype=float)) for v in (intensity, failures, trials))
     _check_counts(x, k, n, confidence)
-    _check_curve(x, k, n)
+    _check_maximum_exists(x, k, n)
     use = n > 0
     start = np.array([np.log(np.average(x[use], weights=n[use])), np.log(0.4)])
-    found = minimize(_loss, start, (x, k, n), method="Nelder-Mead",
+    found = minimize(_negative_log_likelihood, start, (x, k, n), method="Nelder-Mead",
                      options={"xatol": 1e-10, "fatol": 1e-12, "maxiter": 4000})  # fmt: skip
     best = found.x
     if not found.success or not _LEAST < np.exp(best[1]) < _MOST:
         raise InputError("the likelihood has no maximum: the dispersion is not determined")
-    covariance = np.linalg.inv(_information(best, x, k, n))
+    covariance = np.linalg.inv(_information_matrix(best, x, k, n))
     limit = 0.5 * float(chi2.ppf(confidence, 1))
-    first, second = (_interval(i, best, covariance, limit, x, k, n) for i in range(2))
+    first, second = (_profile_interval(i, best, covariance, limit, x, k, n) for i in range(2))
     median, dispersion = map(float, np.exp(best))
     return Fragility(median=median, dispersion=dispersion, median_interval=first,
                      dispersion_interval=second, confidence=confidence, covariance=covariance,
@@ -224,7 +224,7 @@ def fragility_of(
     trials = values.notnull().sum(others).values.astype(float)
     failures = (values > threshold).sum(others).values.astype(float)
     level = table[intensity]
-    doubts = (_undecided_words(table, quantity), _matched_words(table))
+    doubts = (_undecided_words(table, quantity), _scatter_words(table))
     about = {"name": intensity, "unit": str(level.attrs.get("units", "")), "design": design,
              "doubt": "; ".join(filter(None, doubts))}  # fmt: skip
     _check_counts(level.values, failures, trials, confidence)
@@ -235,8 +235,8 @@ def fragility_of(
                                confidence=confidence, why=str(error), **about)  # fmt: skip
 
 
-def _matched_words(table) -> str:
-    """Whether the spectra of the records are alike, in words."""
+def _scatter_words(table) -> str:
+    """Return a sentence on whether the spectra of the records are alike."""
     scatter = table["record"].attrs.get("spectral_scatter") if "record" in table.coords else None
     if scatter is None or scatter >= ALIKE:
         return ""
@@ -268,8 +268,8 @@ def _check_counts(x, k, n, confidence) -> None:
         raise InputError("failures must be whole numbers from 0 to the number of trials")
 
 
-def _check_curve(x, k, n) -> None:
-    """The likelihood has a maximum."""
+def _check_maximum_exists(x, k, n) -> None:
+    """Check that the likelihood has a maximum."""
     failed, survived = x[k > 0], x[k < n]
     if not failed.size or not survived.size:
         which = "no case failed" if not failed.size else "all cases failed"
@@ -285,7 +285,7 @@ def _check_curve(x, k, n) -> None:
         raise InputError("failures do not become more frequent with the intensity: no curve")
 
 
-def _loss(p, x, k, n) -> float:
+def _negative_log_likelihood(p, x, k, n) -> float:
     """Return the negative log-likelihood of (ln median, ln dispersion), without constant."""
     from scipy.special import log_ndtr
 
@@ -293,7 +293,7 @@ def _loss(p, x, k, n) -> float:
     return -float(np.sum(k * log_ndtr(z) + (n - k) * log_ndtr(-z)))
 
 
-def _information(p, x, k, n) -> np.ndarray:
+def _information_matrix(p, x, k, n) -> np.ndarray:
     """Return the second derivatives of the loss by differences."""
     h = 1e-4
     found = np.empty((2, 2))
@@ -301,20 +301,22 @@ def _information(p, x, k, n) -> np.ndarray:
         for j in range(2):
             e, f = h * np.eye(2)[i], h * np.eye(2)[j]
             terms = [(p + e + f, 1), (p + e - f, -1), (p - e + f, -1), (p - e - f, 1)]
-            found[i, j] = sum(s * _loss(q, x, k, n) for q, s in terms) / (4 * h * h)
+            found[i, j] = sum(s * _negative_log_likelihood(q, x, k, n) for q, s in terms) / (
+                4 * h * h
+            )
     return found
 
 
-def _interval(i, best, covariance, limit, x, k, n) -> tuple[float, float]:
+def _profile_interval(i, best, covariance, limit, x, k, n) -> tuple[float, float]:
     """Return where the profile of the likelihood falls by `limit`, half a quantile of χ²."""
     from scipy.optimize import brentq, minimize_scalar
 
-    lowest, step = _loss(best, x, k, n), np.sqrt(covariance[i, i])
+    lowest, step = _negative_log_likelihood(best, x, k, n), np.sqrt(covariance[i, i])
     middle = best[1 - i]
 
     def excess(value: float) -> float:
         def other(q: float) -> float:
-            return _loss((value, q) if i == 0 else (q, value), x, k, n)
+            return _negative_log_likelihood((value, q) if i == 0 else (q, value), x, k, n)
 
         reach = 3.0 + abs(value - best[i])
         found = minimize_scalar(other, bounds=(middle - reach, middle + reach), method="bounded",

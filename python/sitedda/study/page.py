@@ -62,7 +62,9 @@ def _parameter_table(table) -> Table:
     for name, one in table.coords.items():
         if set(one.dims) <= set(table.status.dims) and one.dims:
             values = np.asarray(one.values).ravel()
-            shown = ", ".join(_shorten(v) for v in values[:8]) + (" …" if values.size > 8 else "")
+            shown = ", ".join(_shorten_value(v) for v in values[:8]) + (
+                " …" if values.size > 8 else ""
+            )
             changes, unit = (str(one.attrs.get(key, "")) for key in ("changes", "units"))
             rows.append([name, changes, unit.replace("^2", "²"), str(values.size), shown])
     return Table(["parameter", "changes", "unit", "values", "which"], rows)
@@ -80,7 +82,7 @@ def _number_table(table) -> Table:
         values = one.values[np.isfinite(one.values)]
         if not values.size:
             continue
-        stats = [*map(_shorten, (values.min(), np.median(values), values.max()))]
+        stats = [*map(_shorten_value, (values.min(), np.median(values), values.max()))]
         if f"{name}{BAR}" in table:
             bars = table[f"{name}{BAR}"].values[np.isfinite(one.values)]
             for end, place in ((0, values.argmin()), (2, values.argmax())):
@@ -93,14 +95,14 @@ def _number_table(table) -> Table:
 def _text_table(table, which: np.ndarray, column: str) -> Table:
     rows = []
     for place in list(zip(*np.nonzero(which), strict=True))[:_MOST]:
-        where = [_shorten(table[d].values[i]) if d in table.coords else str(i)
+        where = [_shorten_value(table[d].values[i]) if d in table.coords else str(i)
                  for d, i in zip(table.status.dims, place, strict=True)]  # fmt: skip
         rows.append([*where, str(table[column].values[place])])
     return Table([*map(str, table.status.dims), column], rows)
 
 
 def _add_figure(page: Page, table, values: dict) -> str:
-    """Add a figure; what it means in a sentence, if it answers whether the model stands."""
+    """Add a figure; return a sentence on it, if it answers whether the model stands."""
     kind = known_kind(values.pop("kind", None))
     title = values.pop("title", "") or _HEADS.get(kind, kind.capitalize())
     select = values.pop("select", {})
@@ -140,7 +142,7 @@ def _describe_figure(found) -> list[tuple[str, str]]:
                   for x, k, n, a, b in rows]  # fmt: skip
         return [*levels, ("no curve", found.why), ("doubt", found.doubt)]
     if hasattr(found, "capacity"):
-        words = ", ".join(_shorten(v) for v in found.capacity_fractiles)
+        words = ", ".join(_shorten_value(v) for v in found.capacity_fractiles)
         return [("capacity 16, 50, 84 %", words if found.threshold is not None else "")]
     if hasattr(found, "total"):
         return [(name, f"first {first:.4f}, total {total:.4f}") for name, first, total in
@@ -151,7 +153,7 @@ def _describe_figure(found) -> list[tuple[str, str]]:
     return []
 
 
-def _shorten(value) -> str:
+def _shorten_value(value) -> str:
     if not isinstance(value, float | np.floating):
         return str(value)
     return number(0.0 if abs(value) < _ROUNDING else value, 5)

@@ -99,15 +99,15 @@ class Plan:
         return self
 
     def _write_inputs(self) -> list[str]:
-        files = _Files(self.folder)
+        files = _StudyFiles(self.folder)
         with opened_input(self.model) as (file, text):
-            base = files.kept_in(text, Path(file))
+            base = files.text_with_copies(text, Path(file))
         base = changed_input(base, {"output.file": OUTPUT})
         head = (str(_FORMAT), engine.version(), build(), _task_name(self.task))
         keys = []
         for number, changes in enumerate(self.changes()):
             try:
-                text = changed_input(base, files.kept(changes))
+                text = changed_input(base, files.with_copies(changes))
             except InputError as error:
                 raise InputError(f"case {number}: {error}") from None
             keys.append(checksum(*head, text))
@@ -202,21 +202,21 @@ def plain(value):
     return str(value)
 
 
-class _Files:
+class _StudyFiles:
     """Files that inputs name, each copied once into the study."""
 
     def __init__(self, study: Path):
         self.study = study
         self.names: dict[Path | int, str] = {}
 
-    def kept(self, changes: Mapping) -> dict:
+    def with_copies(self, changes: Mapping) -> dict:
         """Return changes that refer to the copied files."""
         return {
             path: self._copy_name(value, path) if _names_a_file(path) and value else value
             for path, value in changes.items()
         }
 
-    def kept_in(self, text: str, file: Path) -> str:
+    def text_with_copies(self, text: str, file: Path) -> str:
         """Return a text that refers to the copied files."""
 
         def name_of(group: Found) -> str:

@@ -218,7 +218,7 @@ def measure(
     arrays: dict[str, Array] = {}
     with Output(file) as output:
         for one in wanted:
-            for label, value in _single_value(output, one).items():
+            for label, value in _measure_one(output, one).items():
                 if isinstance(value, Array):
                     arrays[label] = value
                 else:
@@ -228,16 +228,16 @@ def measure(
     return numbers, arrays
 
 
-def _single_value(output: Output, wanted: Quantity) -> dict:
+def _measure_one(output: Output, wanted: Quantity) -> dict:
     if wanted.function:
         return returned(wanted.label, wanted.function(_ended_run(output.file)))
     name, label, component, reduction = _PATH.fullmatch(wanted.name).groups()
     if name == "verdict":
-        return _verdict(output, list(_TOPICS))
+        return _verdict_numbers(output, list(_TOPICS))
     if name == "figures":  # the numbers that the engine does not consider rounding
         rows = str(output.attributes.get("figures", "")).splitlines()
         keys = {key for row in rows for key in row.split("\t")[1:3]} | {*_ZERO, *_OF_PYTHON}
-        return {n: v for n, v in _verdict(output, list(_TOPICS)).items() if n in keys}
+        return {n: v for n, v in _verdict_numbers(output, list(_TOPICS)).items() if n in keys}
     for part, names in _TOPICS.items():
         if name in names:
             return {wanted.label: _verdict_number(output, part, name, label)}
@@ -265,7 +265,7 @@ def _ended_run(file: Path):
     return EndedRun(history, True, file, str(history.attrs.get("step_control", "")))
 
 
-def _verdict(output: Output, parts: Iterable[str]) -> dict[str, float]:
+def _verdict_numbers(output: Output, parts: Iterable[str]) -> dict[str, float]:
     """Return numbers of parts of a verdict, from the variables that they need."""
     if "amplification" not in input_values(output.attributes):
         parts = [part for part in parts if part != "add_damping"]
@@ -291,7 +291,7 @@ def _read_verdict(output: Output, parts: Iterable[str]) -> dict[str, float]:
 
 
 def _verdict_number(output: Output, part: str, name: str, label: str | None) -> float:
-    values = _verdict(output, [part])
+    values = _verdict_numbers(output, [part])
     key = name if label is None else f"{name}[{label}]"
     if key in values:
         return values[key]
@@ -314,7 +314,7 @@ def _compute_spectrum(output: Output, name: str, point: str | None, axis: str | 
 
 def _read_history(output, path, name, label, component, reduction) -> Array | float:
     """Return a variable over time or frames, at a point or block and for a component."""
-    place, reduction = _locate(output, path, name, label, component, reduction)
+    place, reduction = _locate_history(output, path, name, label, component, reduction)
     written = _WRITTEN_AS.get(name, name)
     values, kept = output[written][place], output.dims(written)[0]
     if name == "displacement" and output.has("base_displacement"):
@@ -325,7 +325,7 @@ def _read_history(output, path, name, label, component, reduction) -> Array | fl
     return Array(values, (kept,), {kept: time}, output.units(written))
 
 
-def _locate(output, path, name, label, component, reduction) -> tuple[tuple, str | None]:
+def _locate_history(output, path, name, label, component, reduction) -> tuple[tuple, str | None]:
     """Return the position of a history in the values of a variable, and its reduction."""
     dims = output.dims(_WRITTEN_AS.get(name, name))
     place: list = [slice(None)]
@@ -387,9 +387,9 @@ def _check_name(output: Output, path: str) -> None:
         if "amplification" not in input_values(output.attributes):
             raise InputError(_NO_AMPLIFICATION)
     elif name == "spectrum":
-        _locate(output, path, "acceleration", label, component or "x", None)
+        _locate_history(output, path, "acceleration", label, component or "x", None)
     elif name not in NAMES:
-        _locate(output, path, name, label, component, reduction)
+        _locate_history(output, path, name, label, component, reduction)
 
 
 def _find_index(path: str, what: str, name: str | None, names) -> int:

@@ -92,18 +92,18 @@ class Records:
         checked_name(self.measure)
         motions = [self._read_motion(one) for one in self.records]
         own = np.array(
-            [self._own_measure(*both) for both in zip(self.records, motions, strict=True)]
+            [self._raw_measure(*both) for both in zip(self.records, motions, strict=True)]
         )
         power = 0.5 if self.measure == "arias" else 1.0
         self.factors = (levels[None, :] / own[:, None]) ** power
-        names = [_name_of(one) for one in self.records]
+        names = [_record_name(one) for one in self.records]
         names = [f"{n} ({i})" if names.count(n) > 1 else n for i, n in enumerate(names, 1)]
         self.dims = {"record": len(names), self.measure: levels.size}
         about: dict = {"units": _UNITS[self.measure]}
         if self.measure == "sa":
             about |= {"period": float(self.period), "damping": self.damping}
         self.coordinates = {
-            "record": (("record",), coordinate(names), _scatter(motions)),
+            "record": (("record",), coordinate(names), _ln_sa_scatter(motions)),
             self.measure: ((self.measure,), levels, about),
             "factor": (("record", self.measure), self.factors, {"units": "1"}),
         }
@@ -132,19 +132,19 @@ class Records:
         read = read_record(record, self.format, self.quantity, self.unit, self.time_step)
         return read.acceleration.values, read.velocity.values, float(read.time[1] - read.time[0])
 
-    def _own_measure(self, record, motion) -> float:
+    def _raw_measure(self, record, motion) -> float:
         """Return the measure of an unscaled record."""
         if self.measure == "scale":
             return 1.0
         acceleration, velocity, step = motion
         found = intensity(self.measure, acceleration, velocity, step, self.period, self.damping)
         if not found > 0:
-            raise InputError(f"{_name_of(record)}: its {self.measure} is {found:g}; it cannot be "
-                             "scaled")  # fmt: skip
+            raise InputError(f"{_record_name(record)}: its {self.measure} is {found:g}; it cannot "
+                             "be scaled")  # fmt: skip
         return found
 
 
-def _scatter(motions: list) -> dict:
+def _ln_sa_scatter(motions: list) -> dict:
     """Scatter of ln Sa between records of one mean over periods, as an attribute."""
     if len(motions) < 2 or None in motions:
         return {}
@@ -154,7 +154,7 @@ def _scatter(motions: list) -> dict:
     return {"spectral_scatter": float(shapes.std(axis=0, ddof=1).mean())}
 
 
-def _name_of(record) -> str:
+def _record_name(record) -> str:
     return record.name if isinstance(record, Record) else Path(record).stem
 
 

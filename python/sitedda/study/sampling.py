@@ -73,7 +73,7 @@ def latin_hypercube(count: int, distributions: Mapping, seed: int = 0, name="sam
     from scipy.stats import qmc
 
     unit = qmc.LatinHypercube(len(distributions), seed=_make_rng(seed)).random(_check_count(count))
-    return Points(name, _to_values(distributions, unit))
+    return Points(name, _values_at_points(distributions, unit))
 
 
 def sobol(count: int, distributions: Mapping, seed: int = 0, name="sample") -> Points:
@@ -84,7 +84,9 @@ def sobol(count: int, distributions: Mapping, seed: int = 0, name="sample") -> P
     InputError
         If `count` is not a power of two, which the balance of the sequence requires.
     """
-    return Points(name, _to_values(distributions, _draw_sobol(count, len(distributions), seed)))
+    return Points(
+        name, _values_at_points(distributions, _draw_sobol(count, len(distributions), seed))
+    )
 
 
 def saltelli(count: int, distributions: Mapping, seed: int = 0, name="sample") -> Points:
@@ -104,7 +106,7 @@ def saltelli(count: int, distributions: Mapping, seed: int = 0, name="sample") -
     unit = _draw_sobol(count, 2 * width, seed)
     a, b = unit[:, :width], unit[:, width:]
     mixed = [np.where(np.arange(width) == i, b, a) for i in range(width)]
-    return Points(name, _to_values(distributions, np.concatenate([a, b, *mixed])))
+    return Points(name, _values_at_points(distributions, np.concatenate([a, b, *mixed])))
 
 
 def one_at_a_time(ranges: Mapping, name: str = "variation") -> Points:
@@ -179,7 +181,7 @@ def _make_rng(seed: int) -> np.random.Generator:
     return np.random.Generator(np.random.PCG64(seed))
 
 
-def _to_values(distributions: Mapping, unit: np.ndarray) -> dict[str, list[float]]:
+def _values_at_points(distributions: Mapping, unit: np.ndarray) -> dict[str, list[float]]:
     """Return values of the distributions at points of the unit cube."""
     if not distributions:
         raise InputError("a sample needs at least one parameter")

@@ -75,7 +75,7 @@ def tornado(table, quantity: str, dim: str = "variation") -> Tornado:
     values = table[quantity].values
     if values.ndim != 1 or values.size != 2 * len(names) + 1:
         raise InputError(f"{dim!r} is not a design of one_at_a_time")
-    _require_all(table, quantity, dim)
+    _require_complete(table, quantity, dim)
     low, high = values[1::2], values[2::2]
     ends = np.array([[table[n].values[1 + 2 * i], table[n].values[2 + 2 * i]]
                      for i, n in enumerate(names)], dtype=float)  # fmt: skip
@@ -156,19 +156,19 @@ def sobol_indices(table, quantity: str, dim: str = "sample", confidence=0.95, se
     width = len(names)
     if values.ndim != 1 or values.size % (width + 2):
         raise InputError(f"{dim!r} is not a design of saltelli")
-    _require_all(table, quantity, dim)
+    _require_complete(table, quantity, dim)
     if np.ptp(values) == 0:
         raise InputError(f"{quantity} is the same in all cases: there is no variance to divide")
     rows = values.reshape(width + 2, -1)
     parts = {"f_A": rows[:1], "f_B": rows[1:2], "f_AB": rows[2:, None, :]}
     found = stats.sobol_indices(func=parts, n=rows.shape[1])
     rng = np.random.Generator(np.random.PCG64(seed))
-    spread = _bootstrap(rows, rng, confidence)
+    spread = _bootstrap_intervals(rows, rng, confidence)
     return SobolIndices(names, found.first_order, found.total_order, spread[0], spread[1],
                         confidence, quantity)  # fmt: skip
 
 
-def _bootstrap(rows: np.ndarray, rng, confidence: float, times: int = 200) -> np.ndarray:
+def _bootstrap_intervals(rows: np.ndarray, rng, confidence: float, times: int = 200) -> np.ndarray:
     """Bootstrap intervals of the indices, shape (2, parameters, 2), over rows."""
     found = np.empty((times, 2, len(rows) - 2))
     for i in range(times):
@@ -188,7 +188,7 @@ def _parameter_names(table, dim: str) -> list[str]:
     return [name for name, one in table.coords.items() if one.dims == (dim,) and name != dim]
 
 
-def _require_all(table, quantity: str, dim: str) -> None:
+def _require_complete(table, quantity: str, dim: str) -> None:
     lacking = int(np.sum(~np.isfinite(table[quantity].values)))
     if lacking:
         raise InputError(f"{lacking} of {table.sizes[dim]} cases have no {quantity}: the design "

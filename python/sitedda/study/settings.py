@@ -115,7 +115,7 @@ def _parse_settings(values: dict, file: Path, folder: Path | None) -> Settings:
     if "model" not in values:
         raise InputError("model is missing: name the namelist file of the study")
     here = file.parent
-    folder = folder or here / _name_below(
+    folder = folder or here / _path_in_folder(
         here, "folder", values.get("folder", f"{file.stem}_study")
     )
     plan = make_plan(
@@ -128,7 +128,7 @@ def _parse_settings(values: dict, file: Path, folder: Path | None) -> Settings:
     )
     table = folder / "table.nc"
     if "table" in values:
-        table = here / _name_below(here, "table", values["table"])
+        table = here / _path_in_folder(here, "table", values["table"])
     time_limit, memory = values.get("time_limit", np.inf), values.get("memory")
     check_limits(memory, time_limit)
     slurm = dict(values.get("slurm", {}))
@@ -162,7 +162,7 @@ def _parse_task(values: dict):
     return _TASKS[table](**told).checked()
 
 
-def _name_below(here: Path, what: str, name) -> str:
+def _path_in_folder(here: Path, what: str, name) -> str:
     """Return the path of a file that a study writes; it must lie in its folder."""
     if not name:
         raise InputError(f"{what} = {name!r} is not a file name")

@@ -167,7 +167,7 @@ def solve_for(
     trials.target = target
     found = _Bracket(trials, tolerance * max(abs(low), abs(high), abs(high - low)))
     crossings = found.find(low, high)
-    found.shrink(tolerance)
+    found.shrink_to_tolerance(tolerance)
     value, jump = found.settle(jumps)
     half = max(value - found.low, found.high - value)
     error, doubt = ([0.0], "") if jump else trials.errors_at((value,), accuracy)
@@ -258,7 +258,7 @@ class _Bracket:
                  f"{trials.target:g} is {side} all of them")  # fmt: skip
         return trials.failure("outside", words)
 
-    def take(self, value: float) -> None:
+    def take_value(self, value: float) -> None:
         """Shrink the bracket to the side of a value on which the sign changes."""
         difference = self.trials(value)
         if difference == 0.0 or (difference > 0) == (self.above > 0 or self.below < 0):
@@ -266,7 +266,7 @@ class _Bracket:
         else:
             self.low, self.below = value, difference
 
-    def shrink(self, tolerance: float) -> None:
+    def shrink_to_tolerance(self, tolerance: float) -> None:
         """Shrink the bracket by the method ITP to a tolerance."""
         half = 0.5 * tolerance * (max(abs(self.low), abs(self.high)) or self.scale)
         first = self.high - self.low
@@ -275,14 +275,14 @@ class _Bracket:
             width = self.high - self.low
             if width <= 2 * half or 0.0 in (self.below, self.above):
                 return
-            middle, secant = 0.5 * (self.low + self.high), self.secant()
+            middle, secant = 0.5 * (self.low + self.high), self.secant_value()
             toward = math.copysign(1.0, middle - secant)
             shift = _SHRINKING / first * width**_POWER
             near = secant + toward * shift if shift <= abs(middle - secant) else middle
             radius = max(0.0, half * 2.0 ** (most - step) - 0.5 * width)
-            self.take(near if abs(near - middle) <= radius else middle - toward * radius)
+            self.take_value(near if abs(near - middle) <= radius else middle - toward * radius)
 
-    def secant(self) -> float:
+    def secant_value(self) -> float:
         """Return the value at which a line between the ends has the target value."""
         share = self.below / (self.below - self.above)
         return self.low + share * (self.high - self.low)
@@ -295,11 +295,11 @@ class _Bracket:
         if 0.0 in (self.below, self.above):
             self.low = self.high = self.low if self.below == 0.0 else self.high
             return self.low, False
-        value = self.secant()
+        value = self.secant_value()
         if abs(self.trials(value)) <= _JUMP * before / 4:
             return value, False
         for _ in range(3):
-            self.take(0.5 * (self.low + self.high))
+            self.take_value(0.5 * (self.low + self.high))
         jump = abs(self.above - self.below) > _JUMP * before
         low, high, one, other = self.low, self.high, self.below, self.above
         trials = self.trials
@@ -309,7 +309,7 @@ class _Bracket:
                      f"{high:.8g}, past the target {trials.target:g}; jumps = True accepts the "
                      "jump as root")  # fmt: skip
             raise trials.failure("jump", words, low, high)
-        value = 0.5 * (low + high) if jump else self.secant()
+        value = 0.5 * (low + high) if jump else self.secant_value()
         trials(value)
         if not jump:
             self.low, self.high, self.below, self.above = kept

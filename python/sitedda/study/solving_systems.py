@@ -111,23 +111,23 @@ class _Search:
                 continue  # from another starting point they may be independent
             known = True
             found = least_squares(
-                lambda u, s=scale: self._gap(u) / s, start, lambda u, s=scale: self._slopes(u) /
+                lambda u, s=scale: self._misfit(u) / s, start, lambda u, s=scale: self._slopes(u) /
                 s[:, None], (0.0, 1.0), ftol=None, gtol=None, xtol=1e-2 * self.close.min(),
                 max_nfev=_SOLUTIONS,
             )  # fmt: skip
             slopes = self._slopes(found.x)
-            step = abs(np.linalg.lstsq(slopes, self._gap(found.x), rcond=None)[0])
+            step = abs(np.linalg.lstsq(slopes, self._misfit(found.x), rcond=None)[0])
             if self._are_independent(slopes) and np.all(step <= self.close):
-                reached = self._gap(found.x) + self.aims
+                reached = self._misfit(found.x) + self.aims
                 return self._values_at(found.x), reached, slopes / self.width, step * self.width
             if nearest is None or found.cost < nearest.cost:
                 nearest = found
-        raise self._outside_error(nearest.x) if known else self._dependent_error()
+        raise self._no_root_inside(nearest.x) if known else self._dependence_error()
 
     def _values_at(self, u: np.ndarray) -> np.ndarray:
         return self.low + u * self.width
 
-    def _gap(self, u: np.ndarray) -> np.ndarray:
+    def _misfit(self, u: np.ndarray) -> np.ndarray:
         return np.array(self.trials.results(tuple(self._values_at(u).tolist()))) - self.aims
 
     def _slopes(self, u: np.ndarray) -> np.ndarray:
@@ -135,7 +135,9 @@ class _Search:
         columns = []
         for axis in np.eye(len(u)):
             ends = [np.clip(u + sign * _STEP * axis, 0.0, 1.0) for sign in (1, -1)]
-            columns.append((self._gap(ends[0]) - self._gap(ends[1])) / ((ends[0] - ends[1]) @ axis))
+            columns.append(
+                (self._misfit(ends[0]) - self._misfit(ends[1])) / ((ends[0] - ends[1]) @ axis)
+            )
         return np.column_stack(columns)
 
     def _are_independent(self, slopes: np.ndarray) -> bool:
@@ -148,7 +150,7 @@ class _Search:
         values = np.linalg.svd(slopes, compute_uv=False)
         return bool(values[-1] > _DEPENDENT * values[0])
 
-    def _dependent_error(self):
+    def _dependence_error(self):
         slopes = self._slopes(np.full(len(self.aims), 0.5))
         for axis, names in ((0, self.trials.parameters), (1, self.trials.names)):
             for name, still in zip(names, ~slopes.any(axis), strict=True):
@@ -161,10 +163,10 @@ class _Search:
         return self.trials.failure("dependent", f"{names} do not change independently with "
                                    f"{' and '.join(self.trials.parameters)}")  # fmt: skip
 
-    def _outside_error(self, u: np.ndarray):
+    def _no_root_inside(self, u: np.ndarray):
         there = zip(self.trials.parameters, self._values_at(u), strict=True)
         where = ", ".join(f"{name} = {value:.6g}" for name, value in there)
-        got = zip(self.trials.names, self._gap(u) + self.aims, self.aims, strict=True)
+        got = zip(self.trials.names, self._misfit(u) + self.aims, self.aims, strict=True)
         what = ", ".join(f"{name} = {value:.6g} (target {aim:g})" for name, value, aim in got)
         runs = len(self.trials.done)
         return self.trials.failure("outside", f"none found within the ranges ({runs} runs); "

@@ -89,18 +89,18 @@ class Trials:
             found = self.model(**dict(zip(names, values, strict=True)))
             if len(self.names) > 1 and not isinstance(found, Mapping):
                 found = self._check_sequence(found)
-            return self._numbers_at(returned(self.name, found))
+            return self._pick_numbers(returned(self.name, found))
         changes = dict(zip(self.parameters, values, strict=True))
         text = changed_input(self.text, changes, file=self.file)
         with tempfile.TemporaryDirectory(prefix="sitedda-solve-") as folder:
             if callable(self.task):
                 file = Path(folder) / "model.nml"
                 file.write_text(text, "utf-8", "surrogateescape")
-                return self._numbers_at(returned(self.name, self.task(file)))
+                return self._pick_numbers(returned(self.name, self.task(file)))
             output = Path(folder) / "out.nc"
             _run_case(InputOfRun(self.file, text), output)
             numbers, _ = measure(output, self.wanted, [])
-        return self._numbers_at(numbers)
+        return self._pick_numbers(numbers)
 
     def _check_sequence(self, found) -> dict:
         try:
@@ -109,7 +109,7 @@ class Trials:
             raise InputError(f"the function must return {len(self.names)} numbers, for "
                              f"{', '.join(self.names)}, not {found!r}") from None  # fmt: skip
 
-    def _numbers_at(self, values: Mapping) -> tuple:
+    def _pick_numbers(self, values: Mapping) -> tuple:
         return tuple(self._pick_number(name, values) for name in self.names)
 
     def _pick_number(self, name: str, values: Mapping) -> float:

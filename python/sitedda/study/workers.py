@@ -77,7 +77,7 @@ class Workers(Executor):
         self._closed = threading.Event()
         self._processes: set[subprocess.Popen] = set()
         self._threads = [
-            threading.Thread(target=self._serve_slot, daemon=True) for _ in range(count)
+            threading.Thread(target=self._serve_worker, daemon=True) for _ in range(count)
         ]
         for thread in self._threads:
             thread.start()
@@ -85,7 +85,7 @@ class Workers(Executor):
     def submit(self, function, /, *arguments, **more) -> Future:
         """Submit a function to be called in one of the processes."""
         future: Future = Future()
-        self._tasks.put((future, _pickle(function, arguments, more)))
+        self._tasks.put((future, _serialise_task(function, arguments, more)))
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
@@ -100,7 +100,7 @@ class Workers(Executor):
             for thread in self._threads:
                 thread.join()
 
-    def _serve_slot(self) -> None:
+    def _serve_worker(self) -> None:
         """Start a process, send it tasks, and replace it if it dies."""
         process = None
         while (task := self._tasks.get()) is not None:
@@ -119,7 +119,7 @@ class Workers(Executor):
             process.close()
 
 
-def _pickle(*task) -> bytes:
+def _serialise_task(*task) -> bytes:
     """Return a task as bytes; functions of the main program need cloudpickle."""
     try:
         from cloudpickle import dumps
@@ -170,16 +170,16 @@ class _Process:
             self.connection.send_bytes(data)
             patience = None if time_limit > _FOREVER else time_limit
             if not wait([self.connection], patience):
-                self._describe_end(signal.SIGKILL)
+                self._exit_reason(signal.SIGKILL)
                 raise TaskTooLong("it exceeded its time limit")
             good, value = self.connection.recv()
         except (EOFError, OSError) as trouble:
-            raise WorkerDied(self._describe_end(None)) from trouble
+            raise WorkerDied(self._exit_reason(None)) from trouble
         if not good:
             raise value
         return value
 
-    def _describe_end(self, number: int | None) -> str:
+    def _exit_reason(self, number: int | None) -> str:
         if number:
             self.process.send_signal(number)
         status = self.process.wait()
@@ -200,7 +200,7 @@ class _Process:
 def main() -> None:
     """Run a worker process: call the received functions until the connection ends."""
     connection = Connection(int(sys.argv[-1]))
-    threading.Thread(target=_watch_parent, args=(os.getppid(),), daemon=True).start()
+    threading.Thread(target=_stop_with_parent, args=(os.getppid(),), daemon=True).start()
     memory = connection.recv()
     if memory < _UNLIMITED:
         most = resource.getrlimit(resource.RLIMIT_DATA)[1]  # limit of a parent worker, if any
@@ -221,7 +221,7 @@ def main() -> None:
         connection.send(answer)
 
 
-def _watch_parent(parent: int) -> None:
+def _stop_with_parent(parent: int) -> None:
     """Request a stop with a checkpoint if the client has died."""
     while os.getppid() == parent:
         time.sleep(_POLL)

@@ -17,9 +17,9 @@ from sitedda.base.numbers import number, with_bar
 from sitedda.error_bars import kept_accuracy
 from sitedda.error_bars.bars import bar_of_steps, penalty_error
 from sitedda.error_bars.figures import YIELD, Accuracy
-from sitedda.error_bars.horizon import _mark_beyond, horizon
+from sitedda.error_bars.horizon import _mark_undecided, horizon
 from sitedda.error_bars.linear import is_linear
-from sitedda.error_bars.measure import _figures_of
+from sitedda.error_bars.measure import _estimate_figures
 from sitedda.error_bars.variants import Facts, facts_of
 from sitedda.output import load
 from sitedda.report import to_html
@@ -82,7 +82,7 @@ def test_changes_that_do_not_fall_as_the_scheme_does(steps, converges, half):
 )  # fmt: skip
 def test_results_of_runs_have_bars_and_doubts(name, runs, doubt, bar):
     penalty = 1e9 if len(runs) == 4 else 0.0
-    found = _figures_of(Facts({}, 1, penalty), [{name: value} for value in runs])[name]
+    found = _estimate_figures(Facts({}, 1, penalty), [{name: value} for value in runs])[name]
     assert found.doubt == doubt
     assert found.bar == pytest.approx(bar, rel=1e-6, nan_ok=True)
     assert found.finest == pytest.approx(runs[2], nan_ok=True)
@@ -90,21 +90,21 @@ def test_results_of_runs_have_bars_and_doubts(name, runs, doubt, bar):
 
 def test_what_has_no_limit_after_twins_have_parted_is_of_a_distribution():
     runs = [{"largest_slip_m": value} for value in (1.0, 1.1, 0.8)]
-    found = _figures_of(Facts({}, 1, 0.0), runs)["largest_slip_m"]
-    assert _mark_beyond(found, 2.0, 3.0) is found
-    beyond = _mark_beyond(found, 3.5, 3.0)
+    found = _estimate_figures(Facts({}, 1, 0.0), runs)["largest_slip_m"]
+    assert _mark_undecided(found, 2.0, 3.0) is found
+    beyond = _mark_undecided(found, 3.5, 3.0)
     assert beyond.doubt.startswith("beyond the horizon of 3 s, a random sample: 1, 1.1, 0.8")
     assert beyond.bar == found.bar
-    limit = _figures_of(
+    limit = _estimate_figures(
         Facts({}, 1, 0.0), [{"largest_slip_m": value} for value in (1.0, 1.1, 1.12)]
     )
     own = replace(limit["largest_slip_m"], decided=2.5)
-    assert _mark_beyond(own, 2.0, 1.0) is own
-    assert _mark_beyond(own, 3.0, 1.0).doubt == "beyond the horizon of 2.5 s, a random sample"
+    assert _mark_undecided(own, 2.0, 1.0) is own
+    assert _mark_undecided(own, 3.0, 1.0).doubt == "beyond the horizon of 2.5 s, a random sample"
     yields = replace(own, doubt=YIELD)
-    assert _mark_beyond(yields, 2.0, 3.0) is yields
-    assert _mark_beyond(yields, 3.5, 3.0).doubt.startswith("beyond the horizon of 3 s")
-    both = Accuracy({"a": beyond, "b": _mark_beyond(own, 3.0, 1.0)}).doubts()
+    assert _mark_undecided(yields, 2.0, 3.0) is yields
+    assert _mark_undecided(yields, 3.5, 3.0).doubt.startswith("beyond the horizon of 3 s")
+    both = Accuracy({"a": beyond, "b": _mark_undecided(own, 3.0, 1.0)}).doubts()
     assert both == [("bars", "beyond the horizon (first: 2.5 s), random samples: a, b")]
 
 

@@ -75,7 +75,7 @@ def with_horizons(figures: dict[str, Figure], table) -> dict[str, Figure]:
         found = {n: replace(f, decided=_find_horizon(n, table, parted)) for n, f in found.items()}
         # A displaced block alters small results at once; kinetic energy shows a divergence.
         first = parted.get("energy_kinetic", math.inf)
-        found = {n: _mark_beyond(f, _time_reached(n, table), first) for n, f in found.items()}
+        found = {n: _mark_undecided(f, _time_reached(n, table), first) for n, f in found.items()}
     if twins:
         rows = table.sel(variant=twins)
         found = {n: _add_spread(f, rows[n].values) for n, f in found.items()}
@@ -137,7 +137,7 @@ def _time_reached(name: str, table) -> float:
     return float(table.look.values[int(np.argmax(values >= values[-1]))])
 
 
-def _mark_beyond(figure: Figure, reached: float, first: float) -> Figure:
+def _mark_undecided(figure: Figure, reached: float, first: float) -> Figure:
     """Mark a result that was reached after the twins diverged.
 
     A result without limit, or equally sensitive to k_n, uses the `first` divergence of all results,

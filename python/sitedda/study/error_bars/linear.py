@@ -122,12 +122,14 @@ def linear_figures(model, changes: Mapping, history, facts: Facts) -> dict[str, 
                     simulation, point, frequency, highest, before, rates
                 )
                 times = min(divided, _BETWEEN)
-                numbers[-1] |= _results(point, velocity, acceleration, step, resolved, times, near)
+                numbers[-1] |= _point_results(
+                    point, velocity, acceleration, step, resolved, times, near
+                )
             for group in facts.groups.get("amplification", []):
                 numbers[-1] |= _exact_peak(simulation, group, highest)
     axes = {point.name: point.axis for point in points}
     for name in numbers[0].keys() & found.keys():
-        if not _is_along(axes, name, values):
+        if not _is_along_axis(axes, name, values):
             continue
         scale = values[name] / numbers[0][name] if "[" in name else 1.0
         own, *steps = (scale * row[name] for row in numbers)
@@ -138,7 +140,7 @@ def linear_figures(model, changes: Mapping, history, facts: Facts) -> dict[str, 
     return found
 
 
-def _is_along(axes: Mapping, name: str, values: Mapping) -> bool:
+def _is_along_axis(axes: Mapping, name: str, values: Mapping) -> bool:
     """Return whether a result of a point, the larger of both axes, belongs to its axis."""
     measure, _, point = name.partition("[")
     own = f"{measure}_{axes.get(point[:-1])}[{point}"
@@ -198,7 +200,7 @@ def _point_motion(simulation, point: _Point, frequency: np.ndarray, highest: flo
     return point.velocity + faster - faster[0], point.acceleration + change
 
 
-def _results(point, velocity, acceleration, step, resolved, times, near) -> dict[str, float]:
+def _point_results(point, velocity, acceleration, step, resolved, times, near) -> dict[str, float]:
     """Return the results of a point as in the verdict, below the resolved frequency.
 
     Peaks are taken from `times` samples per sample of the run; `near` selects periods of large Sa.

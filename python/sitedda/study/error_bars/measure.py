@@ -103,10 +103,10 @@ def accuracy(
         doubts = Doubt.lines(str(run.warning.values))  # those of the check belong to the input
         own = "\n".join(str(doubt) for doubt in doubts if not doubt.of_check)
         words[name] = str(run.message.values) or own
-    figures = _figures_of(facts, _run_numbers(table.sel(variant=names)))
+    figures = _estimate_figures(facts, _numbers_by_run(table.sel(variant=names)))
     end = float(table.look.values[-1]) if "look" in table else math.nan
     figures = with_horizons(figures, table)
-    return Accuracy(figures, words, end, bands_of(table), _cause_words(figures, facts))
+    return Accuracy(figures, words, end, bands_of(table), _cause_of_open_bars(figures, facts))
 
 
 def _try_linear_run(model, changes: Mapping, facts: Facts) -> Accuracy | None:
@@ -147,16 +147,16 @@ def of_linear_run(model, history, changes: Mapping | None = None, facts=None) ->
         figures = linear_figures(model, changes or {}, history, facts)
     except SiteddaError:  # the model has no transfer function
         return None
-    cause = _cause_words(figures, facts) and (_CAUSES[1] if facts.is_damped else _UNDAMPED)
+    cause = _cause_of_open_bars(figures, facts) and (_CAUSES[1] if facts.is_damped else _UNDAMPED)
     return Accuracy(figures, end=float(history.time.values[-1]), cause=cause)
 
 
-def _cause_words(figures: Mapping[str, Figure], facts: Facts) -> str:
+def _cause_of_open_bars(figures: Mapping[str, Figure], facts: Facts) -> str:
     open_ones = any(figure.doubt.startswith(OPEN) for figure in figures.values())
     return _CAUSES[facts.is_damped] if open_ones else ""
 
 
-def _run_numbers(table) -> list[dict[str, float]]:
+def _numbers_by_run(table) -> list[dict[str, float]]:
     """Return the numbers of each run."""
     names = [name for name in table.data_vars
              if table[name].dims == ("variant",) and table[name].dtype.kind == "f"]  # fmt: skip
@@ -168,7 +168,7 @@ def _run_numbers(table) -> list[dict[str, float]]:
             for row, whole in zip(rows, done, strict=True)]  # fmt: skip
 
 
-def _figures_of(facts: Facts, runs: list[dict[str, float]]) -> dict[str, Figure]:
+def _estimate_figures(facts: Facts, runs: list[dict[str, float]]) -> dict[str, Figure]:
     found = {}
     for name in runs[0]:
         if not any(is_figure(name, run) for run in runs[: len(STEPS)]):

@@ -61,7 +61,7 @@ class Facts:
     @property
     def is_dynamic(self) -> bool:
         """Return whether a stage is dynamic."""
-        return any(_is_dynamic(one) for one in self.groups.get("stage", [{}]))
+        return any(_is_dynamic_stage(one) for one in self.groups.get("stage", [{}]))
 
     @property
     def is_bonded(self) -> bool:
@@ -97,7 +97,7 @@ def facts_of(model, changes: Mapping) -> Facts:
         height = simulation.coordinates[:, 1]
         names = simulation.block_names
     control = next(iter(groups.get("control", [])), {})
-    schemes = [control, *(s for s in groups.get("stage", []) if _is_dynamic(s))]
+    schemes = [control, *(s for s in groups.get("stage", []) if _is_dynamic_stage(s))]
     default = control.get("integration", "dda")
     order = min(_ORDERS.get(s.get("integration", default), 1) for s in schemes)
     # The stiffness of these joints is measured, so that it is no penalty.
@@ -110,7 +110,7 @@ def facts_of(model, changes: Mapping) -> Facts:
     return Facts(groups, order, penalty, there)
 
 
-def _is_dynamic(stage: Mapping) -> bool:
+def _is_dynamic_stage(stage: Mapping) -> bool:
     return stage.get("kind", "dynamic") == "dynamic"
 
 
@@ -124,7 +124,7 @@ def finer(facts: Facts, times: int) -> dict:
     """
     groups = {"control": next(iter(facts.groups.get("control", [])), {})}
     stages = enumerate(facts.groups.get("stage", []), 1)
-    groups |= {f"stage[{i}]": stage for i, stage in stages if _is_dynamic(stage)}
+    groups |= {f"stage[{i}]": stage for i, stage in stages if _is_dynamic_stage(stage)}
     changes: dict = {}
     for where, group in groups.items() if times > 1 else ():
         if "time_step" in group:
