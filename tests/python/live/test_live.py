@@ -529,7 +529,7 @@ def test_any_failure_to_save_is_answered(tmp_path):
     session = SimpleNamespace(_saver=threading.Lock(), tell=told.append, folder=tmp_path)
     for trouble in (TypeError("can only repeat by an integer"), ZeroDivisionError()):
         session._write_file = Mock(side_effect=trouble)
-        Session._save_progress(session, "report", tmp_path / "r.html")
+        Session._save_and_report(session, "report", tmp_path / "r.html")
     assert [one["message"] for one in told] == ["can only repeat by an integer",
                                                 "ZeroDivisionError"]  # fmt: skip
     assert all(one["kind"] == "refused" and one["what"] == "report" for one in told)
