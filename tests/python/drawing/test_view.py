@@ -265,11 +265,15 @@ def test_the_page_lets_nothing_in_and_nothing_out(pages, opened):
 
 
 def test_the_view_page_fits_wide_and_narrow_windows(pages, opened):
+    """Also a tall model above the scale bar."""
     for width, height in ((1280, 900), (390, 844)):
         page = opened(pages / "view.html", viewport={"width": width, "height": height})
         assert page.evaluate("document.documentElement.scrollWidth") <= width
         stage, bar = (page.locator(name).bounding_box() for name in (".stage", ".bar"))
         assert stage["y"] + stage["height"] <= bar["y"] + 1
+        page.evaluate("{ const v = blockViews[0]; v.meta.box = [0, 0, 1, 9]; v.fit(); }")
+        lowest = place_in_view(page, *page.evaluate("blockViews[0].meta.origin"))[1]
+        assert lowest < stage["y"] + stage["height"] - 32
         side = page.locator(".side").bounding_box()
         beside = side["x"] >= stage["x"] + stage["width"] - 1
         assert beside is (width == 1280)
@@ -298,6 +302,11 @@ def test_a_removed_block_is_gone_from_the_view(write_input, tmp_path, opened):
     assert areas[0] == pytest.approx([15.0] * 3, rel=1e-3)
     assert areas[1] == pytest.approx([15.0, 15.0, 0.0], rel=1e-3)
     assert page.evaluate("blockViews[0].plots[0].stages.map((s) => s[0])")[0] == "shake, low"
+    for frame, stage in (("0", "shake, low"), ("blockViews[0].model.frames - 1", "after <b>")):
+        page.evaluate(f"blockViews[0].show({frame})")
+        wait_for_drawing(page)
+        chosen = page.get_by_label("stage").locator("option:checked")
+        assert chosen.inner_text() == stage
     assert page.complaints == []
 
 

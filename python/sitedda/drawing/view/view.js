@@ -9,6 +9,8 @@ import {FlatPainter, GlPainter} from "./painters.js";
 import {floats} from "./streams.js";
 import {DARK, element, lastBefore, limits, mapped, rgb, roundBelow, share, short, variable, withUnit} from "./words.js";
 
+const RULER = 32;  // pixels of the scale bar, its words and the space below it
+
 export class View {
   constructor(root) {
     this.root = root;
@@ -167,17 +169,23 @@ export class View {
     if (this.painter) (this.moved ? this.refresh() : this.fit());
   }
 
-  /** Pixels of a metre with which the whole model is seen. */
+  /** Pixels below the model, where the scale bar is drawn. */
+  get foot() {
+    return Math.min(RULER * (window.devicePixelRatio || 1), 0.2 * this.camera.height);
+  }
+
+  /** Pixels of a metre with which the whole model is seen, above the scale bar. */
   get fitting() {
     const [x0, y0, x1, y1] = this.meta?.box || [0, 0, 1, 1], {width, height} = this.camera;
-    return 0.9 * Math.min(width / Math.max(x1 - x0, 1e-9), height / Math.max(y1 - y0, 1e-9));
+    return Math.min(0.9 * width / Math.max(x1 - x0, 1e-9),
+      0.95 * (height - this.foot) / Math.max(y1 - y0, 1e-9));
   }
 
   fit() {
     const [x0, y0, x1, y1] = this.meta.box, c = this.camera;
     c.x = 0.5 * (x0 + x1);
-    c.y = 0.5 * (y0 + y1);
     c.scale = this.fitting;
+    c.y = 0.5 * (y0 + y1 - this.foot / c.scale);
     this.moved = false;
     this.refresh();
   }
@@ -465,19 +473,19 @@ export class View {
     if (this.pickedJoint >= 0) this.drawJoint(c, X, Y, ratio);
     c.font = `${11 * ratio}px system-ui, sans-serif`;
     const length = roundBelow(0.28 * cam.width / cam.scale);
-    this.drawRuler(c, length, withUnit(length, "m"), 12 * ratio, ink, ratio);
+    const left = this.drawRuler(c, length, withUnit(length, "m"), 12 * ratio, ink, ratio);
     if (this.contacts === "force" && this.usualForce) {
       const force = roundBelow(this.usualForce);
       const long = this.marks.reach * force / this.usualForce;
-      this.drawRuler(c, long, `contact force: ${withUnit(force, "N/m")}`, 44 * ratio,
-        variable("--force"), ratio);
+      this.drawRuler(c, long, `contact force: ${withUnit(force, "N/m")}`,
+        left + 24 * ratio, variable("--force"), ratio);
     }
     this.drawMarks(c, X, Y, ratio);
   }
 
-  /** A length of the model, and what it stands for, so high above the lower edge. */
-  drawRuler(c, length, words, above, color, ratio) {
-    const x = 12 * ratio, y = this.camera.height - above, right = x + length * this.camera.scale;
+  /** Draw a length of the model with its meaning from `x` on; return where they end. */
+  drawRuler(c, length, words, x, color, ratio) {
+    const y = this.camera.height - 12 * ratio, right = x + length * this.camera.scale;
     const wide = Math.max(right - x, c.measureText(words).width + 6 * ratio);
     c.fillStyle = variable("--card");
     c.globalAlpha = 0.85;
@@ -495,6 +503,7 @@ export class View {
     c.textBaseline = "bottom";
     c.textAlign = "left";
     c.fillText(words, x + 5 * ratio, y - 3 * ratio);
+    return x + wide;
   }
 
   drawJoint(c, X, Y, ratio) {
@@ -520,6 +529,8 @@ export class View {
     this.slider.value = this.frame;
     const time = this.meta.time[this.frame], last = this.meta.time[this.model.frames - 1];
     this.clock.textContent = `${time.toFixed(last < 10 ? 3 : 2)} s`;
+    const stage = (this.meta.stage_frames || []).find(([, end]) => this.frame <= end);
+    if (stage) this.choices.stage.value = stage[1];
     this.legend.draw();
     this.root.dispatchEvent(new Event("state", {bubbles: true}));
     this.describe();
