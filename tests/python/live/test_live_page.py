@@ -195,6 +195,16 @@ def test_a_wrong_value_is_told_at_its_field_and_the_last_picture_stays(served, o
     page = begun(opened(served), "An empty model")
     heads = page.locator("details.group > summary").all_inner_texts()
     assert "control\ntime step 0.001 s" in heads and not any("_" in head for head in heads)
+    title = "([group, values]) => page.forms.title(values, page.forms.kinds.get(group))"
+    for group, value, words in (("contact", {"normal_stiffness": "15446984225.7"}, "15.45 GN/m"),
+                                ("control", {"gravity": "0.0, -9.81234567"}, "0, −9.812 m/s²"),
+                                ("control", {"analysis": "plane_strain"}, "plane strain")):  # fmt: skip
+        assert page.evaluate(title, [group, value]).endswith(f" {words}")
+    page.locator("details").evaluate_all("all => all.forEach((one) => { one.open = true; })")
+    field(page, "control 1", "settle").wait_for()
+    offered = "all => all.map((one) => one.placeholder || one.textContent).join('\\n')"
+    words = page.locator("#panel-form :is(.row option, input)").evaluate_all(offered)
+    assert "plane strain" in words and "_" not in words and ".true." not in words
     before = page.evaluate("page.view.model.n")
     for text, words in (("95", "0 and 89"), ("steep", "steep")):
         one = field(page, "joint 1", "friction_angle")

@@ -1,7 +1,7 @@
 // The input as forms, made from the schema: units, ranges, defaults, help; sliders re-cut.
 
-import {element} from "/view/words.js";
-import {button, choice, row, settle, spoken} from "./parts.js";
+import {element, short, withUnit} from "/view/words.js";
+import {button, choice, plain, row, settle, spoken} from "./parts.js";
 
 const NUMBERS = ["real", "integer"];
 const WIDEST = 1000;  // range that a slider spans as a whole
@@ -149,15 +149,25 @@ export class Forms {
   title(values, kind) {
     if (values.name) return values.name;
     const [name, value] = Object.entries(values).find(([, value]) => value) || ["", ""];
-    const unit = kind?.variables.find((one) => one.name === name)?.unit || "";
-    return `${spoken(name)} ${value.length > 28 ? "…" : `${value} ${unit}`}`.trim();
+    const one = kind?.variables.find((variable) => variable.name === name);
+    const text = this.inWords(value, one);
+    return `${spoken(name)} ${text.length > 36 ? "…" : text}`.trim();
+  }
+
+  /** A value as a person reads it: four digits and its unit, or words without signs of Fortran. */
+  inWords(value, one) {
+    if (["word", "logical"].includes(one?.kind)) return plain(value);
+    const numbers = value.split(",").map(Number), unit = one?.unit || "";
+    if (one?.kind !== "real" || !numbers.every(isFinite)) return `${value} ${unit}`;
+    if (numbers.length === 1) return withUnit(numbers[0], unit);
+    return `${numbers.map((number) => short(number)).join(", ")} ${unit}`;
   }
 
   variable(box, group, number, one, value) {
     const key = `${group} ${number} ${one.name}`;
     const range = one.values && one.kind !== "word" && one.values !== "any" ? `; ${one.values}` : "";
     const line = row(box, spoken(one.name), one.unit,
-      `${one.meaning}${range} (default: ${one.default})`);
+      `${one.meaning}${range} (default: ${plain(one.default)})`);
     this.fields.set(key, line);
     if (value === null) {
       element("span", line.place, "a long list: in the text");
@@ -181,15 +191,15 @@ export class Forms {
     if (refers) options = this.names.get(refers[1]) || [];
     if (options && one.size === 0) {
       if (value && !options.includes(value)) options = [...options, value];
-      const listed = options.map((text) => [text, text.replaceAll(".", "") || "blank"]);
-      return choice(null, [["", `by default: ${one.default}`], ...listed], value ?? "");
+      const listed = options.map((text) => [text, (refers ? text : plain(text)) || "blank"]);
+      return choice(null, [["", `by default: ${plain(one.default)}`], ...listed], value ?? "");
     }
     const field = element("input", null);
     field.type = "text";
     field.spellcheck = false;
     field.autocomplete = "off";
     if (NUMBERS.includes(one.kind) && !one.size) field.inputMode = "decimal";
-    field.placeholder = one.default === "required" ? "" : one.default;
+    field.placeholder = one.default === "required" ? "" : plain(one.default);
     field.value = value ?? "";
     return field;
   }

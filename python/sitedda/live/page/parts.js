@@ -10,6 +10,9 @@ export const fresh = (stem) => `${stem}-${++count}`;
 /** The name of a group or variable in words. */
 export const spoken = (name) => name.replaceAll("_", " ");
 
+/** A value or default of the schema in words: also without the points of .true. */
+export const plain = (text) => spoken(text).replace(/^\.(\w+)\.$/, "$1");
+
 export function button(parent, text, act, title = "") {
   const node = element("button", parent, text);
   node.type = "button";

@@ -2,7 +2,7 @@
 
 import {element, short} from "/view/words.js";
 import {fits} from "./forms.js";
-import {button, choice, row, settle, spoken, table} from "./parts.js";
+import {button, choice, plain, row, settle, spoken, table} from "./parts.js";
 
 const OVER = ["done", "stopped", "failed"];
 const WORDS = {opening: "is opened", ready: "as drawn", resting: "comes to rest", running: "runs",
@@ -137,7 +137,7 @@ export class ChangePanel {
         if (value === null || (value === undefined && name !== "joint")) continue;
         const line = row(box, spoken(one.name), one.unit, one.meaning);
         const field = settle(line, element("input", null)), key = `${path}.${one.name}`;
-        field.placeholder = one.default;
+        field.placeholder = plain(one.default);
         field.dataset.change = key;
         const entry = {field, line, drawn: value ?? "", runs: value ?? "", sent: null};
         this.fields.set(key, entry);
