@@ -8,12 +8,14 @@ import json
 import os
 import time
 from contextlib import contextmanager
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 import pytest
 from environment import DEADLINE
 from live_server import LiveProcess, live
+from random_content import random_model
 from test_live import COMPARED, PILE, failing
 
 import sitedda
@@ -280,6 +282,20 @@ def test_the_page_is_read_by_axe_without_a_finding_on_phones_and_in_the_dark(ser
         look("save")
         press(page, "Start page", "!document.getElementById('start').hidden")
         assert page.complaints == []
+
+
+def test_names_of_points_cover_no_other_name(served, opened):
+    (served.folder / "crowded.nml").write_text(random_model(32))
+    page = begun(opened(served), "crowded.nml")
+    boxes = page.evaluate(
+        """() => { const v = page.view, boxes = [], half = 5;
+        v.write = (c, text, x, y) =>
+          boxes.push([x, y - half, x + c.measureText(text).width, y + half]);
+        v.overlaid = ''; v.drawOverlay(); return boxes; }"""
+    )
+    assert len(boxes) == 3
+    for one, other in combinations(boxes, 2):
+        assert one[0] >= other[2] or other[0] >= one[2] or one[1] >= other[3] or other[1] >= one[3]
 
 
 def test_all_is_done_by_keys(served, opened):

@@ -305,17 +305,35 @@ export class LiveView extends View {
     }
     c.fillStyle = c.strokeStyle = variable("--pick");
     c.textBaseline = "middle";
-    for (const {x, y, name} of marks.points) {
+    for (const {x, y} of marks.points) {
       c.beginPath();
       c.arc(X(x), Y(y), 3.5 * ratio, 0, 7);
       c.fill();
-      this.write(c, name, X(x) + 7 * ratio, Y(y) - 7 * ratio, ratio);
     }
+    this.drawNames(c, marks.points.map(({x, y, name}) => [X(x), Y(y), name]), ratio);
     const {first, places} = this.model;
     for (const b of marks.slivers) {
       c.beginPath();
       c.arc(X(places[2 * first[b]]), Y(places[2 * first[b] + 1]), 9 * ratio, 0, 7);
       c.stroke();
+    }
+  }
+
+  /** Names at a corner of their points where they cover no other name or point; else none. */
+  drawNames(c, points, ratio) {
+    const away = 7 * ratio, half = 6 * ratio, {width, height} = this.camera;
+    const taken = points.map(([x, y]) => [x - half, y - half, x + half, y + half]);
+    for (const [own, [x, y, name]] of points.entries()) {
+      const wide = c.measureText(name).width;
+      const box = [[1, -1], [1, 1], [-1, -1], [-1, 1]].map(([right, down]) => {
+        const left = right > 0 ? x + away : x - away - wide, middle = y + down * away;
+        return [left, middle - half, left + wide, middle + half];
+      }).find((one) => one[0] >= 0 && one[1] >= 0 && one[2] <= width && one[3] <= height
+        && !taken.some((other, k) => k !== own && one[0] < other[2] && other[0] < one[2]
+          && one[1] < other[3] && other[1] < one[3]));
+      if (!box) continue;
+      taken.push(box);
+      this.write(c, name, box[0], box[1] + half, ratio);
     }
   }
 
