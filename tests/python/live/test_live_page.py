@@ -198,9 +198,11 @@ def test_a_wrong_value_is_told_at_its_field_and_the_last_picture_stays(served, o
     heads = page.locator("details.group > summary").all_inner_texts()
     assert "control\ntime step 0.001 s" in heads and not any("_" in head for head in heads)
     title = "([group, values]) => page.forms.title(values, page.forms.kinds.get(group))"
-    for group, value, words in (("contact", {"normal_stiffness": "15446984225.7"}, "15.45 GN/m"),
-                                ("control", {"gravity": "0.0, -9.81234567"}, "0, −9.812 m/s²"),
-                                ("control", {"analysis": "plane_strain"}, "plane strain")):  # fmt: skip
+    for group, value, words in (
+        ("contact", {"normal_stiffness": "15446984225.7"}, "15.45 GN/m"),
+        ("control", {"gravity": "0.0, -9.81234567"}, "0, −9.812 m/s²"),
+        ("control", {"analysis": "plane_strain"}, "plane strain"),
+    ):
         assert page.evaluate(title, [group, value]).endswith(f" {words}")
     page.locator("details").evaluate_all("all => all.forEach((one) => { one.open = true; })")
     field(page, "control 1", "settle").wait_for()
