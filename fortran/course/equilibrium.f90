@@ -9,7 +9,9 @@
 !> Touching contacts are first assumed to stick.  The first Δt is long enough for blocks to share
 !> their loads before friction is mobilised; with the Δt of dynamics, stiff joints would slip while
 !> the weight is applied.  A step that does not converge is repeated with a shorter Δt; after a
-!> converged step, Δt is increased.
+!> converged step, Δt is increased.  Steps in which many contacts change are relaxed
+!> (`dda_static_relaxation`); if these stall, the search begins again without, or the other way
+!> round: packings of 1,500 polygons settle without, walls of 4,000 bricks with relaxation.
 !>
 !> Equilibrium: with all velocities zero and contact laws evaluated in the present geometry, the
 !> unbalanced force on each block is at most 10⁻⁶ of its own weight, or the tolerance of contact
@@ -45,6 +47,7 @@ module dda_equilibrium
    use dda_simulation, only: simulation_type, next_step, exchange_lists, block_name
    use dda_system, only: assemble_linear
    use dda_text, only: counted, quoted, short_text, to_text
+   use dda_static_relaxation, only: many_changes
    use dda_time_step, only: advance
    implicit none
    private
@@ -84,6 +87,11 @@ module dda_equilibrium
    !> steps without halving the unbalanced force, after which it is round-off; models on dashpots
    !> must reach it
    integer, parameter :: most_in_vain = 3
+   !> the same of relaxed steps, which have then stalled: walls of 4,000 bricks need up to 3,
+   !> packings of polygons never settle
+   integer, parameter :: most_relaxed_in_vain = 5
+   integer, parameter :: most_searches = 2  !< after the first
+   real(wp), parameter :: nearly = 1.0e-3_wp       !< of the largest weight: relaxed steps are kept
    !> fraction of the contact distance: penetration without force in equilibrium
    real(wp), parameter :: fully_explained = 1.0e-3_wp
    !> releases after which a vertex that is pushed between two edges remains there
@@ -104,6 +112,7 @@ contains
       type(equilibrium_type), intent(out) :: equilibrium  !< record of the search
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer(long), intent(in), optional :: budget  !< open–close iterations at most
+      type(simulation_type), allocatable :: start
       type(error_type), allocatable :: failure
       type(control_type) :: control
       type(scheme_type) :: scheme
@@ -117,7 +126,9 @@ contains
       call begin_statics(simulation)
       equilibrium%budget = most_iterations
       if (present(budget)) equilibrium%budget = min(budget, most_iterations)
+      if (simulation%iteration%may_relax) start = simulation
       call step_to_rest(simulation, equilibrium, failure)
+      if (allocated(start)) call search_again(simulation, start, equilibrium, failure)
       call write_outcome(simulation, equilibrium, failure)
       if (.not. equilibrium%at_rest) call fail(error, error_convergence, equilibrium%words)
       if (allocated(failure)) then
@@ -126,6 +137,7 @@ contains
       end if
       simulation%resting = .false.
       simulation%iteration%may_stop = .false.
+      simulation%iteration%may_relax = .false.
       simulation%iteration%unbalanced_work = 0.0_wp
       simulation%model%control = control
       simulation%scheme = scheme
@@ -139,6 +151,34 @@ contains
       if (equilibrium%at_rest) call balance_elements(simulation%elements, simulation%blocks, &
          simulation%system%rhs)
    end subroutine equilibrate
+
+   !> Search again from the start: with relaxed steps, if steps without have stalled, or the other
+   !> way round.  Relaxed steps that have nearly reached equilibrium are continued without.
+   subroutine search_again(simulation, start, equilibrium, error)
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
+      type(simulation_type), intent(in) :: start          !< before the first static step
+      type(equilibrium_type), intent(inout) :: equilibrium  !< record of the search so far
+      type(error_type), allocatable, intent(inout) :: error  !< error of the last step, if it failed
+      integer :: search
+      logical :: relaxes
+
+      associate (iteration => simulation%iteration)
+         do search = 1, most_searches
+            if (equilibrium%at_rest .or. equilibrium%falling > 0 .or. .not. iteration%may_relax .or. &
+               simulation%contacts(simulation%now)%n <= many_changes) return
+            if (allocated(error)) then
+               if (error%kind == error_interrupted .or. error%kind == error_memory) return
+               deallocate (error)
+            end if
+            relaxes = .not. iteration%relaxes
+            if (relaxes .or. equilibrium%largest > nearly*iteration%weight) simulation = start
+            iteration%may_relax = relaxes
+            iteration%relaxes = relaxes
+            iteration%converged = .true.
+            call step_to_rest(simulation, equilibrium, error)
+         end do
+      end associate
+   end subroutine search_again
 
    !> Set stresses to those of the given modulus, and book the energy of Maxwell branches.
    subroutine remove_damping_stress(blocks, energy)
@@ -162,6 +202,10 @@ contains
       simulation%time_step = sqrt(maxval(simulation%blocks%mass) &
          /(first_ratio*simulation%laws%normal_stiffness))
       simulation%resting = .true.
+      associate (laws => simulation%laws)
+         simulation%iteration%may_relax = laws%convex .and. .not. (laws%damped .or. &
+            laws%augmented .or. laws%dilating)
+      end associate
       simulation%iteration%relaxes = .false.
       simulation%iteration%converged = .true.
       simulation%iteration%may_stop = .true.
@@ -207,6 +251,8 @@ contains
          if (simulation%counters%iterations - gained > iterations_in_vain &
             + merge(work_of_yield, work_in_vain, any(simulation%model%materials%yields())) &
             /simulation%blocks%n) return
+         if (simulation%iteration%relaxes .and. in_vain >= most_relaxed_in_vain .and. &
+            equilibrium%largest > nearly*simulation%iteration%weight) return
          if (equilibrium%unexplained > 0 .and. equilibrium%releases < most_releases) &
             call remove_contact_offsets(simulation, equilibrium)
          call static_step(simulation, first, error)

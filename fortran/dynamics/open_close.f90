@@ -61,7 +61,7 @@ module dda_open_close
       ! unsaved, each step begins without: region_residual, keeps_states
       ! unsaved, the input: max_iterations, relative_tolerance, weight, penetration_tolerance
       ! unsaved, the input; under joint laws set in each step: noise
-      ! unsaved, set in static stages: may_stop, relaxes
+      ! unsaved, set in static stages: may_stop, may_relax, relaxes
       ! unsaved, set in each step: last_resort, converged, unbalanced_work, rounding
       ! unsaved, counted in each step: passes
       ! unsaved, set in static steps: most_changes
@@ -94,7 +94,8 @@ module dda_open_close
       real(wp) :: region_residual = huge(1.0_wp)
       logical :: keeps_states = .false.  !< contacts within the tolerance retain their states
       real(wp) :: retained = 0.0_wp                   !< shear stiffness under sliding contacts
-      logical :: relaxes = .false.                  !< static steps relax, see dda_static_relaxation
+      logical :: may_relax = .false.   !< static steps of many changes do: dda_static_relaxation
+      logical :: relaxes = .false.     !< static steps do
       logical :: converged = .true.  !< the last relaxation has converged, as equilibrium requires
       real(wp) :: unbalanced_work = 0.0_wp            !< work of its unbalanced forces, J/m
       real(wp) :: reduction = 0.0_wp                  !< `loose` except in a final solve

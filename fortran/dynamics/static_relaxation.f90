@@ -18,7 +18,7 @@ module dda_static_relaxation
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
    use dda_contact_assembly, only: assemble_contacts
    use dda_errors, only: error_type, error_convergence, fail
-   use dda_friction, only: laws_type
+   use dda_friction, only: closed_springs, laws_type
    use dda_linear_solver, only: solver_type
    use dda_open_close, only: open_close_type, add_counts, begin_iteration, check_strength, &
       counts_of, evaluate, fail_if_given_up, iterate, loose, retained_share, solve_assumed, &
@@ -27,7 +27,7 @@ module dda_static_relaxation
    use dda_system, only: system_type
    implicit none
    private
-   public :: solve_statics, relax
+   public :: solve_statics, relax, many_changes
 
    integer, parameter :: many_changes = 2000 !< changes in the first iteration that cause relaxation
    integer, parameter :: most_iterations = 21    !< of a relaxed step
@@ -54,7 +54,7 @@ contains
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
-      type(laws_type), intent(in) :: laws  !< plain, not damped
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       logical :: converged
       integer :: before(3)
@@ -76,7 +76,7 @@ contains
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
-      type(laws_type), intent(in) :: laws  !< plain, not damped
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       logical, intent(out) :: converged  !< converged; otherwise contacts have their former states
       type(error_type), allocatable, intent(out) :: error  !< allocated if the step has failed
       integer, allocatable :: states(:)
@@ -98,7 +98,7 @@ contains
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
-      type(laws_type), intent(in) :: laws  !< plain, not damped
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(iterate_type) :: iterates
       integer :: i
@@ -130,19 +130,21 @@ contains
    subroutine impose_springs(iteration, contacts, laws)
       type(open_close_type), intent(in) :: iteration  !< of the step
       type(contacts_type), intent(inout) :: contacts  !< get springs; all are assumed to stick
-      type(laws_type), intent(in) :: laws  !< plain, not damped
-      real(wp) :: share(2), gap_force
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      real(wp) :: share(2), springs(2), gap_force
       integer :: c
 
       allocate (contacts%imposed_spring(2, contacts%n), contacts%imposed_force(2, contacts%n))
-      !$omp parallel do private(share, gap_force) schedule(static) if (contacts%n >= parallel_from)
+      !$omp parallel do private(share, springs, gap_force) schedule(static) &
+      !$omp& if (contacts%n >= parallel_from)
       do c = 1, contacts%n
          share = 1.0_wp
-         gap_force = laws%normal_stiffness*max(0.0_wp, contacts%gap(c))
+         springs = closed_springs(contacts, laws, c)
+         gap_force = springs(1)*max(0.0_wp, contacts%gap(c))
          if (contacts%state(c) == contact_open .and. .not. contacts%normal_force(c) > 0.0_wp) &
             share = retained_share/(1.0_wp + gap_force/max(iteration%weight, tiny(1.0_wp)))
          if (contacts%state(c) == contact_slide) share(2) = retained_share
-         contacts%imposed_spring(:, c) = share*[laws%normal_stiffness, laws%shear_stiffness]
+         contacts%imposed_spring(:, c) = share*springs
          contacts%state(c) = contact_stick
       end do
    end subroutine impose_springs
@@ -170,7 +172,7 @@ contains
       type(system_type), intent(inout) :: system  !< its d becomes d'
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
-      type(laws_type), intent(in) :: laws  !< plain, not damped
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), allocatable :: d(:,:)
 
@@ -212,7 +214,7 @@ contains
       type(open_close_type), intent(inout) :: iteration  !< of the step
       type(system_type), intent(inout) :: system  !< its right-hand side is overwritten
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
-      type(laws_type), intent(in) :: laws  !< plain, not damped
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), allocatable :: internal(:,:)
       logical :: strong
 

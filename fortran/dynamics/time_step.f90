@@ -193,8 +193,7 @@ contains
          else
             simulation%iteration%last_resort = .not. (simulation%model%control%adaptive .or. &
                simulation%resting)
-            if (simulation%resting .and. simulation%laws%plain .and. .not. &
-               (simulation%laws%damped .or. simulation%laws%augmented)) then
+            if (simulation%iteration%may_relax) then
                call solve_statics(simulation%iteration, simulation%system, simulation%solver, &
                   contacts, simulation%laws, error)
             else

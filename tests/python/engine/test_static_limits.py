@@ -3,10 +3,15 @@
 
 import math
 import re
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 from model_text import group
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
+import speed_models
 
 import sitedda
 from sitedda.masonry import Arch
@@ -175,3 +180,31 @@ def test_a_block_that_does_not_rest_without_slip_is_said_with_its_joint(write_in
     words = "no contact slides; the largest contact force on it is .* N/m on joint 'rough'"
     with pytest.raises(sitedda.ConvergenceError, match=words):
         sitedda.run(write_input(groups), output=False)
+
+
+# --- Stages in which many contacts change ---
+
+
+@pytest.mark.parametrize("friction", [12.0, 35.0])
+def test_a_packing_comes_to_rest_where_relaxed_steps_stall(friction, tmp_path):
+    assert_at_rest(speed_models.packing(1500), friction, "", tmp_path)
+
+
+@pytest.mark.parametrize("law", ["", ", contact_points = 3", ", contact_points = 5"])
+def test_a_slippery_wall_comes_to_rest_by_relaxed_steps(law, tmp_path):
+    assert_at_rest(speed_models.touching_wall(1500), 12.0, law, tmp_path)
+
+
+def assert_at_rest(made, friction: float, law: str, folder) -> None:
+    """Blocks that meet their weight suddenly come to rest, and no contact exceeds its friction."""
+    made.stress[:] = 0.0
+    text = made.text(1e12, 1e-3, 1000, 10, "auto").replace(
+        "&control ", "&control settle = .true., "
+    )
+    file = folder / "blocks.nml"
+    file.write_text(text.replace("friction_angle = 35.0", f"friction_angle = {friction}{law}"))
+    with sitedda.Simulation(file) as simulation:
+        assert int(re.search(r"at rest after (\d+) static steps", simulation.summary)[1]) > 5
+        normal, shear = (simulation.contacts[f"{one}_force"] for one in ("normal", "shear"))
+    assert normal.max() > 1e5
+    assert np.all(abs(shear) <= math.tan(math.radians(friction)) * normal + 1.0)
