@@ -164,8 +164,9 @@ contains
 
       associate (iteration => simulation%iteration)
          do search = 1, most_searches
-            if (equilibrium%at_rest .or. equilibrium%falling > 0 .or. .not. iteration%may_relax .or. &
-               simulation%contacts(simulation%now)%n <= many_changes) return
+            if (equilibrium%at_rest .or. equilibrium%falling > 0) return
+            if (.not. iteration%may_relax .or. simulation%contacts(simulation%now)%n &
+               <= many_changes) return
             if (allocated(error)) then
                if (error%kind == error_interrupted .or. error%kind == error_memory) return
                deallocate (error)
