@@ -2,8 +2,8 @@
 """Find values of several parameters at which as many results have target values.
 
 Least squares within the ranges (trust region reflective: Branch, Coleman and Li 1999, SIAM Journal
-on Scientific Computing 21, 1-23), with central differences; from the middle of the ranges, then
-from points closer to their corners, until all results have their targets.
+on Scientific Computing 21, 1-23), with differences of second order; from the middle of the ranges,
+then from points closer to their corners, until all results have their targets.
 """
 
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ from ..base.errors import InputError
 from .trials import Trials, bracket_of
 
 _STARTS = 9  # largest number of starting points
-_STEP = 5e-3  # step of differences over the range
+_STEP = 5e-3  # step of differences, over the range once to twice that
 _SOLUTIONS = 40  # largest number of evaluations of a search, without differences
 _DEPENDENT = 1e-4  # ratio of singular values of scaled slopes below which they are error
 
@@ -92,7 +92,7 @@ def solve_system(
 
 
 class _Search:
-    """The search of a root, in fractions u of the ranges of the parameters."""
+    """The search of a root, in fractions of the ranges of the parameters, from 1 to 2."""
 
     def __init__(self, trials: Trials, aims: np.ndarray, ends: np.ndarray, tolerance: float):
         self.trials, self.aims, self.low, self.width = trials, aims, ends[:, 0], np.ptp(ends, 1)
@@ -100,58 +100,40 @@ class _Search:
 
     def run(self) -> tuple:
         """Return values, results, slopes and last step of the parameters; or raise NoRootError."""
-        from scipy.optimize import least_squares
-
-        size, known, nearest = len(self.aims), False, None
-        starts = [np.full(size, 0.5), *map(np.array, product((0.2, 0.8), repeat=size))]
+        size, first, nearest = len(self.aims), None, None
+        starts = [np.full(size, 1.5), *map(np.array, product((1.2, 1.8), repeat=size))]
         for start in islice(starts, _STARTS):
-            slopes = self._slopes(start)
-            scale = np.linalg.norm(slopes, axis=1)
-            if not scale.all() or not self._are_independent(slopes):
+            slopes = self._fit(start, 1.0, 1).jac
+            first = slopes if first is None else first
+            if not _are_independent(slopes):
                 continue  # from another starting point they may be independent
-            known = True
-            found = least_squares(
-                lambda u, s=scale: self._misfit(u) / s, start, lambda u, s=scale: self._slopes(u) /
-                s[:, None], (0.0, 1.0), ftol=None, gtol=None, xtol=1e-2 * self.close.min(),
-                max_nfev=_SOLUTIONS,
-            )  # fmt: skip
-            slopes = self._slopes(found.x)
-            step = abs(np.linalg.lstsq(slopes, self._misfit(found.x), rcond=None)[0])
-            if self._are_independent(slopes) and np.all(step <= self.close):
-                reached = self._misfit(found.x) + self.aims
+            scale = np.linalg.norm(slopes, axis=1)
+            found = self._fit(start, scale, _SOLUTIONS)
+            slopes, gap = found.jac * scale[:, None], found.fun * scale
+            step = abs(np.linalg.lstsq(slopes, gap, rcond=None)[0])
+            if _are_independent(slopes) and np.all(step <= self.close):
+                reached = gap + self.aims
                 return self._values_at(found.x), reached, slopes / self.width, step * self.width
             if nearest is None or found.cost < nearest.cost:
                 nearest = found
-        raise self._no_root_inside(nearest.x) if known else self._dependence_error()
+        raise self._no_root_inside(nearest.x) if nearest else self._dependence_error(first)
+
+    def _fit(self, start: np.ndarray, scale, evaluations: int):
+        """Return a least-squares fit to the targets, with gaps over a scale."""
+        from scipy.optimize import least_squares
+
+        return least_squares(
+            lambda u: self._misfit(u) / scale, start, "3-point", (1.0, 2.0), diff_step=_STEP,
+            ftol=None, gtol=None, xtol=1e-2 * self.close.min(), max_nfev=evaluations,
+        )  # fmt: skip
 
     def _values_at(self, u: np.ndarray) -> np.ndarray:
-        return self.low + u * self.width
+        return self.low + (u - 1) * self.width
 
     def _misfit(self, u: np.ndarray) -> np.ndarray:
         return np.array(self.trials.results(tuple(self._values_at(u).tolist()))) - self.aims
 
-    def _slopes(self, u: np.ndarray) -> np.ndarray:
-        """Return the slopes of the results over u by differences within the ranges."""
-        columns = []
-        for axis in np.eye(len(u)):
-            ends = [np.clip(u + sign * _STEP * axis, 0.0, 1.0) for sign in (1, -1)]
-            columns.append(
-                (self._misfit(ends[0]) - self._misfit(ends[1])) / ((ends[0] - ends[1]) @ axis)
-            )
-        return np.column_stack(columns)
-
-    def _are_independent(self, slopes: np.ndarray) -> bool:
-        """Return whether the results depend on all parameters independently."""
-        for axis in (1, 0):
-            size = np.linalg.norm(slopes, axis=axis, keepdims=True)
-            if not size.all():
-                return False
-            slopes = slopes / size
-        values = np.linalg.svd(slopes, compute_uv=False)
-        return bool(values[-1] > _DEPENDENT * values[0])
-
-    def _dependence_error(self):
-        slopes = self._slopes(np.full(len(self.aims), 0.5))
+    def _dependence_error(self, slopes: np.ndarray):
         for axis, names in ((0, self.trials.parameters), (1, self.trials.names)):
             for name, still in zip(names, ~slopes.any(axis), strict=True):
                 if still:
@@ -171,3 +153,13 @@ class _Search:
         runs = len(self.trials.done)
         return self.trials.failure("outside", f"none found within the ranges ({runs} runs); "
                                    f"nearest is {where}, with {what}")  # fmt: skip
+
+
+def _are_independent(slopes: np.ndarray) -> bool:
+    """Return whether the results depend on all parameters independently."""
+    for axis in (1, 0):
+        size = np.linalg.norm(slopes, axis=axis, keepdims=True)
+        if not size.all():
+            return False
+        slopes = slopes / size
+    return np.linalg.cond(slopes) < 1 / _DEPENDENT
