@@ -43,5 +43,33 @@ def read_bounded(file, most: int) -> bytes:
     return data
 
 
+def read_numbers(file, most: int) -> tuple[list[str], list[tuple[int, list[float]]]]:
+    """Return the heading of a CSV file, and line number and values of each row; NaN if empty.
+
+    Lines that begin with # are comments.
+
+    Raises
+    ------
+    InputError
+        If there are no rows, or a row does not have a number for each heading.
+    """
+    lines = read_bounded(file, most).decode("utf-8-sig", "replace").splitlines()
+    rows = [(i, [cell.strip(' \t"') for cell in line.split(",")])
+            for i, line in enumerate(lines, 1) if line.strip() and line[0] != "#"]  # fmt: skip
+    if len(rows) < 2 or not all(rows[0][1]):
+        raise InputError(f"{file}: give a heading with the name of each column, and rows of "
+                         "numbers")  # fmt: skip
+    names, found = rows[0][1], []
+    for line, cells in rows[1:]:
+        if len(cells) != len(names):
+            raise InputError(f"{file}, line {line}: {len(cells)} values under {len(names)} "
+                             "headings")  # fmt: skip
+        try:
+            found.append((line, [float(cell or "nan") for cell in cells]))
+        except ValueError as trouble:
+            raise InputError(f"{file}, line {line}: {trouble}") from None
+    return names, found
+
+
 def _unreadable_error(file, trouble: Exception) -> OutputError:
     return OutputError(f"{file} cannot be read: {getattr(trouble, 'strerror', None) or trouble}")

@@ -3,17 +3,15 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 
 from ..base.arguments import DAMPING_RATIO, FINITE, POSITIVE, Range
 from ..base.errors import InputError
-from ..base.reading import read_bounded
+from ..base.reading import read_numbers
 
 BAND = 1.6449  # number of standard deviations on either side of the median that contain 90 %
 _LARGEST = 2**22  # largest size of a table of modes, bytes
@@ -84,42 +82,34 @@ def measured_modes(source) -> list[MeasuredMode]:
     """
     if isinstance(source, Sequence) and not isinstance(source, str):
         return list(source)
-    lines = read_bounded(Path(source), _LARGEST).decode("utf-8-sig", "replace").splitlines()
-    kept = [(i, line) for i, line in enumerate(lines, 1) if line.strip() and line[0] != "#"]
-    rows = [[cell.strip() for cell in row] for row in csv.reader(line for _, line in kept)]
-    if len(rows) < 2:
-        raise InputError(f"{source}: give a heading, such as frequency,deviation,top.x, and a row "
-                         "for each mode")  # fmt: skip
-    for name in rows[0]:
+    names, rows = read_numbers(source, _LARGEST)
+    for name in names:
         if name not in _COLUMNS and name[-2:] not in (".x", ".y"):
-            raise InputError(f"{source}, line {kept[0][0]}: column {name!r} is not known; there "
-                             f"are {', '.join(_COLUMNS)}, and POINT.x, POINT.y")  # fmt: skip
+            raise InputError(f"{source}: column {name!r} is not known; there are "
+                             f"{', '.join(_COLUMNS)}, and POINT.x, POINT.y")  # fmt: skip
     found = []
-    for (line, _), row in zip(kept[1:], rows[1:], strict=True):
-        if len(row) != len(rows[0]):
-            raise InputError(f"{source}, line {line}: {len(row)} values under {len(rows[0])} "
-                             "headings")  # fmt: skip
+    for line, values in rows:
+        given = {n: v for n, v in zip(names, values, strict=True) if not math.isnan(v)}
         try:
-            found.append(_parse_mode(dict(zip(rows[0], row, strict=True))))
+            found.append(_mode_of(given))
         except InputError as trouble:
             raise InputError(f"{source}, line {line}: {trouble}") from None
     return found
 
 
-def _parse_mode(row: dict[str, str]) -> MeasuredMode:
-    """Parse a mode from the texts of a row."""
-    given = {n: _COLUMNS.get(n, FINITE).check(n, text) for n, text in row.items() if text}
-    values: dict = {n: given.pop(n) for n in _COLUMNS if n in given}
+def _mode_of(row: dict[str, float]) -> MeasuredMode:
+    """Return the mode of a row of a table."""
+    shape = {n: row[n] for n in row if n not in _COLUMNS}
+    values: dict = {n: _COLUMNS[n].check(n, row[n]) for n in row if n in _COLUMNS}
     low, high = values.pop("low", None), values.pop("high", None)
     if low and high:
         if not low < high:
             raise InputError(f"low = {low:g} must be below high = {high:g}")
-        values.setdefault("frequency", (low + high) / 2)
-        values.setdefault("deviation", (high - low) / (2 * BAND))
+        values = {"frequency": (low + high) / 2, "deviation": (high - low) / (2 * BAND)} | values
     for name in ("frequency", "deviation"):
         if name not in values:
             raise InputError(f"{name} is missing: give frequency and deviation, or low and high")
-    return MeasuredMode(shape=given, **values)
+    return MeasuredMode(shape=shape, **values)
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..base.arguments import COUNT
 from ..base.errors import InputError, MissingLibrary
-from ..base.reading import read_bounded
+from ..base.reading import read_numbers
 from ..engine.signals import smooth_konno_ohmachi
 from .measured import MeasuredMode
 
@@ -87,18 +87,10 @@ class Ambient:
 
     @classmethod
     def _read_csv(cls, file) -> Ambient:
-        lines = read_bounded(Path(file), _LARGEST).decode("utf-8-sig", "replace").splitlines()
-        kept = [(i, line) for i, line in enumerate(lines, 1) if line.strip() and line[0] != "#"]
-        names = [name.strip() for name in kept[0][1].split(",")] if kept else []
-        if len(names) < 2 or names[0] != "time" or len(kept) < 3:
+        names, rows = read_numbers(file, _LARGEST)
+        if len(names) < 2 or names[0] != "time" or len(rows) < 2:
             raise InputError(f"{file}: give a heading, such as time,top.x,base.x, and samples")
-        values = np.empty((len(kept) - 1, len(names)))
-        for row, (number, line) in zip(values, kept[1:], strict=True):
-            try:
-                row[:] = [float(cell) for cell in line.split(",")]
-            except ValueError:
-                raise InputError(f"{file}, line {number}: give {len(names)} numbers, separated by "
-                                 "commas") from None  # fmt: skip
+        values = np.array([row for _, row in rows])
         return cls(_time_step(values[:, 0]), names[1:], values[:, 1:])
 
     @classmethod

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..base.arguments import FINITE
 from ..base.errors import InputError
-from ..base.reading import read_bounded
+from ..base.reading import read_numbers
 from .axes import Points
 
 _LARGEST = 2**26  # largest size of a file of samples, bytes
@@ -145,19 +145,12 @@ def read_points(file, count: int | None = None, name: str = "sample") -> Points:
     InputError
         If there are fewer rows, or a value is not a number.
     """
-    lines = read_bounded(file, _LARGEST).decode("utf-8-sig", "replace").splitlines()
-    head, *rows = [line.split(",") for line in lines if line and line[0] != "#"] or [[]]
-    names = [one.strip() for one in head]
-    if len(rows) < (count or 1) or not all(names):
-        raise InputError(f"{file} has {len(rows)} rows of values under a heading; "
-                         f"{count or 1} are needed")  # fmt: skip
-    values = {one: [] for one in names}
-    for row in rows[:count]:
-        if len(row) != len(names):
-            raise InputError(f"{file}: {','.join(row)!r} does not have {len(names)} values")
-        for one, text in zip(names, row, strict=True):
-            values[one].append(FINITE.check(f"{file}: {one}", text))
-    return Points(name, values)
+    names, rows = read_numbers(file, _LARGEST)
+    if len(rows) < (count or 1):
+        raise InputError(f"{file} has {len(rows)} rows of values; {count} are needed")
+    columns = zip(*(values for _, values in rows[:count]), strict=True)
+    return Points(name, {one: [FINITE.check(f"{file}: {one}", value) for value in column]
+                         for one, column in zip(names, columns, strict=True)})  # fmt: skip
 
 
 def _draw_sobol(count: int, width: int, seed: int) -> np.ndarray:
