@@ -12,6 +12,7 @@ from sitedda.base.errors import SiteddaError
 from sitedda.engine.scheme import Scheme
 from sitedda.engine.signals import dominant_frequency
 from sitedda.engine.simulation import Simulation
+from sitedda.facade.model import Model
 from sitedda.facade.run import run
 from sitedda.input.groups import group_text
 from sitedda.report import Picture
@@ -23,9 +24,9 @@ from ..runs import Task, input_file
 from .discrete import DiscreteModel
 
 _INPUT = "avdat.nml"
-_DRUMS, _WIDTH, _HEIGHT = 10, 0.6, 0.39  # of the input, m
-_DENSITY, _YOUNG, _POISSON, _GRAVITY = 2250.0, 17e9, 0.22, 9.81  # table III; m/s²
-_FIELD = ((3.0, 3.8), (4.2, 5.3))  # Hz, two modes measured in the field (section 3.1)
+DRUMS, WIDTH, HEIGHT = 10, 0.6, 0.39  # of the input, m
+DENSITY, _YOUNG, _POISSON, GRAVITY = 2250.0, 17e9, 0.22, 9.81  # table III; m/s²
+BANDS = ((3.0, 3.8), (4.2, 5.3))  # Hz, two modes measured in the field (section 3.1)
 _TABLE_IV = {
     1e-3: {
         1e7: "not stable", 5e7: (8, 8), 1e8: (5, 6), 2e8: (3, 4), 3e8: (2, 3), 4e8: (2, 3),
@@ -70,7 +71,7 @@ _TURN_ON = {1e-3: 6.0, 1e-2: 2.0}  # s of gravity before the load
 def tasks(quick: bool = False) -> list[Task]:
     """Return the runs of the study; `quick` omits those not needed for the requirements."""
     todo = [
-        Task(("gravity", step, k), _simulate_settling, {"k": k, "step": step}, 0.4e-3 / step)
+        Task(("gravity", step, k), simulate_settling, {"k": k, "step": step}, 0.4e-3 / step)
         for step, printed in _TABLE_IV.items()
         for k in printed
     ]
@@ -106,14 +107,14 @@ def tasks(quick: bool = False) -> list[Task]:
 # ---------------------------------------------------------------------------------------------
 
 
-def _simulate_settling(k: float, step: float) -> dict:
+def simulate_settling(k: float, step: float, duration: float = _GRAVITY_TIME, **contact) -> dict:
     """Apply gravity; return the settling time of the top drum and its final position."""
     history = run(
         input_file(_INPUT),
         time_step=step,
         max_displacement_ratio=step,
-        duration=_GRAVITY_TIME,
-        contact={"normal_stiffness": k},
+        duration=duration,
+        contact={"normal_stiffness": k} | contact,
     ).history
     motion = history.displacement.sel(point="top").values
     time = history.time.values
@@ -176,10 +177,10 @@ def _uneven_drums_input(size: float, seed: int) -> str:
         if not line.startswith("&drums"):
             lines.append(line)
             continue
-        for drum in range(_DRUMS):
-            low, high = drum * _HEIGHT, (drum + 1) * _HEIGHT - size
+        for drum in range(DRUMS):
+            low, high = drum * HEIGHT, (drum + 1) * HEIGHT - size
             left, right = low + size * random.random(2)
-            half = _WIDTH / 2
+            half = WIDTH / 2
             corners = [(-half, left), (half, right), (half, high), (-half, high)]
             vertices = [round(float(x), 10) for corner in corners for x in corner]
             lines.append(group_text("block", {"name": f"drum_{drum + 1}", "vertices": vertices}))
@@ -191,11 +192,11 @@ def _simulate_free_vibration(case: tuple, rules: str = "consistent") -> dict:
     kind, step, k, load = case
     start = _TURN_ON[step]
     if kind == "dynamic":  # one time step, at the lowest drum
-        place = {"y": 0.5 * _HEIGHT, "block": "drum_1"}
+        place = {"y": 0.5 * HEIGHT, "block": "drum_1"}
         pulse = {"time": [start, start + step, start + 2 * step], "force_x": [0.0, load, 0.0]}
         free = start + 2 * step
     else:
-        place = {"y": (_DRUMS - 0.5) * _HEIGHT, "block": "drum_10"}
+        place = {"y": (DRUMS - 0.5) * HEIGHT, "block": "drum_10"}
         pulse = {
             "time": [start, start, start + _PUSH, start + _PUSH],
             "force_x": [0.0, load, load, 0.0],
@@ -207,7 +208,7 @@ def _simulate_free_vibration(case: tuple, rules: str = "consistent") -> dict:
         max_displacement_ratio=step,
         duration=free + _LISTEN,
         contact={"normal_stiffness": k, "contact_rules": rules},
-        load={"x": -_WIDTH / 2} | place | pulse | {"force_y": [0.0] * len(pulse["time"])},
+        load={"x": -WIDTH / 2} | place | pulse | {"force_y": [0.0] * len(pulse["time"])},
     ).history
     time = history.time.values
     sideways = history.displacement.sel(point="top").isel(axis=0).values
@@ -220,13 +221,25 @@ def _simulate_free_vibration(case: tuple, rules: str = "consistent") -> dict:
     }
 
 
+def column(stiffness: float, width: float = 3.0, depth: float = 1.0, **values) -> Model:
+    """Return the column with joints of a stiffness (Pa/m) on a free block; values: `Model`."""
+    model = Model("Avdat", gravity=(0, -GRAVITY), **values)
+    model.contact(normal_stiffness=4e8)
+    model.material("limestone", density=DENSITY, young_modulus=_YOUNG, poisson_ratio=_POISSON)
+    model.joint("dry", friction_angle=35, normal_stiffness_per_area=stiffness)
+    boxes = {f"drum_{i + 1}": (WIDTH / 2, HEIGHT * i, HEIGHT * (i + 1)) for i in range(DRUMS)}
+    for name, (half, low, high) in ({"base": (width / 2, -depth, 0.0)} | boxes).items():
+        model.block([-half, low, half, low, half, high, -half, high], name=name)
+    return model
+
+
 # ---------------------------------------------------------------------------------------------
 # Theory
 # ---------------------------------------------------------------------------------------------
 
 
 @cache
-def _closed_column(k: float, drums: tuple[float, float, float] | None = None) -> DiscreteModel:
+def closed_column(k: float, drums: tuple[float, float, float] | None = None) -> DiscreteModel:
     """Return the column with all joints closed; `drums`: widths at foot and top, height, m."""
     changes = {"contact": {"normal_stiffness": k}}
     if drums is not None:
@@ -242,20 +255,20 @@ def _leaning_frequency(k: float) -> float:
     Each drum sinks by (Δu)²/2h where the column leans by Δu over a height h; in the mode φ the
     weight above takes g Σ m (Δu)²/h from ω² (Rayleigh).
     """
-    model = _closed_column(k)
+    model = closed_column(k)
     shape = model.mode(0)
     sideways = np.concatenate([[0.0], shape[6::6]])
-    heights = np.concatenate([[0.5], np.ones(_DRUMS - 1)]) * _HEIGHT
-    mass = _DENSITY * _WIDTH * _HEIGHT
-    above = mass * (_DRUMS - np.arange(_DRUMS))
-    lost = _GRAVITY * np.sum(above * np.diff(sideways) ** 2 / heights)
+    heights = np.concatenate([[0.5], np.ones(DRUMS - 1)]) * HEIGHT
+    mass = DENSITY * WIDTH * HEIGHT
+    above = mass * (DRUMS - np.arange(DRUMS))
+    lost = GRAVITY * np.sum(above * np.diff(sideways) ** 2 / heights)
     return float(np.sqrt(model.omega[0] ** 2 - lost) / (2 * np.pi))
 
 
 def _theoretical_settling_time(k: float, step: float) -> float | None:
     """Return the settling time of the linear column under sudden gravity; None if never."""
-    model = _closed_column(k)
-    weight = -_GRAVITY * model.mass[:, 1::6].sum(1)
+    model = closed_column(k)
+    weight = -GRAVITY * model.mass[:, 1::6].sum(1)
     steps = round(_GRAVITY_TIME / step)
     sag = model.loaded(model.row("top", 1), weight, np.ones(steps), step)
     return _settling_time(step * np.arange(1, steps + 1), sag)
@@ -266,7 +279,7 @@ def _best_drum_height(widths: tuple[float, float]) -> float:
     wanted = np.mean([np.log(np.mean(_printed_frequencies(k)) / np.sqrt(k)) for k in _LOW])
 
     def miss(height: float) -> float:
-        model = _closed_column(_LOW[0], (*widths, height))
+        model = closed_column(_LOW[0], (*widths, height))
         return (np.log(model.frequencies[0] / np.sqrt(_LOW[0])) - wanted) ** 2
 
     return float(minimize_scalar(miss, bounds=(0.2, 0.5), method="bounded").x)
@@ -277,7 +290,7 @@ def _printed_frequencies(k: float) -> tuple[float, ...]:
     return tuple(value for printed in _TABLE_V[k].values() for value in printed)
 
 
-def _printed(k: float) -> tuple[float, float]:
+def printed_range(k: float) -> tuple[float, float]:
     """Return the range of table V at a penalty, Hz."""
     return min(_printed_frequencies(k)), max(_printed_frequencies(k))
 
@@ -318,7 +331,7 @@ def _describe_study() -> list[str]:
         "Ten drums on a block held by three fixed points. The sizes of the drums are not printed:"
         " “largest side 0.5 m” and “mean diameter 0.6 m” cannot both be sides of one upright"
         " rectangle in each drum, so 0.5 m is taken as a bound on the height. Drums of"
-        f" {_WIDTH:g} m × {_HEIGHT:g} m come nearest to the low end of Table V.",
+        f" {WIDTH:g} m × {HEIGHT:g} m come nearest to the low end of Table V.",
         f"Settled: the top drum stays within {per_cent(_TOLERANCE)} of its sag. “Theory” is the"
         " linear column under the same sudden gravity, by the same criterion, and K x = ω² M x"
         " with the weight of the leaning column for the frequencies.",
@@ -338,11 +351,11 @@ def _add_drum_table(done: Outcome) -> None:
     cells = []
     for name, drums in sets.items():
         drums = drums if len(drums) == 3 else (*drums, _best_drum_height(drums))
-        values = [_closed_column(k, drums).frequencies[0] for k in _TABLE_V]
+        values = [closed_column(k, drums).frequencies[0] for k in _TABLE_V]
         shown = [f"{drums[2]:.3f}", *(f"{v:.2f}" for v in values)]
-        off = [deviation(float(v), _printed(k)) for v, k in zip(values, _TABLE_V, strict=True)]
+        off = [deviation(float(v), printed_range(k)) for v, k in zip(values, _TABLE_V, strict=True)]
         cells.append([name, *shown, per_cent(max(off, key=abs), sign=True)])
-    cells.append(["paper", "", *(show(_printed(k), 3) for k in _TABLE_V), ""])
+    cells.append(["paper", "", *(show(printed_range(k), 3) for k in _TABLE_V), ""])
     done.tabulate(
         "Drum sizes: linear first frequency (Hz); height chosen for k = 1e8 and 2e8 N/m",
         ["widths", "height (m)", *(f"k = {k:.0e}" for k in _TABLE_V), "furthest off"],
@@ -435,7 +448,7 @@ def _add_uneven_table(done: Outcome, found: dict) -> None:
 def _add_gravity_notes(done: Outcome, found: dict, wrong: list) -> None:
     """Add notes on why verdicts and settling times differ from table IV."""
     names = ", ".join(f"{k:.0e} at {step:g} s" for k, step in wrong)
-    band = _DEAD_BAND * (_DRUMS * _HEIGHT + 1.0) / 2
+    band = _DEAD_BAND * (DRUMS * HEIGHT + 1.0) / 2
     sag = -found[("gravity", 1e-3, 5e9)]["sag"][-1]
     done.notes.append(f"Table IV: verdicts differ at k = {names}.")
     done.notes.append(
@@ -453,16 +466,16 @@ def _add_gravity_notes(done: Outcome, found: dict, wrong: list) -> None:
         " engine, not the original program."
     )
     soft = found[("gravity", 1e-2, 1e7)]
-    mass = _DENSITY * _WIDTH * _HEIGHT * _DRUMS
+    mass = DENSITY * WIDTH * HEIGHT * DRUMS
     done.notes += [
         "k = 1e7 at 1 ms: the vibration has not died out after 15 s, here, in theory and in the"
         " paper: the decay rate is ω²Δt/4. (By a looser criterion, 10 % of the sag, it has after"
         f" {found[('gravity', 1e-3, 1e7)]['loosely']:.3g} s: this verdict hangs on the criterion.)"
         " At 10 ms it is ten times that and the column rests"
         f" after {soft['settled']:.2g} s; the paper's “not stable” there is not explained by the"
-        f" scheme. The joints press {1e3 * mass * _GRAVITY / 2 / 1e7:.1f} mm deep (twice that while"
+        f" scheme. The joints press {1e3 * mass * GRAVITY / 2 / 1e7:.1f} mm deep (twice that while"
         " the column swings): at 1 ms this is more than the depth at which the original forgets a"
-        f" contact, {1e3 * 12e-4 * (_DRUMS * _HEIGHT + 1) / 2:.1f} mm; at 10 ms, where that depth"
+        f" contact, {1e3 * 12e-4 * (DRUMS * HEIGHT + 1) / 2:.1f} mm; at 10 ms, where that depth"
         " grows with the maximum displacement ratio, it is not, and the verdict stays open.",
         "Times: theory and run fall as 1/k (decay rate ω²Δt/4 with ω ∝ √k), the paper's about as"
         " 1/√k down to a floor of 2 s; its criterion is not printed, and for stiff springs"
@@ -491,7 +504,7 @@ def _add_frequency_rows(done: Outcome, found: dict) -> None:
                 theory,
                 fine,
                 f"Δt = 1 ms; {coarse:.3f} at 10 ms (theory of the scheme {expected:.3f});"
-                f" without the weight {_closed_column(k).frequencies[0]:.3f}",
+                f" without the weight {closed_column(k).frequencies[0]:.3f}",
             )
     done.notes.append(
         "Table V, low end: the height of the drums was chosen to meet it, so that its agreement"
@@ -507,7 +520,7 @@ def _add_frequency_rows(done: Outcome, found: dict) -> None:
         "Table V: frequency rises with k over all k",
         bool(np.all(np.diff(trend) > 0)),
         f"from {trend[0]:.2f} to {trend[-1]:.2f} Hz, paper"
-        f" {show(_printed(1e8), 3)} to {show(_printed(1e9), 3)} Hz",
+        f" {show(printed_range(1e8), 3)} to {show(printed_range(1e9), 3)} Hz",
     )
     done.require(
         "Table V: static and dynamic load give one frequency",
@@ -547,14 +560,14 @@ def _explain_high_end(done: Outcome, found: dict) -> None:
     """Add notes on whether a column can reach the high end of table V."""
     soft, stiff = _fit_springs_in_series()
     length = 5.0
-    beam = 0.5596 * np.sqrt(_YOUNG * _WIDTH**2 / 12 / (_DENSITY * length**4))
-    shear = np.sqrt(_YOUNG / 2 / (1 + _POISSON) / _DENSITY) / (4 * _DRUMS * _HEIGHT)
+    beam = 0.5596 * np.sqrt(_YOUNG * WIDTH**2 / 12 / (DENSITY * length**4))
+    shear = np.sqrt(_YOUNG / 2 / (1 + _POISSON) / DENSITY) / (4 * DRUMS * HEIGHT)
     fine, coarse = (found[("static", s, 1e9, _USUAL["static"])]["frequency"] for s in _STEPS)
     done.notes.append(
         "Table V, high end: not reached by a column whose joints stay closed: then f ∝ √k, whatever"
-        f" the drums ({fine:.2f} Hz at 1e9 N/m against {show(_printed(1e9), 3)} Hz). The time step"
-        f" does not do it ({coarse:.2f} Hz at 10 ms, the scheme's longer period), nor static loads"
-        " of 100 to 3000 N, nor the weight (it acts at the soft end, the wrong way)."
+        f" the drums ({fine:.2f} Hz at 1e9 N/m against {show(printed_range(1e9), 3)} Hz). The time"
+        f" step does not do it ({coarse:.2f} Hz at 10 ms, the scheme's longer period), nor static"
+        " loads of 100 to 3000 N, nor the weight (it acts at the soft end, the wrong way)."
     )
     if ("rules", 1e-3, 1e9) in found:
         same = max(
@@ -567,8 +580,8 @@ def _explain_high_end(done: Outcome, found: dict) -> None:
             "The original's rules give the same frequencies while joints stay closed (within"
             f" {per_cent(same)}). Lift-off does not reach the print either: under blows of 10 ms on"
             f" the stiffest column the dominant frequency jumps from {below:.2f} Hz at 155 kN to"
-            f" {above:.2f} Hz at 160 kN, across the printed {show(_printed(1e9), 3)} Hz, and it"
-            " then depends on the load, where the paper"
+            f" {above:.2f} Hz at 160 kN, across the printed {show(printed_range(1e9), 3)} Hz, and"
+            " it then depends on the load, where the paper"
             " finds one frequency for all loads. None of the effects tried gives the high end."
         )
     done.notes += [
@@ -635,7 +648,7 @@ def _draw_gravity(drawing, found) -> None:
 
 
 def _shade_measured_bands(axis, along: str) -> None:
-    for low, high in _FIELD:
+    for low, high in BANDS:
         span = axis.axhspan if along == "x" else axis.axvspan
         span(low, high, color=FIELD, alpha=0.22, lw=0)
 
@@ -651,7 +664,7 @@ def _draw_frequencies(drawing, found) -> None:
                       mfc=BLUE if mark == "o" else "w",
                       label=f"sitedda, Δt = {step:g} s")  # fmt: skip
         for k in _TABLE_V:
-            axis.plot([k, k], _printed(k), "_-", color=INK, ms=12, lw=2)
+            axis.plot([k, k], printed_range(k), "_-", color=INK, ms=12, lw=2)
         axis.plot([], [], "_-", color=INK, ms=12, lw=2, label="paper")
         soft, stiff = _fit_springs_in_series()
         axis.plot(line, (1e8 / line / soft**2 + stiff**-2) ** -0.5, ":", color=INK, lw=1,

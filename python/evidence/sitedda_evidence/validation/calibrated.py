@@ -13,6 +13,7 @@ from sitedda.engine.checking import modes
 from sitedda.facade.model import Model
 
 from ..case import Outcome, Table, absolute, at_most, case
+from ..paper.avdat import column
 from ..runs import Task
 
 _FIELD = [MeasuredMode(3.4, 0.8 / 3.29), MeasuredMode(4.75, 1.1 / 3.29)]  # bands as 90 %, Hz
@@ -21,15 +22,9 @@ _GROUND = {"boundary[sway].stiffness_per_area": (1e6, 1e8),
            "boundary[rise].stiffness_per_area": (1e7, 1e9)}  # fmt: skip
 
 
-def avdat(width: float, depth: float, springs: bool) -> Model:
+def avdat_column(width: float, depth: float, springs: bool) -> Model:
     """The ten drums of Avdat on a block that is fixed, or on springs."""
-    model = Model("Avdat", time_step=1e-3, steps=1, gravity=(0, -9.81))
-    model.contact(normal_stiffness=4e8)
-    model.material("limestone", density=2250, young_modulus=17e9, poisson_ratio=0.22)
-    model.joint("dry", friction_angle=35, normal_stiffness_per_area=6e8)
-    half = width / 2
-    model.block([-half, -depth, half, -depth, half, 0, -half, 0], name="base")
-    model.drums(width=0.6, top_width=0.6, height=0.39, count=10)
+    model = column(6e8, width, depth, time_step=1e-3, steps=1)
     if not springs:
         model.boundary(kind="fixed", blocks="base", side="bottom")
         return model
@@ -48,12 +43,12 @@ def avdat(width: float, depth: float, springs: bool) -> Model:
 )
 def avdat_second_mode(short: bool) -> Outcome:
     """The evidence of four hypotheses, and the stiffness of a contact by the first mode alone."""
-    fixed = avdat(3, 1, False)
+    fixed = avdat_column(3, 1, False)
     first, second = (calibrate(fixed, [one], _DRY) for one in _FIELD)
     found = {
         "fixed base": calibrate(fixed, _FIELD, _DRY),
-        "base 3 m × 1 m on springs": calibrate(avdat(3, 1, True), _FIELD, _DRY | _GROUND),
-        "base 4 m × 2 m on springs": calibrate(avdat(4, 2, True), _FIELD, _DRY | _GROUND),
+        "base 3 m × 1 m on springs": calibrate(avdat_column(3, 1, True), _FIELD, _DRY | _GROUND),
+        "base 4 m × 2 m on springs": calibrate(avdat_column(4, 2, True), _FIELD, _DRY | _GROUND),
     }
     logs = {name: one.evidence for name, one in found.items()}
     logs["other direction"] = first.evidence + second.evidence
