@@ -12,14 +12,14 @@ from ..base.arguments import COUNT, NOT_NEGATIVE, positive
 from ..base.errors import InputError
 from ..base.numbers import number
 from ..engine.checking import Modes, matrices, modes
-from .family import Family, family_of
+from .family import family_of
 from .measured import BAND, MeasuredMode, Observations, measured_modes
 from .posterior import Posterior
 
 SAMPLERS = ("laplace", "ensemble")
 _DISCREPANCY = (0.02, 1.0)  # prior of an unknown discrepancy: median, deviation of its logarithm
-_EXACT = 1e-5  # largest relative error of frequencies by the reduction
-_ROUNDS, _LOOKS = 6, 6  # number of searches, and of samples that check the reduction
+_EXACT = 1e-5  # relative error of frequencies by the reduction at which its basis is complete
+_ROUNDS = 6  # largest number of bases
 _FAR, _WIDE, _ALIKE, _FEW = 2.0, 0.8, 0.95, 0.2  # limits of warnings, see `_find_warnings`
 SILENT = ("small vibrations do not determine friction, cohesion, tensile strength and joint "
           "opening: their uncertainty is unchanged")  # fmt: skip
@@ -34,7 +34,7 @@ class Calibration:
     names : tuple of str
         Of the unknowns, as changes of the input.
     best, median, low, high : ndarray, shape (unknowns,)
-        Of the largest probability; median and the bounds of the middle 90 %, of the samples.
+        Of the largest probability; median and the bounds of the middle 90 %.
     deviation : ndarray, shape (unknowns,)
         Standard deviation of the natural logarithm.
     prior : ndarray, shape (unknowns, 2)
@@ -59,7 +59,7 @@ class Calibration:
         ln of the probability of the measured modes under this model and its priors, and its
         standard error.
     reduction_error : float
-        Largest relative error of frequencies by the reduced basis, at some samples.
+        Largest relative error of frequencies by the reduced basis, up to 2 σ from the peaks.
     doubts : tuple of str
         Warnings on modes that do not fit, and on unknowns that the modes do not determine.
     """
@@ -207,20 +207,22 @@ def calibrate(
         deviation = np.append(deviation, _DISCREPANCY[1])
     else:
         NOT_NEGATIVE.check("discrepancy", discrepancy)
-    search = _Search(family, Posterior(family, observations, mean, deviation, discrepancy))
-    peaks, error = search.run(seed)
-    x, posterior = peaks[0][0], search.posterior
+    posterior = Posterior(family, observations, mean, deviation, discrepancy)
+    posterior, peaks, error = _find_peaks(posterior, seed)
+    x = peaks[0][0]
     drawn, weights, *evidence = posterior.weighted(peaks, seed)
-    drawn = drawn[np.random.default_rng(seed).choice(len(drawn), samples, p=weights)]
+    picked = drawn[np.random.default_rng(seed).choice(len(drawn), samples, p=weights)]
     if sampler == "ensemble":
-        drawn = posterior.sampled(drawn, samples, seed)
+        drawn = picked = posterior.sampled(picked, samples, seed)
+        weights = None
     count = len(prior)
-    values, level = np.exp(drawn[:, :count]), discrepancy
+    low, median, high = np.quantile(np.exp(drawn[:, :count]), (0.05, 0.5, 0.95), axis=0,
+                                    method="inverted_cdf", weights=weights)  # fmt: skip
+    values, level = np.exp(picked[:, :count]), discrepancy
     if level is None:
-        level = float(np.exp(np.median(drawn[:, -1])))
-    squares, y, chosen = posterior.solved(np.vstack([x, drawn]), shapes=False)
+        level = float(np.exp(np.median(picked[:, -1])))
+    squares, y, chosen = posterior.solved(np.vstack([x, picked]), shapes=False)
     frequencies = np.sqrt(np.take_along_axis(squares, chosen, 1)) / (2 * np.pi)
-    low, median, high = np.percentile(values, (5, 50, 95), axis=0)
     bounds = np.percentile(frequencies[1:], (5, 95), axis=0)
     off = [np.log(one.frequency / f) / np.hypot(one.deviation / one.frequency, level)
            for one, f in zip(seen, frequencies[0], strict=True)]  # fmt: skip
@@ -236,10 +238,7 @@ def calibrate(
         seen, chosen[0] + 1, frequencies[0], bounds[0], bounds[1],
         np.array(off), np.array(macs), shown, evidence[0], evidence[1], error, (),
     )  # fmt: skip
-    object.__setattr__(
-        found, "doubts", _find_warnings(found, x, mean, deviation, evidence[2], sampler)
-    )
-    return found
+    return replace(found, doubts=_find_warnings(found, x, mean, deviation, evidence[2], sampler))
 
 
 def odds(calibrations: Mapping[str, Calibration]) -> dict[str, float]:
@@ -255,61 +254,35 @@ def odds(calibrations: Mapping[str, Calibration]) -> dict[str, float]:
     return dict(zip(calibrations, (weights / weights.sum()).tolist(), strict=True))
 
 
-@dataclass
-class _Search:
-    """Search of the most probable unknowns in a basis of modes that grows until it is exact."""
+def _find_peaks(posterior: Posterior, seed: int) -> tuple[Posterior, list[tuple], float]:
+    """Return the posterior in a basis of modes, its peaks with covariances, and the basis error.
 
-    family: Family
-    posterior: Posterior
+    The basis grows by exact modes at the peaks and two standard deviations away, until the
+    frequencies there are exact.
+    """
+    family, count = posterior.family, posterior.seen.count
+    width, peaks = len(family.parts), []
 
-    def run(self, seed: int) -> tuple[list[tuple], float]:
-        """Return the peaks of the posterior with covariances, and the error of the basis."""
-        posterior = self.posterior
-        width = len(self.family.parts)
-        axes = np.eye(posterior.mean.size)[:width] * posterior.deviation
-        self.vectors = [
-            self._exact_modes(x)[1] for x in self._reduced_frequencies(posterior.mean, BAND * axes)
-        ]
-        self._project_family()
-        peaks = [self._improve_start(x) for x in self.posterior.peaks(seed)]
-        for _ in range(2):
-            for x in peaks:
-                values, turns = np.linalg.eigh(self.posterior.covariance(x))
-                around = self._reduced_frequencies(x, 2 * (turns * np.sqrt(values)).T)
-                self.vectors += [self._exact_modes(one)[1] for one in around]
-            self._project_family()
-            peaks = [self.posterior.best(x) for x in peaks]
-        peaks.sort(key=lambda x: -self.posterior.log(x[None])[0])
-        found = [(x, self.posterior.covariance(x)) for x in peaks]
-        some = np.random.default_rng(seed).multivariate_normal(*found[0], _LOOKS)
-        return found, max(self._extend_basis(one) for one in some)
+    def solve(x, axes):
+        steps = np.vstack([np.zeros_like(axes[:1]), axes, -axes])
+        return [(one, *family.modes(np.exp(one[:width]), count + 2)) for one in x + steps]
 
-    def _reduced_frequencies(self, x: np.ndarray, steps: np.ndarray) -> np.ndarray:
-        return np.vstack([x, x + steps, x - steps])
-
-    def _exact_modes(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        theta = np.exp(x[: len(self.family.parts)])
-        return self.family.modes(theta, self.posterior.seen.count + 2)
-
-    def _project_family(self) -> None:
-        family = self.family.reduced(np.hstack(self.vectors))
-        self.posterior = replace(self.posterior, family=family)
-
-    def _improve_start(self, x: np.ndarray) -> np.ndarray:
-        for _ in range(_ROUNDS):
-            if self._extend_basis(x) < _EXACT:
-                break
-            self._project_family()
-            x = self.posterior.best(x)
-        return x
-
-    def _extend_basis(self, x: np.ndarray) -> float:
-        """Return the relative error of frequencies at x, and add the modes at x to the basis."""
-        squares, y = self._exact_modes(x)
-        self.vectors.append(y)
-        count = self.posterior.seen.count
-        near = self.posterior.solved(x[None])[0][0, :count]
-        return float(np.max(np.abs(near / squares[:count] - 1)) / 2)
+    axes = BAND * np.diag(posterior.deviation)[:width]
+    vectors = [y for *_, y in solve(posterior.mean, axes)]
+    for _ in range(_ROUNDS):
+        posterior = replace(posterior, family=family.reduced(np.hstack(vectors)))
+        peaks = [posterior.best(x) for x in peaks] or posterior.peaks(seed)
+        peaks.sort(key=lambda x: -posterior.log(x[None])[0])
+        found, error = [(x, posterior.covariance(x)) for x in peaks], 0.0
+        for x, covariance in found:
+            values, turns = np.linalg.eigh(covariance)
+            for one, squares, y in solve(x, 2 * (turns * np.sqrt(values)).T):
+                near = posterior.solved(one[None])[0][0, :count]
+                error = max(error, float(np.max(abs(near / squares[:count] - 1))) / 2)
+                vectors.append(y)
+        if error < _EXACT:
+            break
+    return posterior, found, error
 
 
 def _check_priors(unknowns: Mapping) -> np.ndarray:

@@ -145,14 +145,10 @@ def family_of(model, unknowns: Mapping, contacts="auto", changes=None) -> Family
 
 def _unit_mass(mass: sparse.csr_array) -> sparse.csr_array:
     """Return W with Wᵀ M W = 1, without coordinates of removed blocks."""
-    blocks = mass.shape[0] // 6
-    kept = [b for b in range(blocks) if mass[6 * b, 6 * b] > 0]
-    parts = []
-    for b in kept:
-        lower = np.linalg.cholesky(mass[6 * b : 6 * b + 6, 6 * b : 6 * b + 6].toarray())
-        parts.append(np.linalg.inv(lower).T)
-    w = sparse.block_diag(parts, format="csr")
-    rows = np.concatenate([np.arange(6 * b, 6 * b + 6) for b in kept])
-    place = sparse.csr_array((np.ones(rows.size), (rows, np.arange(rows.size))),
-                             shape=(6 * blocks, rows.size))  # fmt: skip
-    return sparse.csr_array(place @ w)
+    mass = mass.copy()
+    mass.eliminate_zeros()
+    blocks = sparse.bsr_array(mass, blocksize=(6, 6))
+    inverse = np.linalg.inv(np.linalg.cholesky(blocks.data)).transpose(0, 2, 1)
+    kept = np.arange(len(inverse))
+    shape = (mass.shape[0], 6 * len(inverse))
+    return sparse.csr_array(sparse.bsr_array((inverse, kept, blocks.indptr), shape=shape))

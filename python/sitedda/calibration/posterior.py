@@ -17,7 +17,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment, minimize
-from scipy.special import gammaln, logsumexp
+from scipy.special import logsumexp, softmax
+from scipy.stats import multivariate_t
 
 from ..base.errors import ConvergenceError, MissingLibrary
 from .family import Family
@@ -30,9 +31,9 @@ _MOST, _LOWEST = 8, 7.0  # kept peaks: largest number, and largest difference to
 _FARTHEST = 8.0  # search range in standard deviations of the prior
 _LARGEST = 200.0  # bound on x, so that the stiffnesses of extreme draws are finite
 _DRAWS = 2000  # draws per round of the integral of the evidence
-_NARROW, _WIDER = 3, 3.0  # proposals per peak: number of scales, and factor of width
+_WIDER = 3.0  # width of the wider proposal of a peak over the other one
 _FREEDOM = 6  # degrees of freedom of the proposals, whose tails are wider than Gaussian
-_ROUNDS, _KERNELS = 4, 100  # number of rounds that adapt the proposals, and number of proposals
+_ROUNDS, _LEAST = 6, 1e-12  # rounds that fit the proposals; least weight of a draw in a fit
 _ENOUGH = 0.5  # effective fraction of draws at which the adaptation ends
 _WALKERS, _STEPS, _LENGTHS = 32, 500, 50  # steps; least autocorrelation times
 _MOST_STEPS = 20000
@@ -198,54 +199,47 @@ class Posterior:
     def weighted(self, peaks: list[tuple], seed: int) -> tuple:
         """Return draws, weights, ln of the integral of p, its error, and effective fraction.
 
-        Importance sampling draws from a mixture of multivariate t distributions about the peaks,
-        given by x and covariance, and of wider ones that cover the surroundings of a peak.  If few
-        draws have weight, p is not Gaussian, and a mixture about some of the draws replaces it
-        (West 1993).
+        Importance sampling draws from a mixture of multivariate t distributions: one about each
+        peak, given by x and covariance, and a wider one that covers its surroundings.  If few
+        draws have weight, p is not Gaussian, and the mixture is fitted to the weighted draws
+        (population Monte Carlo: Cappé et al. 2008).
 
         Raises
         ------
         ConvergenceError
-            If p is not finite, since weights would be NaN.
+            If p is not finite, or far narrower along some unknowns than along others.
         """
-        generator, size = np.random.default_rng(seed), self.mean.size
-        centres = np.repeat([x for x, _ in peaks], 1 + _NARROW, axis=0)
-        narrow = [np.linalg.cholesky(covariance) for _, covariance in peaks]
-        lowers = [factor * lower for lower in narrow for factor in (1.0, _WIDER)]
-        pattern = np.append(np.zeros(_NARROW, int), 1)
-        group = np.concatenate([2 * i + pattern for i in range(len(peaks))])
-        best = (0.0, centres, np.ones(1), 0.0, 0.0)
+        generator = np.random.default_rng(seed)
+        parts = [(x, f**2 * covariance) for x, covariance in peaks for f in (1.0, _WIDER)]
+        shares = np.tile([0.75, 0.25], len(peaks)) / len(peaks)
+        best = (0.0,)
+        trouble = ConvergenceError("the probability of the measured modes cannot be integrated: "
+                                   "check their deviations, and narrow the ranges")  # fmt: skip
         for _ in range(_ROUNDS):
-            picked = generator.integers(len(centres), size=_DRAWS)
-            heavy = np.sqrt(_FREEDOM / generator.chisquare(_FREEDOM, _DRAWS))[:, None]
-            gaussian = heavy * generator.standard_normal((_DRAWS, size))
-            draws, of = centres[picked], group[picked]
-            for i, lower in enumerate(lowers):
-                draws[of == i] += gaussian[of == i] @ lower.T
-            logs = self.log(draws) - _log_mixture(draws, centres, group, lowers)
+            try:
+                mixture = [multivariate_t(x, shape, _FREEDOM) for x, shape in parts]
+            except np.linalg.LinAlgError:
+                raise trouble from None
+            counts = generator.multinomial(_DRAWS, shares)
+            draws = np.vstack([one.rvs(n, generator).reshape(n, self.mean.size)
+                               for n, one in zip(counts, mixture, strict=True)])  # fmt: skip
+            terms = np.log(shares) + np.column_stack([one.logpdf(draws) for one in mixture])
+            density = logsumexp(terms, axis=1)
+            logs = self.log(draws) - density
             if not np.all(np.isfinite(logs)):
-                raise ConvergenceError("the probability of the measured modes is not finite: check "
-                                       "their deviations, and narrow the ranges")  # fmt: skip
-            weights = np.exp(logs - logs.max())
-            counting = weights.sum() ** 2 / np.sum(weights**2) / _DRAWS
+                raise trouble
+            weights = softmax(logs)
+            counting = 1 / np.sum(weights**2) / _DRAWS
             if counting > best[0]:
                 error = math.sqrt(max(1 / counting - 1, 0.0) / _DRAWS)
-                integral = float(logs.max() + np.log(weights.mean()))
-                best = (float(counting), draws, weights / weights.sum(), integral, error)
-                groups = of
+                integral = float(logsumexp(logs)) - math.log(_DRAWS)
+                best = (float(counting), draws, weights, integral, error)
             if counting > _ENOUGH:
                 break
-            draws, weights = best[1:3]
-            chosen = generator.choice(_DRAWS, _KERNELS, p=weights)
-            centres, group = draws[chosen], groups[chosen]
-            width = (4 / (size + 2) / _KERNELS) ** (1 / (size + 4))
-            for i in range(len(lowers)):
-                w = np.where(groups == i, weights, 0.0) + 1e-12
-                middle = w @ draws / w.sum()
-                spread = (draws - middle).T @ ((draws - middle) * w[:, None]) / w.sum()
-                lowers[i] = width * np.linalg.cholesky(spread)
-                mine = group == i
-                centres[mine] = middle + math.sqrt(1 - width**2) * (centres[mine] - middle)
+            owned = weights[:, None] * np.exp(terms - density[:, None]) + _LEAST
+            shares = owned.sum(0) / owned.sum()
+            parts = [(w @ draws / w.sum(), np.atleast_2d(np.cov(draws.T, aweights=w)))
+                     for w in owned.T]  # fmt: skip
         return *best[1:], best[0]
 
     def sampled(self, first: np.ndarray, count: int, seed: int) -> np.ndarray:
@@ -284,19 +278,6 @@ def _select_apart(points: list[np.ndarray], distance: float) -> list[np.ndarray]
         if len(kept) < _MOST and all(np.linalg.norm(point - one) > distance for one in kept):
             kept.append(point)
     return kept
-
-
-def _log_mixture(draws, centres, group, lowers) -> np.ndarray:
-    """Return ln of the density of a mixture of multivariate t about centres."""
-    size, half = len(lowers[0]), (_FREEDOM + len(lowers[0])) / 2
-    scale = gammaln(half) - gammaln(_FREEDOM / 2) - size / 2 * math.log(_FREEDOM * math.pi)
-    terms = np.empty((len(draws), len(centres)))
-    for i, lower in enumerate(lowers):
-        part, mine = np.linalg.inv(lower).T, group == i
-        off = (draws @ part)[:, None] - centres[mine] @ part
-        terms[:, mine] = -half * np.log1p(np.sum(off**2, axis=2) / _FREEDOM)
-        terms[:, mine] += scale - np.log(np.diag(lower)).sum()
-    return logsumexp(terms, axis=1) - math.log(len(centres))
 
 
 def _log_gaussian(square, variance, count: int = 1):
