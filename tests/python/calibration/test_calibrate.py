@@ -8,7 +8,7 @@ import sitedda
 from sitedda.calibration import MeasuredMode, calibrate, family_of, measured_modes, odds
 from sitedda.checking import matrices
 from sitedda.command import main
-from sitedda.errors import InputError
+from sitedda.errors import ConvergenceError, InputError
 
 NORMAL, SHEAR = (f"joint[bed].{kind}_stiffness_per_area" for kind in ("normal", "shear"))
 BED = "boundary[*].stiffness_per_area"
@@ -159,6 +159,8 @@ def test_probability_where_modes_cross():
     assert error < 0.2
     far = [(mean + 1e4, np.eye(4))]  # stiffnesses overflow there
     assert np.all(np.isfinite(posterior.weighted(far, 0)[1]))
+    with pytest.raises(ConvergenceError, match="cannot be integrated"):
+        posterior.weighted([(mean, np.diag([1, 1, 1, 1e-12]))], 0)
 
 
 def refused(unknowns, measured=None, model=None):

