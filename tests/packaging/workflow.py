@@ -3,6 +3,7 @@
 """Execute the steps of the GitHub workflows in clean Debian systems, as root.
 
 usage: python tests/packaging/workflow.py [-n] [JOB ...] [--systems FOLDER] [--before COMMIT]
+       python tests/packaging/workflow.py "test 14"    one row of a matrix
 
 Debian 13 replaces Ubuntu 24.04, Debian 12 replaces Ubuntu 22.04.  Each job begins with Python and
 the programs of the runners (git, sudo, pipx), as a user without rights.  Actions are replaced by
@@ -42,7 +43,11 @@ def main() -> None:
     extra = dict(word.split("=", 1) for word in options.jobs if "=" in word)
     wanted = [word for word in options.jobs if "=" not in word]
     before = call("git", "-C", ROOT, "rev-parse", options.before).strip()
-    jobs = {name: job for name, job in all_jobs() if not wanted or name.split()[0] in wanted}
+    jobs = {
+        name: job
+        for name, job in all_jobs()
+        if not wanted or not {name, name.split()[0]}.isdisjoint(wanted)
+    }
     if options.list or not jobs:
         sys.exit("\n".join(jobs) or f"there is no job {wanted}")
     with tempfile.TemporaryDirectory() as folder:
