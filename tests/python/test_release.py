@@ -9,6 +9,7 @@ import sys
 import tomllib
 
 import pytest
+from environment import executable
 
 import sitedda
 
@@ -102,8 +103,11 @@ CLAIMS = {
     "run = sitedda.run": "test_handbook.py::test_a_python_block_runs_alone_as_pasted",
     "print(run.verdict)": "test_handbook.py::test_a_python_block_runs_alone_as_pasted",
     "run.draw(": "test_handbook.py::test_a_python_block_runs_alone_as_pasted",
+    "returns matplotlib axes": "drawing/test_pictures.py::test_a_run_is_drawn_in_every_look",
+    "computes all 20 s": "test_release.py::test_the_commands_of_the_example_run",
     "a rock slope with two": "test_handbook.py::test_a_python_block_runs_alone_as_pasted",
     "![Slip of the joints": "test_handbook.py::test_no_link_leads_nowhere",
+    "requires no Python": "test_release.py::test_the_executable_runs_given_blocks",
     "only inputs that list their blocks": "test_release.py::test_the_executable_runs_given_blocks",
     "sitedda check slope.nml": "test_release.py::test_the_commands_of_the_example_run",
     "sitedda run slope.nml": "test_release.py::test_the_commands_of_the_example_run",
@@ -117,6 +121,7 @@ CLAIMS = {
     "**Convergence**": "commands/test_command.py::test_a_step_that_does_not_close_is",
     "**Checks before a run**": "engine/test_check.py::test_a_run_is_refused_by_a_check_that",
     "**Bit-identical results**": "engine/test_bolts.py::test_bits_of_both_programs_and_of_a_resume",
+    "number of threads": "engine/test_threads.py::test_joint_laws_have_the_same_bits_with_any",
     "constant strain unless they are": "engine/test_bodies.py::test_the_shipped_roof_beam_is_a_bea",
     "rotations may be large": "engine/test_bodies.py::test_a_spinning_body_keeps_its_energy",
     "Water acts on edges": "engine/test_water.py::test_water_on_faces_alone_presses",
@@ -177,7 +182,9 @@ def test_the_install_section_holds(root):
 
 
 def test_the_executable_runs_given_blocks(native, python_program, tmp_path):
-    """And refuses others with a sentence that names the other program."""
+    """And refuses others with a sentence that names the other program; it links no Python."""
+    libraries = subprocess.check_output(["ldd", executable("sitedda-native")], text=True)
+    assert "libgfortran" in libraries and "libpython" not in libraries
     python_program.ok("example", "layered_site", folder=tmp_path)
     python_program.ok("example", "slope", folder=tmp_path)
     native.ok("check", "layered_site.nml", folder=tmp_path)
@@ -188,6 +195,7 @@ def test_the_executable_runs_given_blocks(native, python_program, tmp_path):
 def test_the_commands_of_the_example_run(main, tmp_path):
     """Those of the README, on the first 0.1 s of the slope."""
     main.ok("example", "slope", folder=tmp_path)
+    assert "duration = 20.0" in (tmp_path / "slope.nml").read_text()
     main.ok("check", "slope.nml", folder=tmp_path)
     main.ok("run", "slope.nml", "--set", "duration=0.1", "-q", folder=tmp_path)
     assert (tmp_path / "slope.nc").exists()

@@ -233,7 +233,8 @@ def test_bad_input_is_status_1(program, tmp_path):
 def test_a_step_that_does_not_close_is_status_3_and_located(program, write_input, tmp_path):
     done = program("run", write_input(stubborn()), "-o", tmp_path / "out.nc", "-q")
     assert done.returncode == 3, (done.stdout, done.stderr)
-    assert re.search(r"step \d+ at t = .*does not converge.*block .*'brick'", done.stderr)
+    place = r"step \d+ at t = \S+ s.* does not converge; worst contact: .*'brick'"
+    assert re.search(place + r".*, error of its force [\d.]\S* N/m", done.stderr)
     assert "try" in done.stderr
     assert not (tmp_path / "out.nc").exists()
     kept = dataset(tmp_path / "out.nc.partial")
