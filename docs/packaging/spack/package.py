@@ -18,7 +18,7 @@ class PySitedda(PythonPackage):
     depends_on("py-meson-python@0.16:", type="build")
     depends_on("ninja", type="build")
     depends_on("pkgconfig", type="build")
-    depends_on("lapack")
+    depends_on("openblas")
     depends_on("arpack-ng")
     depends_on("fftw@3:")
     depends_on("netcdf-fortran")
