@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Recipe for Spack: copy to packages/py-sitedda/package.py of a repository of recipes."""
 
+from spack_repo.builtin.build_systems.python import PythonPackage
+
 from spack.package import *
 
 
