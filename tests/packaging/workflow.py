@@ -41,13 +41,9 @@ def main() -> None:
     parser.add_argument("--before", default="HEAD~10", help="last commit that was pushed before")
     options = parser.parse_args()
     extra = dict(word.split("=", 1) for word in options.jobs if "=" in word)
-    wanted = [word for word in options.jobs if "=" not in word]
+    wanted = {word for word in options.jobs if "=" not in word}
     before = call("git", "-C", ROOT, "rev-parse", options.before).strip()
-    jobs = {
-        name: job
-        for name, job in all_jobs()
-        if not wanted or not {name, name.split()[0]}.isdisjoint(wanted)
-    }
+    jobs = {k: job for k, job in all_jobs() if not wanted or wanted & {k, k.split()[0]}}
     if options.list or not jobs:
         sys.exit("\n".join(jobs) or f"there is no job {wanted}")
     with tempfile.TemporaryDirectory() as folder:
