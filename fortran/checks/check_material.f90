@@ -83,8 +83,11 @@ contains
       found = 'α up to '//short_text(alpha)//' 1/s, β up to '// &
          short_text(maxval(linear%damping%beta))//' s'
       if (report%has_modes) found = found//'; '//damping_ratio_text(report%modes%frequency(1))
-      if (report%band%known) found = found//'; '//damping_ratio_text(report%band%lowest)//'; '// &
-         damping_ratio_text(report%band%highest)
+      if (report%band%known) then
+         if (report%band%lowest > 0.0_wp) found = found//'; '// &
+            damping_ratio_text(report%band%lowest)
+         found = found//'; '//damping_ratio_text(report%band%highest)
+      end if
       advice = ''
       brief = ''
       if (alpha > 0.0_wp .and. (linear%unilateral > 0 .or. report%modes%rigid > 0 .or. &

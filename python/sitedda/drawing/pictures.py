@@ -15,7 +15,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, MaxNLocator
 
 from ..base.arguments import ANY
-from ..base.numbers import counted, in_unit, number, shown
+from ..base.numbers import in_unit, number, shown
 from ..output.scene import Scene
 from ..report.layout import Head, Keys, folded, plain
 from ..report.style import (
@@ -552,9 +552,7 @@ def _set_view(axes: Axes, scene: Scene, vertices) -> None:
 
 def _words(scene: Scene, frame: int, deformation: float) -> str:
     """Return the text on the picture: time, blocks, factor, and blocks out of view."""
-    parts = [counted(scene.bodies, "block", "blocks")]
-    if scene.bodies < scene.blocks:
-        parts = [f"{parts[0]} of {scene.blocks:,} cells"]
+    parts = [scene.size_words]
     if not scene.before:
         parts.insert(0, f"t = {scene.time[frame]:.4g} s")
     if deformation != 1.0:

@@ -96,7 +96,7 @@ class Report:
     def conclusion(self) -> str:
         """Return the verdict in one line, with the topics that need action."""
         bad = [f"{line.topic} ({line.verdict})" for line in self.lines if line.verdict != "ok"]
-        words = f": {', '.join(bad)}" if bad else ": nothing to do"
+        words = f": {', '.join(dict.fromkeys(bad))}" if bad else ": nothing to do"
         return f"verdict: {self.verdict}{words}"
 
     def to_dict(self) -> dict:

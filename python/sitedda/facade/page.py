@@ -75,7 +75,7 @@ def _model_page(scene: Scene, report: Report | str) -> Page:
 
 def _first_paragraph(scene: Scene) -> str:
     complete = scene.data.attrs.get("complete", "yes") == "yes"
-    words = f"{scene.blocks:,} blocks, {scene.time[-1]:.4g} s, {scene.frames:,} frames of blocks"
+    words = f"{scene.size_words}, {scene.time[-1]:.4g} s, {scene.frames:,} frames of blocks"
     doubts = Doubt.lines(str(scene.data.attrs.get("doubts", "")))
     state = "failed" if any(one.topic == "failed" for one in doubts) else "is not complete"
     return words + ("." if complete else f"; the run {state}.")
@@ -138,12 +138,13 @@ def _add_check(page: Page, report: Report | str) -> None:
 def _add_model(page: Page, scene: Scene) -> None:
     areas = scene.areas()
     vertices = np.diff(scene.first)
+    kinds = [one["kind"] for one in scene.boundaries(0)]
     counts = [
-        ("blocks", f"{scene.blocks:,} with {_range_words(vertices)} vertices"),
+        ("blocks", f"{scene.size_words} with {_range_words(vertices)} vertices"),
         ("areas", f"{_range_words(areas)} m², {number(areas.sum(), 6)} m² together"),
         ("joints that touch", f"{len(scene.interfaces):,}"),
         ("fixed points", f"{len(scene.supports()):,}"),
-        ("boundaries", ", ".join(one["kind"] for one in scene.boundaries(0)) or "none"),
+        ("boundaries", ", ".join(kinds).replace("_", " ") or "none"),
         ("measured points", ", ".join(p["name"] for p in scene.points()) or "none"),
     ]
     parts: list[Part] = [

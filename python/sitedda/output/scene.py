@@ -15,6 +15,7 @@ import numpy as np
 from ..base.arrays import parts_of
 from ..base.core import FILES
 from ..base.errors import ConvergenceError, InputError, RestWarning
+from ..base.numbers import counted
 from ..base.reading import check_readable
 from ..engine.simulation import Simulation
 from ..input.input_text import input_values
@@ -95,6 +96,12 @@ class Scene:
     def bodies(self) -> int:
         """Return the blocks that are no cells, and the bodies of cells."""
         return int(np.sum(self.body == 0)) + len(np.unique(self.body[self.body > 0]))
+
+    @property
+    def size_words(self) -> str:
+        """Return the number of blocks in words, and of cells if bodies are meshed."""
+        words = counted(self.bodies, "block", "blocks")
+        return words if self.bodies == self.blocks else f"{words} of {self.blocks:,} cells"
 
     @classmethod
     def of(cls, source, absolute: bool = False) -> Scene:

@@ -12,9 +12,10 @@ from matplotlib.transforms import Bbox
 from random_content import random_model
 
 import sitedda
-from sitedda.facade.page import _TABLES, _group_table
+from sitedda.facade.page import _TABLES, _add_model, _group_table
 from sitedda.output.scene import Scene
 from sitedda.plot import run_picture
+from sitedda.report import Facts, Page
 from sitedda.report.html import _write_table
 from sitedda.style import new_figure
 
@@ -111,6 +112,16 @@ def test_tables_of_a_report_have_words_and_lists_that_wrap(runs):
             lists = [kind for kind, text in cells if text.count(", ") > 5]
             assert lists and not any("class='n'" in kind for kind in lists), seed
     assert shaken
+
+
+def test_facts_of_a_report_count_blocks_as_pictures_do_and_have_no_raw_words(runs):
+    for seed, run in enumerate(runs[:14]):  # a run or two of each kind that settles
+        page = Page(str(seed))
+        _add_model(page, scene := Scene.of(run))
+        facts = dict(next(p for p in page.sections[0].parts if isinstance(p, Facts)).lines)
+        assert facts["blocks"].startswith(scene.size_words)
+        assert ("cells" in facts["blocks"]) is (scene.bodies < scene.blocks), seed
+        assert not _VARIABLE.search(facts["boundaries"]), seed
 
 
 def test_a_layout_that_fails_is_seen():

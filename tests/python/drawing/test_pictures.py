@@ -653,12 +653,14 @@ def test_stages_are_marked_and_removed_blocks_are_gone(write_input):
 
 def test_check_tells_its_lines_in_four_digits(write_input, main):
     import json
+    from dataclasses import replace
 
     file = write_input(tower())
     report = sitedda.check(file)
     assert [line.topic for line in report.lines][:2] == ["contacts", "highest frequency"]
     assert not any("E-0" in line.words or "E+0" in line.words for line in report.lines)
     assert report.conclusion.startswith(f"verdict: {report.verdict}")
+    assert replace(report, text=f"{report}\n{report}").conclusion == report.conclusion
     told = json.loads(main("check", file, "--json").stdout)
     assert told["omega_max"] == report.omega_max and len(told["lines"]) == len(report.lines)
 

@@ -203,6 +203,15 @@ def test_check_says_how_materials_damp(write_input, material, control, verdict, 
     assert line.verdict == verdict and words in line.words
 
 
+def test_check_states_no_damping_ratio_at_a_frequency_of_zero(write_input):
+    """ζ = α/(2ω) is undefined at 0 Hz, where the band of a one-sided record begins."""
+    groups = changed(damped(rayleigh_beta=1e-3), "motion", values=[1.0] * 8)
+    report = sitedda.check(write_input(groups))
+    lines = {line.topic: line for line in report.lines}
+    assert report.band[0] == 0.0 and "NaN" not in report.text
+    assert " % at " in lines["Rayleigh damping"].words
+
+
 def test_check_says_that_alpha_drags_free_blocks(write_input):
     groups = changed(damped(rayleigh_alpha=1.0), "joint", cohesion=0.0, tensile_strength=0.0)
     groups = changed(groups, "control", gravity=[0.0, -9.81], settle=True)
