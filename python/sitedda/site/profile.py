@@ -10,6 +10,7 @@ from ..base.errors import InputError
 from ..build.profile import Ground, SoilProfile, parse_curve, read_curve_table, read_soil_profile
 from .column import Column, HalfSpace, Layer
 from .curves import SoilCurves, darendeli, gqh, hyperbolic, mkz, strength_corrected
+from .layers import one_of
 
 _WEAK, _STRONG = 20.0, 45.0  # usual range of the friction angle of an implied strength, degrees
 
@@ -24,7 +25,9 @@ class Profile(SoilProfile):
         Those of `sitedda.build.profile.SoilProfile`.
     """
 
-    def column(self, base: str | None = None, convention: str | None = None) -> Column:
+    def column(
+        self, base: str | None = None, convention: str | None = None, waves: str = "S"
+    ) -> Column:
         """Return the layers as a column.
 
         Parameters
@@ -33,16 +36,28 @@ class Profile(SoilProfile):
             By default, the half-space if the file has one.
         convention : str, optional
             See `Column`.
+        waves : {'S', 'P'}
+            P: for vertical motions; its shear modulus is the constrained modulus.
         """
+        one_of("waves", waves, ("S", "P"))
         if base not in (None, "half_space", "rigid"):
             raise InputError(f"base = {base!r}: use 'half_space' or 'rigid'")
         if base == "half_space" and self.half_space is None:
             raise InputError(f"{self.file} has no half-space: add a last row without thickness")
         below: HalfSpace | str = "rigid"
         if base != "rigid" and self.half_space is not None:
-            below = HalfSpace(**self.half_space.values())
+            below = HalfSpace(**self._medium(self.half_space, waves))
         more = {} if convention is None else {"convention": convention}
-        return Column([Layer(one.thickness, **one.values()) for one in self.layers], below, **more)
+        layers = [Layer(one.thickness, **self._medium(one, waves)) for one in self.layers]
+        return Column(layers, below, **more)
+
+    def _medium(self, one: Ground, waves: str) -> dict[str, float]:
+        """Return the values of a layer for these waves."""
+        if waves == "S":
+            return one.values()
+        if math.isnan(one.pressure_velocity):
+            raise InputError(f"{self.file}, row {one.row}: a column of P waves needs Vp or nu")
+        return one.values() | {"shear_velocity": one.pressure_velocity}
 
     def curves(
         self, water_table: float = math.inf, pressure_at_rest: float = 0.5

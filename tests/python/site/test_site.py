@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import sitedda
-from sitedda import Column, HalfSpace, Layer
+from sitedda import Column, HalfSpace, InputError, Layer
 from sitedda.signals import spectral_acceleration
 from sitedda.site import (
     ColumnResponse,
@@ -18,6 +18,7 @@ from sitedda.site import (
     equivalent_linear,
     hyperbolic,
     intensity,
+    read_profile,
 )
 
 STEP = 0.005
@@ -333,6 +334,22 @@ def test_beside_is_in_python(root, damping):
         for series in (both.surface, both.column_surface)
     ]
     assert spectra[0] == pytest.approx(spectra[1], rel=0.012)
+
+
+def test_p_waves_with_twice_the_velocity_have_twice_the_frequencies(tmp_path):
+    """A Poisson's ratio of 1/3 makes V_p = 2 V_s."""
+    file = tmp_path / "site.csv"
+    head = "thickness (m), Vs (m/s), density (kg/m3), damping (%)"
+    rows = ["8, 200, 1800, 3", ", 600, 2200, 1"]
+    file.write_text("\n".join([f"{head}, nu", *(f"{row}, {1 / 3!r}" for row in rows)]))
+    profile, frequency = read_profile(file), np.linspace(0.5, 20.0, 60)
+    slow, fast = profile.column(), profile.column(waves="P")
+    at_half = slow.transfer(frequency / 2, kind="outcrop")
+    np.testing.assert_allclose(fast.transfer(frequency, kind="outcrop"), at_half, rtol=1e-9)
+    assert fast.peak(kind="outcrop").frequency == pytest.approx(400 / 32, rel=0.02)
+    file.write_text("\n".join([head, *rows]))
+    with pytest.raises(InputError, match="row 3: a column of P waves needs Vp or nu"):
+        read_profile(file).column(waves="P")
 
 
 def test_two_solutions_of_the_equivalent_linear_analysis_are_said():
