@@ -87,9 +87,9 @@ module dda_equilibrium
    !> steps without halving the unbalanced force, after which it is round-off; models on dashpots
    !> must reach it
    integer, parameter :: most_in_vain = 3
-   !> the same of relaxed steps, which have then stalled: walls of 4,000 bricks need up to 3,
+   !> the same of relaxed steps, which have then stalled: walls of 4,000 bricks need up to 7,
    !> packings of polygons never settle
-   integer, parameter :: most_relaxed_in_vain = 5
+   integer, parameter :: most_relaxed_in_vain = 8
    integer, parameter :: most_searches = 2  !< after the first
    real(wp), parameter :: nearly = 1.0e-3_wp       !< of the largest weight: relaxed steps are kept
    !> fraction of the contact distance: penetration without force in equilibrium
