@@ -40,15 +40,15 @@ module dda_absorbing
       integer :: kind = term_boundary                  !< of its terms
       type(fixed_points_type), allocatable :: support  !< in static stages
    contains
-      procedure :: add_linear
+      procedure :: add_linear_terms
       procedure :: add_force
-      procedure :: add_stored
-      procedure :: account
-      procedure :: freeze
-      procedure :: inherit
-      procedure :: balance
+      procedure :: add_stored_energy
+      procedure :: add_to_budget
+      procedure :: freeze_for_statics
+      procedure :: inherit_state
+      procedure :: balance_reactions
       procedure :: serialise
-      procedure :: increment_of
+      procedure :: motion_increment
    end type absorbing_type
 
 contains
@@ -99,7 +99,7 @@ contains
    end function displacement_rows
 
    !> Displacement Δu of the outcrop over a step along the normal and along the edge, m.
-   pure function increment_of(self, i, step) result(increment)
+   pure function motion_increment(self, i, step) result(increment)
       class(absorbing_type), intent(in) :: self    !< elements of this kind
       integer, intent(in) :: i                     !< point
       type(step_type), intent(in) :: step          !< the present one
@@ -108,10 +108,10 @@ contains
       increment = self%factor(i)*(displacement_of(self%motions, self%motion(:, i), end_time(step)) &
          - displacement_of(self%motions, self%motion(:, i), step%time))
       increment = matmul(increment, self%axes(:, :, i))
-   end function increment_of
+   end function motion_increment
 
    !> Add two dashpots for each point; in statics, springs.
-   subroutine add_linear(self, blocks, step, terms)
+   subroutine add_linear_terms(self, blocks, step, terms)
       class(absorbing_type), intent(in) :: self        !< elements of this kind
       type(blocks_type), intent(in) :: blocks          !< blocks in their present state
       type(step_type), intent(in) :: step              !< the present one
@@ -121,7 +121,7 @@ contains
       integer :: i, axis
 
       if (allocated(self%support)) then
-         call self%support%add_linear(blocks, step, terms)
+         call self%support%add_linear_terms(blocks, step, terms)
          return
       end if
       term%kind = self%kind
@@ -138,7 +138,7 @@ contains
             call add_term(terms, term)
          end do
       end do
-   end subroutine add_linear
+   end subroutine add_linear_terms
 
    !> Add the constant reactions of statics and the dashpot forces c Δu/Δt.
    subroutine add_force(self, blocks, step, load)
@@ -159,7 +159,7 @@ contains
          return
       end if
       do i = 1, size(self%point)
-         force = self%dashpot(:, i)*self%increment_of(i, step)/step%time_step
+         force = self%dashpot(:, i)*self%motion_increment(i, step)/step%time_step
          if (.not. any(abs(force) > 0.0_wp)) cycle
          associate (b => self%point(i)%block)
             load(:, b) = load(:, b) + matmul(force, displacement_rows(self, i, blocks))
@@ -168,17 +168,17 @@ contains
    end subroutine add_force
 
    !> Add the energy of the springs of static stages.
-   subroutine add_stored(self, blocks, step, energy)
+   subroutine add_stored_energy(self, blocks, step, energy)
       class(absorbing_type), intent(in) :: self    !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       type(step_type), intent(in) :: step          !< the next one
       type(energy_type), intent(inout) :: energy   !< J per metre of thickness
 
-      if (allocated(self%support)) call self%support%add_stored(blocks, step, energy)
-   end subroutine add_stored
+      if (allocated(self%support)) call self%support%add_stored_energy(blocks, step, energy)
+   end subroutine add_stored_energy
 
    !> Account for the work of the reactions and of the half-space, and for the loss of the dashpots.
-   subroutine account(self, blocks, step, d, energy)
+   subroutine add_to_budget(self, blocks, step, d, energy)
       class(absorbing_type), intent(in) :: self    !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       type(step_type), intent(in) :: step          !< the present one
@@ -194,21 +194,21 @@ contains
          end associate
       end do
       if (allocated(self%support)) then
-         call self%support%account(blocks, step, d, energy)
+         call self%support%add_to_budget(blocks, step, d, energy)
          return
       end if
       do i = 1, size(self%point)
          if (blocks%removed(self%point(i)%block)) cycle
          moved = matmul(displacement_rows(self, i, blocks), d(:, self%point(i)%block))
-         increment = self%increment_of(i, step)
+         increment = self%motion_increment(i, step)
          force = self%dashpot(:, i)*(increment - moved)/step%time_step
          call add_energy(energy, energy_input, dot_product(force, increment))
          call add_energy(energy, energy_damping, dot_product(force, increment - moved))
       end do
-   end subroutine account
+   end subroutine add_to_budget
 
    !> Freeze the boundary for statics: springs fix the points at their present positions.
-   subroutine freeze(self, blocks, time)
+   subroutine freeze_for_statics(self, blocks, time)
       class(absorbing_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks       !< blocks in their present state
       real(wp), intent(in) :: time                  !< s
@@ -221,10 +221,10 @@ contains
          held(i)%held = held(i)%held .and. .not. blocks%removed(held(i)%block)
       end do
       self%support = new_fixed_points(held, self%motions, self%stiffness, time)
-   end subroutine freeze
+   end subroutine freeze_for_statics
 
    !> Inherit the reactions of the former element, and add those of its static springs.
-   subroutine inherit(self, before, blocks)
+   subroutine inherit_state(self, before, blocks)
       class(absorbing_type), intent(inout) :: self  !< elements of this kind
       class(element_type), intent(in) :: before     !< former element, of the same type
       type(blocks_type), intent(in) :: blocks       !< blocks in their present state
@@ -239,10 +239,10 @@ contains
             self%reaction(:, k) = self%reaction(:, k) + reaction_of(before%support, i, blocks)
          end do
       end select
-   end subroutine inherit
+   end subroutine inherit_state
 
    !> Balance the blocks: reactions include the unbalanced forces, and all forces sum to zero.
-   subroutine balance(self, blocks, unbalanced)
+   subroutine balance_reactions(self, blocks, unbalanced)
       class(absorbing_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks       !< at rest
       real(wp), intent(in) :: unbalanced(:,:)       !< [6,blocks] sum of all forces, N/m …
@@ -268,7 +268,7 @@ contains
                - (centre(1)*total(2) - centre(2)*total(1))]
          end associate
       end do
-   end subroutine balance
+   end subroutine balance_reactions
 
    !> Save or restore the reactions.
    subroutine serialise(self, archive)

@@ -41,11 +41,11 @@ module dda_added_mass
       type(wet_point_type), allocatable :: point(:)
       integer :: base_motion(2) = 0      !< motions of the base in x and y; 0: none
    contains
-      procedure :: add_linear
+      procedure :: add_linear_terms
       procedure :: add_force
-      procedure :: add_stored
-      procedure :: account
-      procedure :: freeze
+      procedure :: add_stored_energy
+      procedure :: add_to_budget
+      procedure :: freeze_for_statics
    end type added_mass_type
 
 contains
@@ -105,7 +105,7 @@ contains
    end function normal_row
 
    !> Append the terms of mass.
-   subroutine add_linear(self, blocks, step, terms)
+   subroutine add_linear_terms(self, blocks, step, terms)
       class(added_mass_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present one
@@ -122,7 +122,7 @@ contains
          term%row_a = normal_row(self%point(i), blocks)
          call add_term(terms, term)
       end do
-   end subroutine add_linear
+   end subroutine add_linear_terms
 
    !> Add the momentum at the start of the step, and the inertia in the frame of the base.
    subroutine add_force(self, blocks, step, load)
@@ -144,7 +144,7 @@ contains
    end subroutine add_force
 
    !> Add the kinetic energy of the water.
-   subroutine add_stored(self, blocks, step, energy)
+   subroutine add_stored_energy(self, blocks, step, energy)
       class(added_mass_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the next one
@@ -157,11 +157,11 @@ contains
                blocks), blocks%velocity(:, b))**2)
          end associate
       end do
-   end subroutine add_stored
+   end subroutine add_stored_energy
 
    !> Account for kinetic energy at the end of the step, loss by the scheme and work of the base.
    !> The loss is (χ − ½) m Δv²; the work is that of the inertia in the frame of the base.
-   subroutine account(self, blocks, step, d, energy)
+   subroutine add_to_budget(self, blocks, step, d, energy)
       class(added_mass_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present one
@@ -183,15 +183,15 @@ contains
             call add_energy(energy, energy_input, point%mass*dot_product(row(:2), force)*moved)
          end associate
       end do
-   end subroutine account
+   end subroutine add_to_budget
 
    !> Freeze the base motion: the base does not move in statics.
-   subroutine freeze(self, blocks, time)
+   subroutine freeze_for_statics(self, blocks, time)
       class(added_mass_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: time  !< s
 
       self%base_motion = 0
-   end subroutine freeze
+   end subroutine freeze_for_statics
 
 end module dda_added_mass

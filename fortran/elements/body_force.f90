@@ -20,8 +20,8 @@ module dda_body_force
       integer :: base_motion(2) = 0     !< motions of the base in x and y; 0: none
    contains
       procedure :: add_force
-      procedure :: account
-      procedure :: freeze
+      procedure :: add_to_budget
+      procedure :: freeze_for_statics
    end type body_force_type
 
 contains
@@ -58,7 +58,7 @@ contains
    end subroutine add_force
 
    !> Account for the potential of gravity and the work of the base acceleration.
-   subroutine account(self, blocks, step, d, energy)
+   subroutine add_to_budget(self, blocks, step, d, energy)
       class(body_force_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present one
@@ -79,16 +79,16 @@ contains
       call add_energy(energy, energy_gravity, -dot_product(self%gravity, moved))
       call add_energy(energy, energy_input, dot_product( &
          base_force(self%base_motion, self%motions, step), moved))
-   end subroutine account
+   end subroutine add_to_budget
 
    !> Freeze base motions: only gravity acts.
-   subroutine freeze(self, blocks, time)
+   subroutine freeze_for_statics(self, blocks, time)
       class(body_force_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: time  !< s
 
       self%base_motion = 0
-   end subroutine freeze
+   end subroutine freeze_for_statics
 
    !> Sum m d of blocks first … last.
    pure function sum_mass_increments(blocks, d, first, last) result(moved)

@@ -5,7 +5,7 @@
 !> stretch s_p at which the bolt is free of force; the stretch of a cable is the length of all its
 !> legs, with one force throughout.  A bolt without compression is slack below s_p.  Beyond the
 !> yield force s_p increases, which dissipates F Δs_p.  In a step a component is assumed elastic,
-!> yielding or slack; if the converged step contradicts this, it is solved again (`revise`).  The
+!> yielding or slack; if the converged step contradicts this, it is solved again (`revise_states`).  The
 !> energy of an elastic bolt is ½ k (s − s_p)²; its numerical loss is defined in `dda_energy`.
 !>
 !> The tension N of the last step stiffens a bolt across its legs as well, by N ∂²s/∂q² of the
@@ -39,13 +39,13 @@ module dda_bolts
       real(wp), allocatable :: stretch(:,:)   !< [2,bolts] s at the end of the last solution, m
       real(wp), allocatable :: force(:,:)     !< [2,bolts] tension positive, N/m
    contains
-      procedure :: add_linear
+      procedure :: add_linear_terms
       procedure :: add_force
-      procedure :: add_stored
-      procedure :: account
-      procedure :: accept
-      procedure :: revise
-      procedure :: inherit
+      procedure :: add_stored_energy
+      procedure :: add_to_budget
+      procedure :: accept_step
+      procedure :: revise_states
+      procedure :: inherit_state
       procedure :: serialise
       procedure :: columns
    end type bolts_type
@@ -202,7 +202,7 @@ contains
 
    !> Append a spring for each elastic component.
    !> Others retain their position in the list, without stiffness, so that the pattern is constant.
-   subroutine add_linear(self, blocks, step, terms)
+   subroutine add_linear_terms(self, blocks, step, terms)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present one
@@ -224,7 +224,7 @@ contains
             call add_term(terms, curvature_term(self, i, c, blocks))
          end do
       end do
-   end subroutine add_linear
+   end subroutine add_linear_terms
 
    !> Append springs across bolt i due to its tension: one per leg and per point.
    pure integer function curvatures(self, i)
@@ -330,7 +330,7 @@ contains
    end subroutine add_force
 
    !> Add the energy ½ F²/k in the present state, J per metre of thickness.
-   subroutine add_stored(self, blocks, step, energy)
+   subroutine add_stored_energy(self, blocks, step, energy)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present one
@@ -344,7 +344,7 @@ contains
                present_stretch(self, i, c, blocks)))
          end do
       end do
-   end subroutine add_stored
+   end subroutine add_stored_energy
 
    !> Energy of the spring of a component at a stretch, J per metre of thickness.
    pure real(wp) function component_energy(self, i, c, stretch) result(stored)
@@ -359,7 +359,7 @@ contains
    end function component_energy
 
    !> Account for the stored energy at the end of the step and losses by yield, rupture and scheme.
-   subroutine account(self, blocks, step, d, energy)
+   subroutine add_to_budget(self, blocks, step, d, energy)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present one
@@ -386,7 +386,7 @@ contains
          call add_energy(energy, kept, curvature)
          call add_energy(energy, energy_algorithmic, curvature)
       end do
-   end subroutine account
+   end subroutine add_to_budget
 
    !> Plastic stretch of a component in the step, m.
    pure real(wp) function plastic_increment(self, i, c) result(flow)
@@ -409,7 +409,7 @@ contains
    end function is_ruptured
 
    !> Revise stretches and modes for the converged increment d, and count changed modes.
-   subroutine revise(self, blocks, step, d, changed)
+   subroutine revise_states(self, blocks, step, d, changed)
       class(bolts_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
       type(step_type), intent(in) :: step           !< the present one
@@ -432,10 +432,10 @@ contains
             self%mode(c, i) = mode
          end do
       end do
-   end subroutine revise
+   end subroutine revise_states
 
    !> Accept the step: update the plastic stretch after yielding; broken bolts no longer act.
-   subroutine accept(self, blocks, step, d)
+   subroutine accept_step(self, blocks, step, d)
       class(bolts_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
       type(step_type), intent(in) :: step  !< the present one
@@ -452,10 +452,10 @@ contains
          self%mode(:, i) = broken
          self%force(:, i) = 0.0_wp
       end do
-   end subroutine accept
+   end subroutine accept_step
 
    !> Inherit the state of the former bolts, except of removed ones.
-   subroutine inherit(self, before, blocks)
+   subroutine inherit_state(self, before, blocks)
       class(bolts_type), intent(inout) :: self  !< elements of this kind
       class(element_type), intent(in) :: before  !< former element, of the same type
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
@@ -476,7 +476,7 @@ contains
             self%force(:, i) = 0.0_wp
          end do
       end select
-   end subroutine inherit
+   end subroutine inherit_state
 
    !> Save or restore modes, stretches and forces.
    subroutine serialise(self, archive)

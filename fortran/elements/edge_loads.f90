@@ -28,8 +28,8 @@ module dda_edge_loads
       real(wp) :: time = 0.0_wp         !< s
    contains
       procedure :: add_force
-      procedure :: account
-      procedure :: freeze
+      procedure :: add_to_budget
+      procedure :: freeze_for_statics
    end type edge_loads_type
 
 contains
@@ -61,7 +61,7 @@ contains
    end subroutine add_force
 
    !> Account for the work f·d.
-   subroutine account(self, blocks, step, d, energy)
+   subroutine add_to_budget(self, blocks, step, d, energy)
       class(edge_loads_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present one
@@ -79,7 +79,7 @@ contains
             end associate
          end do
       end do
-   end subroutine account
+   end subroutine add_to_budget
 
    !> Time of the loads of a step, s.
    pure real(wp) function load_instant(self, step)
@@ -210,13 +210,13 @@ contains
    end subroutine add_linear_traction
 
    !> Freeze the loads at their values at a time.
-   subroutine freeze(self, blocks, time)
+   subroutine freeze_for_statics(self, blocks, time)
       class(edge_loads_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: time  !< s
 
       self%frozen = .true.
       self%time = time
-   end subroutine freeze
+   end subroutine freeze_for_statics
 
 end module dda_edge_loads

@@ -22,18 +22,18 @@ module dda_element
       !> motions of the model, if the elements follow any
       type(motion_type), allocatable :: motions(:)
    contains
-      procedure :: add_linear => add_no_linear
+      procedure :: add_linear_terms => add_no_linear
       procedure(force_interface), deferred :: add_force
-      procedure :: add_stored => add_no_stored
-      procedure(budget_interface), deferred :: account
-      procedure :: accept => accept_nothing
+      procedure :: add_stored_energy => add_no_stored
+      procedure(budget_interface), deferred :: add_to_budget
+      procedure :: accept_step => accept_nothing
       procedure :: match_velocity => match_nothing
-      procedure :: freeze => freeze_nothing
-      procedure :: prepare => prepare_nothing
-      procedure :: revise => revise_nothing
+      procedure :: freeze_for_statics => freeze_nothing
+      procedure :: prepare_step => prepare_nothing
+      procedure :: revise_states => revise_nothing
       procedure :: slope_beyond => no_slope
-      procedure :: inherit => inherit_nothing
-      procedure :: balance => balance_nothing
+      procedure :: inherit_state => inherit_nothing
+      procedure :: balance_reactions => balance_nothing
       procedure :: serialise => serialise_nothing
    end type element_type
 

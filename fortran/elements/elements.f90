@@ -118,7 +118,7 @@ contains
       do i = 1, size(elements%kind)
          do k = 1, size(before)
             if (same_type_as(elements%kind(i)%element, before(k)%element)) &
-               call elements%kind(i)%element%inherit(before(k)%element, blocks)
+               call elements%kind(i)%element%inherit_state(before(k)%element, blocks)
          end do
       end do
    end subroutine inherit_states
@@ -148,7 +148,7 @@ contains
 
       terms%n = 0  ! retains its memory
       do i = 1, size(elements%kind)
-         call elements%kind(i)%element%add_linear(blocks, step, terms)
+         call elements%kind(i)%element%add_linear_terms(blocks, step, terms)
       end do
    end subroutine linear_terms_of
 
@@ -175,7 +175,7 @@ contains
 
       energy%value([energy_support, energy_welded, energy_law, energy_water]) = 0.0_wp
       do i = 1, size(elements%kind)
-         call elements%kind(i)%element%add_stored(blocks, step, energy)
+         call elements%kind(i)%element%add_stored_energy(blocks, step, energy)
       end do
    end subroutine update_stored
 
@@ -190,7 +190,7 @@ contains
 
       energy%value([energy_support, energy_welded, energy_law, energy_water]) = 0.0_wp
       do i = 1, size(elements%kind)
-         call elements%kind(i)%element%account(blocks, step, d, energy)
+         call elements%kind(i)%element%add_to_budget(blocks, step, d, energy)
       end do
    end subroutine account_elements
 
@@ -203,7 +203,7 @@ contains
       integer :: i
 
       do i = 1, size(elements%kind)
-         call elements%kind(i)%element%prepare(blocks, step, d)
+         call elements%kind(i)%element%prepare_step(blocks, step, d)
       end do
    end subroutine prepare_elements
 
@@ -218,7 +218,7 @@ contains
 
       changed = 0
       do i = 1, size(elements%kind)
-         call elements%kind(i)%element%revise(blocks, step, d, changed)
+         call elements%kind(i)%element%revise_states(blocks, step, d, changed)
       end do
    end subroutine revise_elements
 
@@ -292,8 +292,8 @@ contains
       do i = 1, size(elements%kind)
          select type (element => elements%kind(i)%element)
          type is (joint_flow_type)
-            nodes = element%of_nodes()
-            channels = element%of_channels()
+            nodes = element%node_values()
+            channels = element%channel_values()
          end select
       end do
    end subroutine flow_states
@@ -463,7 +463,7 @@ contains
       integer :: i
 
       do i = 1, size(elements%kind)
-         call elements%kind(i)%element%accept(blocks, step, d)
+         call elements%kind(i)%element%accept_step(blocks, step, d)
       end do
    end subroutine accept_elements
 
@@ -490,7 +490,7 @@ contains
       integer :: i
 
       do i = 1, size(elements%kind)
-         call elements%kind(i)%element%freeze(blocks, time)
+         call elements%kind(i)%element%freeze_for_statics(blocks, time)
       end do
    end subroutine freeze_elements
 
@@ -502,7 +502,7 @@ contains
       integer :: i
 
       do i = 1, size(elements%kind)
-         call elements%kind(i)%element%balance(blocks, unbalanced)
+         call elements%kind(i)%element%balance_reactions(blocks, unbalanced)
       end do
    end subroutine balance_elements
 

@@ -23,9 +23,9 @@ module dda_fixed_points
       real(wp), allocatable :: rate(:,:)      !< [2,points] velocity of the motions, m/s
    contains
       procedure :: get_spring
-      procedure :: accept
+      procedure :: accept_step
       procedure :: match_velocity
-      procedure :: freeze
+      procedure :: freeze_for_statics
       procedure :: serialise
    end type fixed_points_type
 
@@ -98,7 +98,7 @@ contains
    end function reaction_of
 
    !> Accept the step: end velocities of motions become start velocities of the next step.
-   subroutine accept(self, blocks, step, d)
+   subroutine accept_step(self, blocks, step, d)
       class(fixed_points_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
       type(step_type), intent(in) :: step  !< the present one
@@ -108,7 +108,7 @@ contains
       do i = 1, size(self%point)
          self%rate(:, i) = target_rate(self%point(i)%motion, self%rate(:, i), self%motions, step)
       end do
-   end subroutine accept
+   end subroutine accept_step
 
    !> Match velocities to stiff supports, which follow a jump of velocity without storing energy.
    !> Minimum of ½ |v − v₀|² in M plus ½ (1 − χ) c Δt Σ [w + y/((1 − χ)Δt)]².
@@ -168,7 +168,7 @@ contains
    end subroutine match_block
 
    !> Freeze the prescribed positions at their values at a time.
-   subroutine freeze(self, blocks, time)
+   subroutine freeze_for_statics(self, blocks, time)
       class(fixed_points_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: time  !< s
@@ -180,7 +180,7 @@ contains
          self%point(i)%motion = 0
       end do
       self%rate = 0.0_wp
-   end subroutine freeze
+   end subroutine freeze_for_statics
 
    !> Save or restore the velocities of the motions.
    subroutine serialise(self, archive)

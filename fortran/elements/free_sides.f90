@@ -23,9 +23,9 @@ module dda_free_sides
       integer, allocatable :: field(:)    !< [points] free field behind each
       real(wp), allocatable :: carried(:,:)  !< [2,points] ground displacement in the step, m
    contains
-      procedure :: freeze
-      procedure :: balance
-      procedure :: increment_of
+      procedure :: freeze_for_statics
+      procedure :: balance_reactions
+      procedure :: motion_increment
    end type free_sides_type
 
 contains
@@ -43,29 +43,29 @@ contains
    end function new_free_sides
 
    !> Displacement of the free field over a step along the normal and along the edge, m.
-   pure function increment_of(self, i, step) result(increment)
+   pure function motion_increment(self, i, step) result(increment)
       class(free_sides_type), intent(in) :: self   !< elements of this kind
       integer, intent(in) :: i                     !< point
       type(step_type), intent(in) :: step          !< the present one
       real(wp) :: increment(2)
 
       increment = self%carried(:, i)
-   end function increment_of
+   end function motion_increment
 
    !> Freeze the sides for statics: deactivate their dashpots.
-   subroutine freeze(self, blocks, time)
+   subroutine freeze_for_statics(self, blocks, time)
       class(free_sides_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks        !< blocks in their present state
       real(wp), intent(in) :: time                   !< s
 
       self%dashpot = 0.0_wp
-   end subroutine freeze
+   end subroutine freeze_for_statics
 
    !> Balance after statics: nothing to do, since the forces of the neighbours are prescribed.
-   subroutine balance(self, blocks, unbalanced)
+   subroutine balance_reactions(self, blocks, unbalanced)
       class(free_sides_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks        !< at rest
       real(wp), intent(in) :: unbalanced(:,:)        !< [6,blocks] sum of all forces, N/m …
-   end subroutine balance
+   end subroutine balance_reactions
 
 end module dda_free_sides

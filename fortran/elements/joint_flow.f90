@@ -70,18 +70,18 @@ module dda_joint_flow
       real(wp), allocatable :: inflow(:)      !< [nodes] inflow from outside, m²/s
       real(wp), allocatable :: flux(:)  !< [channels] flux from the first node to the second, m²/s
    contains
-      procedure :: add_linear
+      procedure :: add_linear_terms
       procedure :: add_force
-      procedure :: add_stored
-      procedure :: account
-      procedure :: prepare
-      procedure :: revise
-      procedure :: accept
-      procedure :: freeze
-      procedure :: inherit
+      procedure :: add_stored_energy
+      procedure :: add_to_budget
+      procedure :: prepare_step
+      procedure :: revise_states
+      procedure :: accept_step
+      procedure :: freeze_for_statics
+      procedure :: inherit_state
       procedure :: serialise
-      procedure :: of_nodes
-      procedure :: of_channels
+      procedure :: node_values
+      procedure :: channel_values
    end type joint_flow_type
 
 contains
@@ -135,7 +135,7 @@ contains
    end function stage_flow_state
 
    !> Prepare a step: apertures, boundaries, and pressures for d = 0.
-   subroutine prepare(self, blocks, step, d)
+   subroutine prepare_step(self, blocks, step, d)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
       type(step_type), intent(in) :: step      !< the present one
@@ -147,7 +147,7 @@ contains
       self%vented = self%empty > 0.0_wp
       call set_boundaries(self, merge(self%time, end_time(step), self%frozen))
       call set_assumed_terms(self)
-   end subroutine prepare
+   end subroutine prepare_step
 
    !> Set conductances in the assumed states by the cubic law, with reduction by saturation.
    !> Flow from a node that is not full has the factor s²(3 − 2s), s its saturation at the start.
@@ -254,7 +254,7 @@ contains
    end function node_surplus
 
    !> Append the springs of enclosed water.
-   subroutine add_linear(self, blocks, step, terms)
+   subroutine add_linear_terms(self, blocks, step, terms)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present one
@@ -262,7 +262,7 @@ contains
 
       if (stage_flow_state(self) /= flow_steady) call add_springs(self%network, self%fixed .or. &
          self%vented, self%group, terms)
-   end subroutine add_linear
+   end subroutine add_linear_terms
 
    !> Add the forces B p₁ at d = 0.
    subroutine add_force(self, blocks, step, load)
@@ -275,17 +275,17 @@ contains
    end subroutine add_force
 
    !> Add the energy ½ pᵀSp.
-   subroutine add_stored(self, blocks, step, energy)
+   subroutine add_stored_energy(self, blocks, step, energy)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the next one
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
 
       call add_energy(energy, energy_water, stored_energy(self%network, blocks, self%pressure))
-   end subroutine add_stored
+   end subroutine add_stored_energy
 
    !> Account for the terms of the identity in the header of this module.
-   subroutine account(self, blocks, step, d, energy)
+   subroutine add_to_budget(self, blocks, step, d, energy)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
       type(step_type), intent(in) :: step  !< the present one
@@ -313,11 +313,11 @@ contains
       call add_energy(energy, energy_flow, viscous)
       call add_energy(energy, energy_algorithmic, lost)
       call add_energy(energy, energy_input, work + change + viscous + lost)
-   end subroutine account
+   end subroutine add_to_budget
 
    !> Revise the states of nodes that contradict the solution.
    !> Below the least pressure nodes are not full; without empty volume they are full.
-   subroutine revise(self, blocks, step, d, changed)
+   subroutine revise_states(self, blocks, step, d, changed)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
       type(step_type), intent(in) :: step           !< the present one
@@ -346,10 +346,10 @@ contains
       changed = changed + count(is_wrong)
       self%vented = self%vented .neqv. is_wrong
       call set_assumed_terms(self)
-   end subroutine revise
+   end subroutine revise_states
 
    !> Accept the step: pressures, volumes without water and flow at its end.
-   subroutine accept(self, blocks, step, d)
+   subroutine accept_step(self, blocks, step, d)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
       type(step_type), intent(in) :: step  !< the present one
@@ -372,10 +372,10 @@ contains
          end associate
       end do
       self%pressure = self%after
-   end subroutine accept
+   end subroutine accept_step
 
    !> Freeze the water: a static stage begins.
-   subroutine freeze(self, blocks, time)
+   subroutine freeze_for_statics(self, blocks, time)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: time  !< s
@@ -383,10 +383,10 @@ contains
       self%frozen = .true.
       self%time = time
       call begin_state(self)
-   end subroutine freeze
+   end subroutine freeze_for_statics
 
    !> Inherit pressures and volumes of the former element.
-   subroutine inherit(self, before, blocks)
+   subroutine inherit_state(self, before, blocks)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       class(element_type), intent(in) :: before  !< former element, of the same type
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
@@ -400,7 +400,7 @@ contains
          self%flux = before%flux
          self%first = before%pressure
       end select
-   end subroutine inherit
+   end subroutine inherit_state
 
    !> Save or restore pressures, volumes without water and flow.
    subroutine serialise(self, archive)
@@ -414,7 +414,7 @@ contains
    end subroutine serialise
 
    !> Values of each node in the output: pressure, saturation, inflow.
-   pure function of_nodes(self) result(values)
+   pure function node_values(self) result(values)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
       real(wp) :: values(node_columns, size(self%pressure))  !< Pa, –, m²/s
 
@@ -423,15 +423,15 @@ contains
       where (self%empty > 0.0_wp) values(2, :) = max(0.0_wp, 1.0_wp - self%empty &
          /self%network%volume)
       values(3, :) = self%inflow
-   end function of_nodes
+   end function node_values
 
    !> Values of each channel in the output: flux, aperture.
-   pure function of_channels(self) result(values)
+   pure function channel_values(self) result(values)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
       real(wp) :: values(channel_columns, size(self%flux))  !< m²/s, m
 
       values(1, :) = self%flux
       values(2, :) = 0.5_wp*sum(self%network%aperture, 1)
-   end function of_channels
+   end function channel_values
 
 end module dda_joint_flow

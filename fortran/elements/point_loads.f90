@@ -16,8 +16,8 @@ module dda_point_loads
       type(load_type), allocatable :: load(:)
    contains
       procedure :: add_force
-      procedure :: account
-      procedure :: freeze
+      procedure :: add_to_budget
+      procedure :: freeze_for_statics
    end type point_loads_type
 
 contains
@@ -39,7 +39,7 @@ contains
    end subroutine add_force
 
    !> Account for the work f·Td.
-   subroutine account(self, blocks, step, d, energy)
+   subroutine add_to_budget(self, blocks, step, d, energy)
       class(point_loads_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present one
@@ -53,10 +53,10 @@ contains
                load_time(step)), motion_of(blocks, b, self%load(i)%reference, d(:, b))))
          end associate
       end do
-   end subroutine account
+   end subroutine add_to_budget
 
    !> Freeze the forces at their values at a time.
-   subroutine freeze(self, blocks, time)
+   subroutine freeze_for_statics(self, blocks, time)
       class(point_loads_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: time  !< s
@@ -68,6 +68,6 @@ contains
          self%load(i)%time = [-ever, ever]
          self%load(i)%start = 0.0_wp
       end do
-   end subroutine freeze
+   end subroutine freeze_for_statics
 
 end module dda_point_loads

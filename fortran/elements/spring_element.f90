@@ -46,10 +46,10 @@ module dda_spring_element
       logical :: of_penalty = .true.   !< the stiffness is proportional to k_n
    contains
       procedure(springs_interface), deferred :: get_spring
-      procedure :: add_linear
+      procedure :: add_linear_terms
       procedure :: add_force
-      procedure :: add_stored
-      procedure :: account
+      procedure :: add_stored_energy
+      procedure :: add_to_budget
    end type spring_element_type
 
    abstract interface
@@ -112,7 +112,7 @@ contains
    end function target_rate
 
    !> Append springs and their dashpots; rows of a block on both sides are added.
-   subroutine add_linear(self, blocks, step, terms)
+   subroutine add_linear_terms(self, blocks, step, terms)
       class(spring_element_type), intent(in) :: self   !< elements of this kind
       type(blocks_type), intent(in) :: blocks          !< blocks in their present state
       type(step_type), intent(in) :: step              !< the present one
@@ -147,7 +147,7 @@ contains
             call add_term(terms, term)
          end do
       end do
-   end subroutine add_linear
+   end subroutine add_linear_terms
 
    !> Add the forces −k (s₀ − u) + c [(1/χ − 1) v₀ + u̇₁], with u at the instant of the spring.
    subroutine add_force(self, blocks, step, load)
@@ -177,7 +177,7 @@ contains
    end subroutine add_force
 
    !> Add the energy of springs and dashpots in the present state.
-   subroutine add_stored(self, blocks, step, energy)
+   subroutine add_stored_energy(self, blocks, step, energy)
       class(spring_element_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks         !< blocks in their present state
       type(step_type), intent(in) :: step             !< the next one
@@ -192,7 +192,7 @@ contains
             spring%stretch - displacement_of(self%motions, spring%motion, step%time), &
             change_of(spring, blocks%velocity) - spring%rate))
       end do
-   end subroutine add_stored
+   end subroutine add_stored_energy
 
    !> Energy ½ k y² + ½ (1 − χ) c Δt w², J per metre of thickness.
    pure real(wp) function spring_energy(self, spring, step, y, w)
@@ -206,7 +206,7 @@ contains
    end function spring_energy
 
    !> Account for work −k y·Δu − c w₁·Δt [(1 − χ) u̇₀ + χ u̇₁] of the motions, and for losses.
-   subroutine account(self, blocks, step, d, energy)
+   subroutine add_to_budget(self, blocks, step, d, energy)
       class(spring_element_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks         !< blocks in their present state
       type(step_type), intent(in) :: step             !< the present one
@@ -243,6 +243,6 @@ contains
             call add_energy(energy, energy_input, -dot_product(k*(y + share*change), moved))
          end do
       end associate
-   end subroutine account
+   end subroutine add_to_budget
 
 end module dda_spring_element

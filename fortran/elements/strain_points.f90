@@ -49,16 +49,16 @@ module dda_strain_points
       integer :: round = 0                               !< solutions so far
       integer :: worst = 0  !< worst point of the last solution; 0: all agree
    contains
-      procedure :: prepare
-      procedure :: add_linear
+      procedure :: prepare_step
+      procedure :: add_linear_terms
       procedure :: add_force
       procedure :: slope_beyond
-      procedure :: revise
-      procedure :: add_stored
-      procedure :: account
-      procedure :: accept
-      procedure :: inherit
-      procedure :: freeze
+      procedure :: revise_states
+      procedure :: add_stored_energy
+      procedure :: add_to_budget
+      procedure :: accept_step
+      procedure :: inherit_state
+      procedure :: freeze_for_statics
       procedure :: serialise
       procedure :: add_face_force
    end type strain_points_type
@@ -81,7 +81,7 @@ contains
    end function new_strain_points
 
    !> Prepare a step: strains at its start, and c about an increment.
-   subroutine prepare(self, blocks, step, d)
+   subroutine prepare_step(self, blocks, step, d)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks           !< blocks at the start of the step
       type(step_type), intent(in) :: step               !< the present one
@@ -104,7 +104,7 @@ contains
          call respond(self, p, self%strain(:, p), self%change(:, p), step, self%stress(:, p), &
             self%tangent(:, :, p))
       end do
-   end subroutine prepare
+   end subroutine prepare_step
 
    !> Freeze the bounds of point p at the stress of a change of strain, if they differ.
    subroutine freeze_bounds(self, p, change, step, allowed)
@@ -157,7 +157,7 @@ contains
    end function strain_increment
 
    !> Append the tangents of all points, A T = Σ c u uᵀ.
-   subroutine add_linear(self, blocks, step, terms)
+   subroutine add_linear_terms(self, blocks, step, terms)
       class(strain_points_type), intent(in) :: self    !< elements of this kind
       type(blocks_type), intent(in) :: blocks          !< blocks in their present state
       type(step_type), intent(in) :: step              !< the present one
@@ -185,7 +185,7 @@ contains
             call add_term(terms, term)
          end do
       end do
-   end subroutine add_linear
+   end subroutine add_linear_terms
 
    !> Split a symmetric matrix into Σ f u uᵀ, the largest diagonal entry first.
    pure subroutine split_dyads(matrix, none, n, factor, direction)
@@ -279,7 +279,7 @@ contains
    end function slope_beyond
 
    !> Revise: linearise all points about a solution if c there differs from that of the solve.
-   subroutine revise(self, blocks, step, d, changed)
+   subroutine revise_states(self, blocks, step, d, changed)
       class(strain_points_type), intent(inout) :: self  !< prepared for the step
       type(blocks_type), intent(in) :: blocks           !< blocks at the start of the step
       type(step_type), intent(in) :: step               !< the present one
@@ -319,7 +319,7 @@ contains
          self%worst = maxloc(off, 1)
          changed = changed + count(off > tolerance*maxval(scale))
       end if
-   end subroutine revise
+   end subroutine revise_states
 
    !> Error that bounds of point p may have after a solution, Pa.
    pure real(wp) function allowed_bound_error(self, p, change, step) result(allowed)
@@ -340,7 +340,7 @@ contains
    end function allowed_bound_error
 
    !> Add the energy of all points minus that of elastic points.
-   subroutine add_stored(self, blocks, step, energy)
+   subroutine add_stored_energy(self, blocks, step, energy)
       class(strain_points_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks        !< blocks in their present state
       type(step_type), intent(in) :: step            !< the next one
@@ -354,10 +354,10 @@ contains
             self%state(:, p), total_strain(self, p, blocks) - self%reference(:, p))
       end do
       call add_energy(energy, energy_law, sum(part))
-   end subroutine add_stored
+   end subroutine add_stored_energy
 
    !> Account for the energy at the end of the step, and for losses.
-   subroutine account(self, blocks, step, d, energy)
+   subroutine add_to_budget(self, blocks, step, d, energy)
       class(strain_points_type), intent(in) :: self  !< prepared for the step
       type(blocks_type), intent(in) :: blocks        !< blocks at the start of the step
       type(step_type), intent(in) :: step            !< the present one
@@ -385,10 +385,10 @@ contains
          call add_energy(energy, energy_friction, sum(part(loss_damping, n + 1:)))
       end associate
       call add_energy(energy, energy_algorithmic, sum(part(loss_scheme, :)))
-   end subroutine account
+   end subroutine add_to_budget
 
    !> Accept the step: set the states at its end.
-   subroutine accept(self, blocks, step, d)
+   subroutine accept_step(self, blocks, step, d)
       class(strain_points_type), intent(inout) :: self  !< prepared for the step
       type(blocks_type), intent(in) :: blocks           !< blocks at the start of the step
       type(step_type), intent(in) :: step               !< the present one
@@ -409,10 +409,10 @@ contains
       do p = 1, self%n
          if (acts(self, p, blocks)) self%carried(:, p) = self%carried(:, p) + shape_stress(self, p)
       end do
-   end subroutine accept
+   end subroutine accept_step
 
    !> Freeze laws in static stages: inactive laws retain their inelastic part.
-   subroutine freeze(self, blocks, time)
+   subroutine freeze_for_statics(self, blocks, time)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks           !< blocks in their present state
       real(wp), intent(in) :: time  !< time at which loads and prescribed positions are frozen, s
@@ -425,11 +425,11 @@ contains
          self%rest(:, p) = total_strain(self, p, blocks) - self%reference(:, p)
       end do
       self%static = .true.
-   end subroutine freeze
+   end subroutine freeze_for_statics
 
    !> Inherit the states of the same points; an inactive law continues from its last strain.
    !> If the law is replaced, the inelastic part of its stress remains.
-   subroutine inherit(self, before, blocks)
+   subroutine inherit_state(self, before, blocks)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
       class(element_type), intent(in) :: before         !< former element, of the same type
       type(blocks_type), intent(in) :: blocks           !< blocks in their present state
@@ -443,7 +443,7 @@ contains
                before%block(2, p) > 0), blocks)
          end do
       end select
-   end subroutine inherit
+   end subroutine inherit_state
 
    !> Save or restore the states of the points.
    subroutine serialise(self, archive)

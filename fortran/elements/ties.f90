@@ -28,8 +28,8 @@ module dda_ties
       real(wp), allocatable :: slip(:)        !< [ties] stretch of the shear springs, m
    contains
       procedure :: get_spring
-      procedure :: accept
-      procedure :: inherit
+      procedure :: accept_step
+      procedure :: inherit_state
       procedure :: serialise
       procedure :: add_face_force
    end type ties_type
@@ -160,7 +160,7 @@ contains
    end subroutine add_face_force
 
    !> Accept the step: update the slips.
-   subroutine accept(self, blocks, step, d)
+   subroutine accept_step(self, blocks, step, d)
       class(ties_type), intent(inout) :: self      !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< blocks at the start of the step
       type(step_type), intent(in) :: step          !< the present one
@@ -175,10 +175,10 @@ contains
          change = change_of(spring, d)
          self%slip(i) = self%slip(i) + change(2)
       end do
-   end subroutine accept
+   end subroutine accept_step
 
    !> Inherit the slips of the former ties.
-   subroutine inherit(self, before, blocks)
+   subroutine inherit_state(self, before, blocks)
       class(ties_type), intent(inout) :: self    !< elements of this kind
       class(element_type), intent(in) :: before  !< former element, of the same type
       type(blocks_type), intent(in) :: blocks    !< blocks in their present state
@@ -187,7 +187,7 @@ contains
       class is (ties_type)
          self%slip = before%slip
       end select
-   end subroutine inherit
+   end subroutine inherit_state
 
    !> Save or restore the slips.
    subroutine serialise(self, archive)

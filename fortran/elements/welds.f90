@@ -39,13 +39,13 @@ module dda_welds
       !> [mechanisms,springs,2,faces] ζ_l of both materials; 0 faces: no damping
       real(wp), allocatable :: memory(:,:,:,:)
    contains
-      procedure :: add_linear
+      procedure :: add_linear_terms
       procedure :: add_force
-      procedure :: add_stored
-      procedure :: account
-      procedure :: accept
-      procedure :: inherit
-      procedure :: balance
+      procedure :: add_stored_energy
+      procedure :: add_to_budget
+      procedure :: accept_step
+      procedure :: inherit_state
+      procedure :: balance_reactions
       procedure :: serialise
       procedure :: add_face_force
    end type welds_type
@@ -319,7 +319,7 @@ contains
    end function spring_force
 
    !> Append the springs of all faces.
-   subroutine add_linear(self, blocks, step, terms)
+   subroutine add_linear_terms(self, blocks, step, terms)
       class(welds_type), intent(in) :: self            !< elements of this kind
       type(blocks_type), intent(in) :: blocks          !< blocks in their present state
       type(step_type), intent(in) :: step              !< the present one
@@ -362,7 +362,7 @@ contains
             end do
          end associate
       end do
-   end subroutine add_linear
+   end subroutine add_linear_terms
 
    !> Add the forces −Gᵀf of each face.
    subroutine add_force(self, blocks, step, load)
@@ -427,7 +427,7 @@ contains
    end function spring_energy
 
    !> Add the energy of all faces.
-   subroutine add_stored(self, blocks, step, energy)
+   subroutine add_stored_energy(self, blocks, step, energy)
       class(welds_type), intent(in) :: self        !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       type(step_type), intent(in) :: step          !< the next one
@@ -443,10 +443,10 @@ contains
          total = total + spring_energy(self%springs(i), self%force(:, i), q) + damped(1)
       end do
       call add_energy(energy, energy_welded, total)
-   end subroutine add_stored
+   end subroutine add_stored_energy
 
    !> Account for the energy at the end of the step, and for the loss (θ − ½) Σ c Δs² of the scheme.
-   subroutine account(self, blocks, step, d, energy)
+   subroutine add_to_budget(self, blocks, step, d, energy)
       class(welds_type), intent(in) :: self        !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       type(step_type), intent(in) :: step          !< the present one
@@ -474,10 +474,10 @@ contains
       call add_energy(energy, energy_welded, total + damped(1))
       call add_energy(energy, energy_material_damping, damped(2))
       call add_energy(energy, energy_algorithmic, (step%scheme%theta - 0.5_wp)*(loss + damped(3)))
-   end subroutine account
+   end subroutine add_to_budget
 
    !> Accept the step: update the memories of the springs.
-   subroutine accept(self, blocks, step, d)
+   subroutine accept_step(self, blocks, step, d)
       class(welds_type), intent(inout) :: self     !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< blocks at the start of the step
       type(step_type), intent(in) :: step          !< the present one
@@ -503,19 +503,19 @@ contains
             end do
          end associate
       end do
-   end subroutine accept
+   end subroutine accept_step
 
    !> Balance after statics: reset the memories of the springs.
-   subroutine balance(self, blocks, unbalanced)
+   subroutine balance_reactions(self, blocks, unbalanced)
       class(welds_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks   !< at rest
       real(wp), intent(in) :: unbalanced(:,:)   !< [6,blocks] sum of all forces, N/m …
 
       call begin_memory(self, blocks)
-   end subroutine balance
+   end subroutine balance_reactions
 
    !> Inherit forces: in the present state they do not change with the moduli.
-   subroutine inherit(self, before, blocks)
+   subroutine inherit_state(self, before, blocks)
       class(welds_type), intent(inout) :: self   !< elements of this kind
       class(element_type), intent(in) :: before  !< former element, of the same type
       type(blocks_type), intent(in) :: blocks    !< blocks in their present state
@@ -539,7 +539,7 @@ contains
             end if
          end do
       end select
-   end subroutine inherit
+   end subroutine inherit_state
 
    !> Save or restore the forces f₀ and the memory of the springs.
    subroutine serialise(self, archive)

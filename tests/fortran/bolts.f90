@@ -34,10 +34,10 @@ module bolts
    type, extends(element_type) :: bolts_type
       type(bolt_type), allocatable :: bolt(:)
    contains
-      procedure :: add_linear
+      procedure :: add_linear_terms
       procedure :: add_force
-      procedure :: add_stored
-      procedure :: account
+      procedure :: add_stored_energy
+      procedure :: add_to_budget
    end type bolts_type
 
 contains
@@ -80,7 +80,7 @@ contains
       row = matmul(bolt%along, shape_matrix(blocks, bolt%block(side), bolt%reference(:, side)))
    end function row_of
 
-   subroutine add_linear(self, blocks, step, terms)
+   subroutine add_linear_terms(self, blocks, step, terms)
       class(bolts_type), intent(in) :: self
       type(blocks_type), intent(in) :: blocks
       type(step_type), intent(in) :: step
@@ -101,7 +101,7 @@ contains
          term%coefficient = self%bolt(i)%viscosity
          call add_term(terms, term)
       end do
-   end subroutine add_linear
+   end subroutine add_linear_terms
 
    !> −k s at the start of the step.
    subroutine add_force(self, blocks, step, load)
@@ -121,7 +121,7 @@ contains
       end do
    end subroutine add_force
 
-   subroutine add_stored(self, blocks, step, energy)
+   subroutine add_stored_energy(self, blocks, step, energy)
       class(bolts_type), intent(in) :: self
       type(blocks_type), intent(in) :: blocks
       type(step_type), intent(in) :: step
@@ -132,10 +132,10 @@ contains
          call add_energy(energy, energy_support, 0.5_wp*self%bolt(i)%stiffness &
             *(distance(self%bolt(i), blocks) - self%bolt(i)%length)**2)
       end do
-   end subroutine add_stored
+   end subroutine add_stored_energy
 
    !> ½ k s₁², (θ − ½) k Δs² (½ k Δs² at the end of the step) and c Δs²/Δt.
-   subroutine account(self, blocks, step, d, energy)
+   subroutine add_to_budget(self, blocks, step, d, energy)
       class(bolts_type), intent(in) :: self
       type(blocks_type), intent(in) :: blocks
       type(step_type), intent(in) :: step
@@ -157,6 +157,6 @@ contains
             call add_energy(energy, energy_damping, bolt%viscosity*change**2/step%time_step)
          end associate
       end do
-   end subroutine account
+   end subroutine add_to_budget
 
 end module bolts

@@ -33,9 +33,9 @@ module systems
    type, extends(element_type) :: couplings_type
       type(linear_terms_type) :: terms
    contains
-      procedure :: add_linear
+      procedure :: add_linear_terms
       procedure :: add_force
-      procedure :: account
+      procedure :: add_to_budget
    end type couplings_type
 
 contains
@@ -68,7 +68,7 @@ contains
       call set_matrix_pattern(system, blocks, near, elements, step_type(time_step=1.0_wp))
    end subroutine pattern_of
 
-   subroutine add_linear(self, blocks, step, terms)
+   subroutine add_linear_terms(self, blocks, step, terms)
       class(couplings_type), intent(in) :: self
       type(blocks_type), intent(in) :: blocks
       type(step_type), intent(in) :: step
@@ -78,7 +78,7 @@ contains
       do i = 1, self%terms%n
          call add_term(terms, self%terms%term(i))
       end do
-   end subroutine add_linear
+   end subroutine add_linear_terms
 
    !> Couplings are free of force at d = 0.
    subroutine add_force(self, blocks, step, load)
@@ -88,13 +88,13 @@ contains
       real(wp), intent(inout) :: load(:,:)
    end subroutine add_force
 
-   subroutine account(self, blocks, step, d, energy)
+   subroutine add_to_budget(self, blocks, step, d, energy)
       class(couplings_type), intent(in) :: self
       type(blocks_type), intent(in) :: blocks
       type(step_type), intent(in) :: step
       real(wp), intent(in) :: d(:,:)
       type(energy_type), intent(inout) :: energy
-   end subroutine account
+   end subroutine add_to_budget
 
    !> The linear part of K̂ of two blocks as a full matrix.
    pure function linear_matrix(system) result(k)
