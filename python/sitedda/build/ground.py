@@ -20,7 +20,7 @@ _LARGEST_RATIO = 0.49  # largest Poisson's ratio for the stiffness of ties
 class Ground(schema.GroundValues):
     """Meshed ground around a core: one body below it, or one on each side."""
 
-    def _check(self) -> None:
+    def _check_values(self) -> None:
         if not self.left < self.right:
             raise InputError(f"right = {self.right:g} must be above left = {self.left:g}")
         self.outline = self._core_outline()

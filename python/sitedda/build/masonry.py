@@ -74,7 +74,7 @@ def _number_stones(name: str, polygons, material: str, joint: str) -> list[Stone
 class Arch(schema.ArchValues):
     """An arch of straight-sided voussoirs, with joints at right angles to the centre line."""
 
-    def _check(self) -> None:
+    def _check_values(self) -> None:
         if self.radius is not None:
             self.span, self.rise = 2 * self.radius, self.radius
         if self.is_pointed and self.voussoirs % 2:
@@ -139,7 +139,7 @@ class Arch(schema.ArchValues):
 class Pier(schema.PierValues):
     """A pier of courses in running bond."""
 
-    def _check(self) -> None:
+    def _check_values(self) -> None:
         self.top_width = self.top_width or self.width
         _check_count(self.courses * (self.stones + 1))
 
@@ -164,7 +164,7 @@ class Lintel(schema.LintelValues):
 class Colonnade(schema.ColonnadeValues):
     """Columns of drums, with optional capitals and beams; outer beams end flush."""
 
-    def _check(self) -> None:
+    def _check_values(self) -> None:
         self.top_width = self.top_width or self.width
         _check_count(self.columns * (self.drums + 2))
         if (self.capital_width > 0) != (self.capital_height > 0):
@@ -205,7 +205,7 @@ class Colonnade(schema.ColonnadeValues):
 class RetainingWall(schema.RetainingWallValues):
     """A wall of courses in running bond with a vertical back and a battered face."""
 
-    def _check(self) -> None:
+    def _check_values(self) -> None:
         _check_count(self.courses * (self.stones + 1))
 
     def blocks(self) -> list[Stone]:
@@ -221,7 +221,7 @@ class RetainingWall(schema.RetainingWallValues):
 class MultiLeafWall(schema.MultiLeafWallValues):
     """A cross-section of two leaves of stones with a core between them."""
 
-    def _check(self) -> None:
+    def _check_values(self) -> None:
         _check_count(self.courses * (2 + self.core_courses * (self.core_stones + 1)))
 
     def blocks(self) -> list[Stone]:

@@ -123,7 +123,7 @@ class Opening(schema.OpeningValues):
 class MasonryWall(schema.MasonryWallValues):
     """A wall of courses, seen from the front."""
 
-    def _check(self) -> None:
+    def _check_values(self) -> None:
         if self.ties is not None and self.tie_stiffness is None:
             raise InputError("ties need tie_stiffness")
         length = self.stone * _BONDS[self.bond][0]

@@ -40,17 +40,17 @@ def add_record(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("-o", "--output", type=picture_name, metavar="PICTURE", help="(RECORD.png)")
     parser.add_argument("-f", "--force", action="store_true", help="overwrite an existing picture")
-    parser.set_defaults(act=_print_record)
+    parser.set_defaults(act=_run_record)
 
 
-def _print_record(options: argparse.Namespace) -> int:
+def _run_record(options: argparse.Namespace) -> int:
     from ..facade.plot import record_panels
     from ..site.intensity import intensity
 
     picture = options.output or Path(f"{options.file.stem}.png")
     if not options.force:
         _confirm_overwriting(picture)
-    motion = _read_with_options(options)
+    motion = _read_record_file(options)
     print(f"{motion.attrs['station']} {motion.attrs['description']}".strip())
     print(f"{motion.time.size} samples, {float(motion.time[-1]):.3f} s; {motion.attrs['method']}")
     for name in ("acceleration", "velocity", "displacement"):
@@ -61,7 +61,7 @@ def _print_record(options: argparse.Namespace) -> int:
     return 0
 
 
-def _read_with_options(options: argparse.Namespace):
+def _read_record_file(options: argparse.Namespace):
     try:
         return read_record(
             options.file, options.format, options.quantity, options.unit, options.time_step

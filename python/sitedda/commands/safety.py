@@ -26,10 +26,10 @@ def add_safety(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print plain values as JSON")
     parser.add_argument("-o", "--output", type=picture_name, help="(FILE_mechanism.png)")
     add_changes(parser)
-    parser.set_defaults(act=_find_safety)
+    parser.set_defaults(act=_run_safety)
 
 
-def _find_safety(options: argparse.Namespace) -> int:
+def _run_safety(options: argparse.Namespace) -> int:
     from ..report.style import save_picture
     from ..stability import mechanism, safety
 

@@ -26,10 +26,10 @@ def add_draw(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--stage", metavar="NAME", help="use the last frame of this stage")
     parser.add_argument("--dpi", type=DOTS_PER_INCH, default=150.0, help="dots per inch (150)")
     _add_look_options(parser)
-    _add_modes(parser)
+    _add_modes_command(parser)
 
 
-def _add_modes(parser: argparse.ArgumentParser) -> None:
+def _add_modes_command(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--modes", type=COUNT, default=0, metavar="N",
         help="for an input: draw its N lowest modes of vibration")  # fmt: skip
 
@@ -41,11 +41,11 @@ def add_view(parser: argparse.ArgumentParser) -> None:
         help="another output, shown beside the first with a common cursor")  # fmt: skip
     parser.add_argument("--difference", action="store_true",
         help="colour the first output by its values minus the values of the other")  # fmt: skip
-    _add_modes(parser)
+    _add_modes_command(parser)
     from ..drawing.quantities import COLORINGS
 
     parser.add_argument("--color", choices=COLORINGS, help="initial colour of blocks")
-    _add_absolute(parser)
+    _add_absolute_option(parser)
     parser.add_argument("--no-open", action="store_true", help="do not open a browser")
 
 
@@ -97,12 +97,12 @@ def _add_look_options(parser: argparse.ArgumentParser) -> None:
         help="factor on displacements in the picture (1: true to scale)")  # fmt: skip
     parser.add_argument("--since", metavar="STAGE",
         help="show displacements and rotations since the end of this stage")  # fmt: skip
-    _add_absolute(parser)
+    _add_absolute_option(parser)
     parser.add_argument("--scheme", choices=("light", "dark", "print"), default="light",
         help="theme: colours of background, lines and texts (light)")  # fmt: skip
 
 
-def _add_absolute(parser: argparse.ArgumentParser) -> None:
+def _add_absolute_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--absolute", action="store_true",
         help="show absolute displacements, not relative to the moving base")  # fmt: skip
 

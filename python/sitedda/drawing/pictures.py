@@ -194,7 +194,7 @@ class BlockPicture:
         scene = self.scene
         vertices = deformed(scene, frame, self.deformation)
         if self.blocks is None:
-            self._draw_first(frame, vertices)
+            self._draw_first_frame(frame, vertices)
         else:
             self.blocks.set_verts(_present_polygons(scene, frame, vertices))
             if self.blocks.get_array() is not None:
@@ -209,7 +209,7 @@ class BlockPicture:
             self.lines += draw_crosses(self.axes, scene, frame, self.deformation, self.stress)
         self.head.show(self._words(frame))
 
-    def _draw_first(self, frame: int, vertices) -> None:
+    def _draw_first_frame(self, frame: int, vertices) -> None:
         scene, axes = self.scene, self.axes
         frames = some_of(self.frames) or [frame]
         if scene.frames > 1 and (frame or self.frames) and scene.blocks <= _MOST_DRAWN_OUTLINES:

@@ -41,7 +41,9 @@ def _describe_variable(variable: Variable) -> dict:
     if variable.kind == "word":
         one["enum"] = [word.strip("'") for word in re.findall(r"'[^']*'", variable.values)]
     if one["type"] in ("number", "integer"):
-        one |= _limits(variable.values) if variable.size == 0 or variable.kind == "real" else {}
+        one |= (
+            _value_limits(variable.values) if variable.size == 0 or variable.kind == "real" else {}
+        )
     if variable.size:
         most = variable.size * (2 if variable.kind == "points" else 1)
         one = {"anyOf": [one, {"type": "array", "items": one, "maxItems": most}]}
@@ -51,7 +53,7 @@ def _describe_variable(variable: Variable) -> dict:
     return one
 
 
-def _limits(values: str) -> dict:
+def _value_limits(values: str) -> dict:
     if found := _RANGE.fullmatch(values):
         return {"minimum": float(found[1]), "maximum": float(found[2])}
     if found := re.fullmatch(rf"(above|at least) ({_NUMBER})", values):

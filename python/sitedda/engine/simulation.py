@@ -249,7 +249,7 @@ class Simulation:
     @property
     def input_values(self) -> str:
         """The values of the input as JSON: given, default and derived values of its groups."""
-        return self._read_words("values")
+        return self._read_line("values")
 
     def _change_input(self, text: str, words: str, call: str) -> None:
         """Continue with another input; errors name the call instead of the generated text."""
@@ -314,7 +314,7 @@ class Simulation:
                 .tobytes()
             )
 
-    def _read_words(self, what: str) -> str:
+    def _read_line(self, what: str) -> str:
         return self._read_text(what).decode("utf-8", "replace").strip()
 
     def _read_clock(self) -> np.ndarray:
@@ -323,17 +323,17 @@ class Simulation:
     @property
     def title(self) -> str:
         """Title of the run."""
-        return self._read_words("title")
+        return self._read_line("title")
 
     @property
     def summary(self) -> str:
         """Summary of the time step control so far."""
-        return self._read_words("summary")
+        return self._read_line("summary")
 
     @property
     def warning(self) -> str:
         """Warning of the energy audit so far; empty if the energies balance."""
-        return self._read_words("warning")
+        return self._read_line("warning")
 
     @property
     def description(self) -> str:
@@ -343,33 +343,33 @@ class Simulation:
         took of velocity and displacement; velocity and displacement at the end of the record, and
         how the motion continues.
         """
-        return self._read_words("description")
+        return self._read_line("description")
 
     @property
     def notes(self) -> str:
         """Warnings about probable mistakes of the input, one line each; empty if there are none."""
-        return self._read_words("notes")
+        return self._read_line("notes")
 
     @property
     def thread_notes(self) -> str:
         """Note on the time during which too few processors were free for all threads; or empty."""
-        return self._read_words("threads")
+        return self._read_line("threads")
 
     @property
     def peak_warnings(self) -> list[str]:
         """Warnings about amplification peaks of a linear run that are not exact."""
         with self._one, FILES:
-            return self._read_words("peaks").splitlines()
+            return self._read_line("peaks").splitlines()
 
     @property
     def ending(self) -> str:
         """Why the run has ended, "duration reached" or the rule of &stop; empty before that."""
-        return self._read_words("ending")
+        return self._read_line("ending")
 
     @property
     def notice(self) -> str:
         """The time from which a resumed simulation continued, in words; otherwise blank."""
-        return self._read_words("notice")
+        return self._read_line("notice")
 
     @property
     def time(self) -> float:
@@ -616,7 +616,7 @@ class Simulation:
     @property
     def solver(self) -> str:
         """The present linear solver, which ``'auto'`` may change."""
-        return self._read_words("solver")
+        return self._read_line("solver")
 
     def block_notes(self) -> str:
         """Notes on removed and merged blocks and on slivers."""

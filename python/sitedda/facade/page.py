@@ -39,20 +39,20 @@ def report_page(source, report: Report | None = None, discrete=None) -> Page:
     """
     scene = Scene.of(source)
     report = report if report is not None else _check_input(scene, source)
-    return _model_page(scene, report) if scene.before else _run_page(scene, report, discrete)
+    return _page_of_model(scene, report) if scene.before else _page_of_run(scene, report, discrete)
 
 
-def _run_page(scene: Scene, report: Report | str, discrete) -> Page:
+def _page_of_run(scene: Scene, report: Report | str, discrete) -> Page:
     data = scene.data
     page = Page(scene.title or "Untitled run", _first_paragraph(scene))
     page.add("Verdict", _check_section(report), *_verdict_parts(scene))
     page.add("Blocks", view(scene, BUDGET - _PICTURES))
     what = shown(scene)
     page.add("Pictures", Picture(run_picture(what, discrete), CAPTIONS[what.kind], "run"))
-    _add_model(page, scene)
-    _add_check(page, report)
-    _add_energies(page, data)
-    _add_input(page, scene)
+    _add_model_section(page, scene)
+    _add_check_section(page, report)
+    _add_energy_section(page, data)
+    _add_input_section(page, scene)
     maker, commit = (str(data.attrs.get(name, "")) for name in ("source", "commit"))
     page.provenance = provenance(
         input=str(data.attrs.get("input_file", "")),
@@ -63,12 +63,12 @@ def _run_page(scene: Scene, report: Report | str, discrete) -> Page:
     return page
 
 
-def _model_page(scene: Scene, report: Report | str) -> Page:
+def _page_of_model(scene: Scene, report: Report | str) -> Page:
     page = Page(scene.title or "Untitled model", "A model before its run.")
-    _add_check(page, report)
+    _add_check_section(page, report)
     page.add("Blocks", view(scene, BUDGET - _PICTURES, "material"))
-    _add_model(page, scene)
-    _add_input(page, scene)
+    _add_model_section(page, scene)
+    _add_input_section(page, scene)
     page.provenance = provenance(input=str(scene.data.attrs.get("input_file", "")))
     return page
 
@@ -128,14 +128,14 @@ def bars_of(scene: Scene) -> list[Part]:
     return parts
 
 
-def _add_check(page: Page, report: Report | str) -> None:
+def _add_check_section(page: Page, report: Report | str) -> None:
     if isinstance(report, str):
         page.add("Check", _check_section(report))
     else:
         page.add("Check", Paragraph(report.conclusion.capitalize() + "."), check_table(report))
 
 
-def _add_model(page: Page, scene: Scene) -> None:
+def _add_model_section(page: Page, scene: Scene) -> None:
     areas = scene.areas()
     vertices = np.diff(scene.first)
     kinds = [one["kind"] for one in scene.boundaries(0)]
@@ -196,7 +196,7 @@ def _shorten_value(value) -> str:
     return text if len(text) <= 80 else text[:77] + "…"
 
 
-def _add_energies(page: Page, data) -> None:
+def _add_energy_section(page: Page, data) -> None:
     rows = [
         [name.replace("_", " "), number(float(series[-1])), number(float(abs(series).max()))]
         for name in TERMS
@@ -208,7 +208,7 @@ def _add_energies(page: Page, data) -> None:
         page.add("Energies", Paragraph(f"Audit: {audit}."), Table(heads, rows))
 
 
-def _add_input(page: Page, scene: Scene) -> None:
+def _add_input_section(page: Page, scene: Scene) -> None:
     text = str(scene.data.attrs.get("input_text", ""))
     most = 400_000
     if len(text) > most:

@@ -68,9 +68,9 @@ def find_groups(text: str, file="input", skipped: Sequence[str] = ()) -> list[Fo
         If it is not text of groups, or a variable is not known or a value cannot be read; the
         message names the line.
     """
-    data = _encode(text)
+    data = _encode_for_engine(text)
     with _ONE:
-        sizes = checked(api.parse_input, _encode(file), data or b" ", " ".join(skipped))
+        sizes = checked(api.parse_input, _encode_for_engine(file), data or b" ", " ".join(skipped))
         groups, values, numbers, letters = api.parsed_input(*np.maximum(sizes, 1))
     found, values = (
         [],
@@ -113,19 +113,25 @@ def with_changes(
     """
     if not changes:
         return text, []
-    words = [[None if one is None else _encode(one) for one in change] for change in changes]
+    words = [
+        [None if one is None else _encode_for_engine(one) for one in change] for change in changes
+    ]
     lengths = [[-1 if one is None else len(one) for one in change] for change in words]
     joined = b"".join(one for change in words for one in change if one)
     with _ONE:
         variables, size = checked(
-            api.make_changes, _encode(file), _encode(text) or b" ", joined, np.transpose(lengths)
+            api.make_changes,
+            _encode_for_engine(file),
+            _encode_for_engine(text) or b" ",
+            joined,
+            np.transpose(lengths),
         )
         letters = api.changed_text(size)
     new = letters.astype("u1").tobytes().decode("utf-8", "surrogateescape")
     return new, [_VARIABLES[position - 1] for position in variables]
 
 
-def _encode(text) -> bytes:
+def _encode_for_engine(text) -> bytes:
     return str(text).encode("utf-8", "surrogateescape")
 
 

@@ -67,7 +67,7 @@ class Values:
         for one in own:
             self._check_value(one, getattr(self, one.name))
         self._check_relations(named)
-        self._check()
+        self._check_values()
 
     def __repr__(self) -> str:
         """Its values."""
@@ -90,7 +90,7 @@ class Values:
         elif one.kind == "word":
             _check_choice(name, value, one.values)
         elif one.kind == "name" and one.values.startswith("at most"):
-            _check_stem(name, value, int(re.findall(r"\d+", one.values)[0]))
+            _check_name_stem(name, value, int(re.findall(r"\d+", one.values)[0]))
         elif one.kind in ("real", "integer"):
             _check_number(name, value, one.values)
 
@@ -108,7 +108,7 @@ class Values:
                 if named.isdisjoint(one.split(" or ")):
                     raise InputError(f"{variable.name} needs {one}")
 
-    def _check(self) -> None:
+    def _check_values(self) -> None:
         """Check the relations between values."""
 
 
@@ -143,7 +143,7 @@ def _check_choice(name: str, value: str, words: str) -> None:
         raise InputError(f"{name} = {value!r} must be {first} or {last}")
 
 
-def _check_stem(name: str, value: str, most: int) -> None:
+def _check_name_stem(name: str, value: str, most: int) -> None:
     if not value or len(value) > most:
         raise InputError(
             f"{name} = {value!r} must have 1 to {most} characters: its blocks get numbers"

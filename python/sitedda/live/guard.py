@@ -33,8 +33,8 @@ class Guard:
 
     def __init__(self, host: str, port: int, notebook: bool = False):
         names = {host, "localhost"} if host == LOOPBACK else {host}
-        self.hosts = {f"{_in_brackets(name)}:{port}" for name in names}
-        self.address = f"http://{_in_brackets(host)}:{port}/"
+        self.hosts = {f"{_bracket_ipv6(name)}:{port}" for name in names}
+        self.address = f"http://{_bracket_ipv6(host)}:{port}/"
         self.token = secrets.token_urlsafe(32)
         self.frames = "http://127.0.0.1:* http://localhost:*" if notebook else "'none'"
 
@@ -87,5 +87,5 @@ def private_folder(folder: Path) -> Path:
     return folder
 
 
-def _in_brackets(host: str) -> str:
+def _bracket_ipv6(host: str) -> str:
     return f"[{host}]" if ":" in host else host

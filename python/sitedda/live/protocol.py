@@ -13,7 +13,7 @@ _FEW = 20  # largest number of members of an object
 _LONG = 4096  # largest number of characters of a value
 
 
-def _is_text(value) -> bool:
+def _is_short(value) -> bool:
     return isinstance(value, str) and len(value) <= _LONG and value.isprintable()
 
 
@@ -21,30 +21,35 @@ def _is_integer(value) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and 0 < value < 2**31
 
 
-def _is_value(value) -> bool:
+def _is_typed_value(value) -> bool:
     return value is None or (isinstance(value, str) and len(value) <= 20 * _LONG)
 
 
-def _are_values(value) -> bool:
+def _are_named_texts(value) -> bool:
     return isinstance(value, dict) and 0 < len(value) <= _FEW and all(
-        _is_text(name) and isinstance(one, str) and _is_text(one) for name, one in value.items()
+        _is_short(name) and isinstance(one, str) and _is_short(one) for name, one in value.items()
     )  # fmt: skip
 
 
-def _is_long_text(value) -> bool:
+def _is_text(value) -> bool:
     return isinstance(value, str)
 
 
 # The fields of each command; all are required.
 COMMANDS = {
-    "open": {"source": _is_text, "name": _is_text},
+    "open": {"source": _is_short, "name": _is_short},
     "leave": {},
-    "write": {"text": _is_long_text},
-    "set": {"group": _is_text, "number": _is_integer, "variable": _is_text, "value": _is_value},
+    "write": {"text": _is_text},
+    "set": {
+        "group": _is_short,
+        "number": _is_integer,
+        "variable": _is_short,
+        "value": _is_typed_value,
+    },
     "settle": {},
-    "add": {"group": _is_text},
-    "take_out": {"group": _is_text, "number": _is_integer},
-    "record": {"number": _is_integer, "name": _is_text},
+    "add": {"group": _is_short},
+    "take_out": {"group": _is_short, "number": _is_integer},
+    "record": {"number": _is_integer, "name": _is_short},
     "undo": {},
     "redo": {},
     "check": {},
@@ -54,9 +59,9 @@ COMMANDS = {
     "step": {"steps": _is_integer},
     "stop": {},
     "back": {},
-    "change": {"values": _are_values},
-    "stage": {"values": _are_values},
-    "save": {"what": _is_text, "name": _is_text},
+    "change": {"values": _are_named_texts},
+    "stage": {"values": _are_named_texts},
+    "save": {"what": _is_short, "name": _is_short},
 }
 
 

@@ -78,7 +78,7 @@ class Session:
         if self.document is None:
             if not self._cards_asked:
                 self._cards_asked = True
-                threading.Thread(target=self._draw_cards, name="cards", daemon=True).start()
+                threading.Thread(target=self._draw_thumbnails, name="cards", daemon=True).start()
             return [*messages, *self._cards.values()]
         messages.append(self._model_message())
         if self.run is None:
@@ -105,7 +105,7 @@ class Session:
         state = {"kind": "model", "running": self.run is not None, "opened": self._opened}
         return state | self.document.described()
 
-    def _draw_cards(self) -> None:
+    def _draw_thumbnails(self) -> None:
         for name, (_, file) in self.shipped.examples.items():
             try:
                 found = card(file.read_text(encoding="utf-8"), file)
@@ -128,7 +128,7 @@ class Session:
         """
         if command in _EDITS:
             getattr(self._check_editable(), command)(**fields)
-            self._store_edit()
+            self._save_edit()
         elif command in _STARTS:
             getattr(self._run_or_start(), command)(**fields)
         elif command in _CONTROLS:
@@ -165,7 +165,7 @@ class Session:
         self._end_run()
         self.document = document
         self._opened += 1
-        self._store_edit()
+        self._save_edit()
         self.tell(self._start_message())
 
     def _do_leave(self) -> None:
@@ -191,7 +191,7 @@ class Session:
             place = {"group": group, "number": number, "variable": variable}
             self._publish({"kind": "trouble", "message": str(error)} | place)
             return
-        self._store_edit()
+        self._save_edit()
 
     def _do_settle(self) -> None:
         if self.document is not None:
@@ -208,13 +208,13 @@ class Session:
         for variable in ("values", "time_step", "quantity", "unit"):
             document.set("motion", number, variable, None)
         document.set("motion", number, "file", f"records/{name}")
-        self._store_edit()
+        self._save_edit()
 
     def _do_check(self) -> None:
         document = self._check_editable()
         self._checker.start(document.text, document.file, document.version)
 
-    def _store_edit(self) -> None:
+    def _save_edit(self) -> None:
         """Store the edited model, inform the pages and request a drawing."""
         document = self.document
         self.journal.keep("model", {"file": str(document.file), "text": document.text})
@@ -302,7 +302,7 @@ class Session:
     def _do_back(self) -> None:
         self._end_run()
         if self.document is not None:
-            self._store_edit()
+            self._save_edit()
 
     def recover(self) -> bool:
         """Open the model of the last server of this folder and continue its run."""
@@ -317,7 +317,7 @@ class Session:
         except (KeyError, TypeError):
             self.document = None
             return False
-        self._store_edit()
+        self._save_edit()
         if run is not None:
             self._start_run(self.document, actions)
         return True

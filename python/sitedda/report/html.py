@@ -41,8 +41,8 @@ def to_html(page: Page) -> str:
     sections = "\n".join(body.section(section) for section in page.sections)
     style, script = page_style(), ""
     if body.views:
-        style += _read_text("view.css", "drawing/view")
-        modules = "\n".join(_read_text(f"{name}.js", "drawing/view") for name in VIEW_MODULES)
+        style += _read_page_file("view.css", "drawing/view")
+        modules = "\n".join(_read_page_file(f"{name}.js", "drawing/view") for name in VIEW_MODULES)
         plain = re.sub(r"^(import [^;]*;\n|export )", "", modules, flags=re.MULTILINE)
         script = f'"use strict";\n(() => {{\n{plain}}})();\n'
     facts = _facts_html(page.provenance)
@@ -72,9 +72,9 @@ def fragment(*parts: Part) -> str:
 
 
 def _page_head(title: str, style: str, script: str) -> str:
-    scripts = f"'sha256-{_hash_source(script)}'" if script else "'none'"
+    scripts = f"'sha256-{_content_hash(script)}'" if script else "'none'"
     policy = (
-        f"default-src 'none'; style-src 'sha256-{_hash_source(style)}'; script-src {scripts}; "
+        f"default-src 'none'; style-src 'sha256-{_content_hash(style)}'; script-src {scripts}; "
         "img-src data:; base-uri 'none'; form-action 'none'"
     )
     return (
@@ -86,11 +86,11 @@ def _page_head(title: str, style: str, script: str) -> str:
     )
 
 
-def _hash_source(text: str) -> str:
+def _content_hash(text: str) -> str:
     return base64.b64encode(hashlib.sha256(text.encode("utf-8")).digest()).decode("ascii")
 
 
-def _read_text(name: str, folder: str = "report") -> str:
+def _read_page_file(name: str, folder: str = "report") -> str:
     return files("sitedda").joinpath(folder, name).read_text(encoding="utf-8")
 
 
@@ -98,7 +98,7 @@ def page_style() -> str:
     """Return the style sheet of pages: colours, then parts."""
     from .style import css_variables
 
-    return css_variables() + _read_text("page.css")
+    return css_variables() + _read_page_file("page.css")
 
 
 def json_for_script(value) -> str:
@@ -162,32 +162,32 @@ class _PartWriter:
             case Facts():
                 return _facts_html(part.lines)
             case Table():
-                return _write_table(part)
+                return _table_html(part)
             case Bullets():
                 items = "".join(f"<li>{inline(line, part.markup)}</li>" for line in part.lines)
-                return f"{_write_subtitle(part.title)}<ul>{items}</ul>"
+                return f"{_subtitle_html(part.title)}<ul>{items}</ul>"
             case Listing():
-                return _write_listing(part)
+                return _listing_html(part)
             case Picture():
-                return _write_picture(part)
+                return _picture_html(part)
             case View():
                 self.views += 1
-                return _write_view(part, f"view{self.views}")
+                return _view_html(part, f"view{self.views}")
         raise TypeError(f"not a part of a page: {type(part).__name__}")
 
 
-def _write_subtitle(title: str) -> str:
+def _subtitle_html(title: str) -> str:
     return f"<h3>{escape(title)}</h3>" if title else ""
 
 
-def _write_listing(part: Listing) -> str:
+def _listing_html(part: Listing) -> str:
     text = f"<pre>{escape(part.text)}</pre>"
     if part.folded:
         return f"<details><summary>{escape(part.title)}</summary>{text}</details>"
-    return _write_subtitle(part.title) + text
+    return _subtitle_html(part.title) + text
 
 
-def _write_picture(part: Picture) -> str:
+def _picture_html(part: Picture) -> str:
     dark, light = (
         f"data:{kind};base64,{base64.b64encode(data).decode('ascii')}"
         for kind, data in map(part.encoded, ("dark", "light"))
@@ -201,7 +201,7 @@ def _write_picture(part: Picture) -> str:
     )
 
 
-def _write_table(table: Table) -> str:
+def _table_html(table: Table) -> str:
     right = [_are_numeric([row[k] for row in table.rows]) for k in range(len(table.heads))]
     head = "".join(
         f"<th scope='col'{_classes(['n'] if right[k] else [])}>{inline(text, table.markup)}</th>"
@@ -212,18 +212,18 @@ def _write_table(table: Table) -> str:
     judged = [head in ("", "verdict") for head in table.heads]
     markup = [table.markup] * len(judged)
     body = "".join(
-        f"<tr>{''.join(map(_write_cell, row, table.heads, right, judged, markup))}</tr>"
+        f"<tr>{''.join(map(_cell_html, row, table.heads, right, judged, markup))}</tr>"
         for row in table.rows
     )
     stacked = " class='stacked'" if len(table.heads) > 2 else ""  # if the page is too narrow
     scrolls = " long" if len(table.rows) > _LONG else ""
     return (
-        f"{_write_subtitle(table.title)}<div class='wide{scrolls}' tabindex='0'><table{stacked}>"
+        f"{_subtitle_html(table.title)}<div class='wide{scrolls}' tabindex='0'><table{stacked}>"
         f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>"
     )
 
 
-def _write_cell(text: str, head: str, right: bool, judged: bool, markup: bool) -> str:
+def _cell_html(text: str, head: str, right: bool, judged: bool, markup: bool) -> str:
     names = ["n"] if right else []
     text = re.sub(r"(?<![\w.])-(?=\d)|(?<=e)-(?=\d)", "\u2212", text) if right else text
     for name, words in (("good", GOOD), ("bad", BAD), ("middle", MIDDLE)):
@@ -244,7 +244,7 @@ def _are_numeric(cells: list[str]) -> bool:
     return bool(cells) and all(_NUMBER.fullmatch(cell) for cell in cells)
 
 
-def _write_view(view: View, name: str) -> str:
+def _view_html(view: View, name: str) -> str:
     streams = "".join(
         f"<script type='text/plain' id='{name}-{escape(key)}'>{data}</script>"
         for key, data in view.streams.items()

@@ -116,7 +116,7 @@ class Head:
     def __init__(self, axes: Axes, title: str, words=("",)):
         self.room = room_of(axes)
         self.lines = (
-            max(self._fold_words(one).count("\n") + 1 for one in words) if any(words) else 0
+            max(self._wrap_words(one).count("\n") + 1 for one in words) if any(words) else 0
         )
         axes.set_title(plain(folded(title, self.room, 12, True, 2)), loc="left", fontsize=12,
                        color=INK, fontweight="bold", pad=11 + 13 * self.lines)  # fmt: skip
@@ -126,12 +126,12 @@ class Head:
         self.note.set_in_layout(False)
         self.show(words[0])
 
-    def _fold_words(self, words: str, most: int = 6) -> str:
+    def _wrap_words(self, words: str, most: int = 6) -> str:
         return folded(words, self.room, 9.5, most=most)
 
     def show(self, words: str) -> None:
         """Show a text; lines that do not fit end with …."""
-        words = self._fold_words(words, self.lines) if self.lines else ""
+        words = self._wrap_words(words, self.lines) if self.lines else ""
         self.note.set_text(plain(words) + "\n" * (self.lines - 1 - words.count("\n")))
 
 

@@ -29,22 +29,22 @@ def write_markdown(page: Page, file, folder: str = "", dpi: float = 110) -> Path
     texts = [f"# {page.title}", page.lead]
     for section in page.sections:
         texts += [f'<a id="{section.anchor}"></a>', f"## {section.title}"]
-        texts += [_write_part(part, pictures, folder, dpi) for part in section.parts]
+        texts += [_part_markdown(part, pictures, folder, dpi) for part in section.parts]
     return write(file, "\n\n".join(text for text in texts if text) + "\n", "Markdown")
 
 
-def _write_part(part: Part, pictures: Path, folder: str, dpi: float) -> str:
+def _part_markdown(part: Part, pictures: Path, folder: str, dpi: float) -> str:
     match part:
         case Paragraph():
             return part.text if part.markup else part.text.replace("<", "&lt;")
         case Facts():
             return "\n".join(f"- {name}: {value}" for name, value in part.lines)
         case Table():
-            return _add_title(part.title, markdown_table(part.heads, part.rows))
+            return _with_title(part.title, markdown_table(part.heads, part.rows))
         case Bullets():
-            return _add_title(part.title, "\n".join(f"- {line}" for line in part.lines))
+            return _with_title(part.title, "\n".join(f"- {line}" for line in part.lines))
         case Listing():
-            return _add_title(part.title, f"```\n{part.text}\n```")
+            return _with_title(part.title, f"```\n{part.text}\n```")
         case Picture():
             _write_picture(part, pictures / f"{part.name}.png", dpi)
             place = (Path(folder) / f"{part.name}.png").as_posix()
@@ -64,7 +64,7 @@ def _write_picture(part: Picture, file: Path, dpi: float) -> None:
     write(file, small.getvalue(), "a picture")
 
 
-def _add_title(title: str, text: str) -> str:
+def _with_title(title: str, text: str) -> str:
     return f"**{title}**\n\n{text}" if title else text
 
 

@@ -221,7 +221,7 @@ class Column:
             If an argument is out of range, the band contains no peak, or the peak is unbounded.
         """
         mode_spacing = 0.5 / self.travel_time
-        low, high = _check_band((0.0, mode_spacing) if band is None else band)
+        low, high = _checked_band((0.0, mode_spacing) if band is None else band)
         points = int(np.ceil(_POINTS_PER_MODE * max(1.0, (high - low) / mode_spacing)))
         place = (top, bottom, kind)
         if time_step is None:
@@ -353,7 +353,7 @@ def refined_peak(
     ValueError
         If the band is invalid, contains no interior maximum, or the maximum is unbounded.
     """
-    low, high = _check_band(band)
+    low, high = _checked_band(band)
     if not 2 <= points <= _MOST_POINTS:
         raise ValueError(f"points must be in 2 ... {_MOST_POINTS}, got {points}")
     grid = np.linspace(low, high, points + 1)
@@ -382,7 +382,7 @@ def _refine_peak(transfer: Callable, low: float, high: float) -> Peak:
     return Peak(float(found.x), float(amplitude))
 
 
-def _check_band(band: tuple[float, float]) -> tuple[float, float]:
+def _checked_band(band: tuple[float, float]) -> tuple[float, float]:
     edges = np.asarray(band, dtype=float)
     if edges.shape != (2,) or not np.all(np.isfinite(edges)) or not 0 <= edges[0] < edges[1]:
         raise ValueError(f"band must be two frequencies 0 <= low < high, got {band!r}")

@@ -122,11 +122,11 @@ class NonlinearResponse(SiteResponse):
 
     def strain(self, depth: ArrayLike) -> NDArray[np.float64]:
         """Shear strain of the cells at a depth or depths (m), shape (..., samples)."""
-        return self.histories.strain[self._cells_at(depth)]
+        return self.histories.strain[self._cell_indices(depth)]
 
     def stress(self, depth: ArrayLike) -> NDArray[np.float64]:
         """Shear stress of the cells at a depth or depths (m), Pa, shape (..., samples)."""
-        return self.histories.stress[self._cells_at(depth)]
+        return self.histories.stress[self._cell_indices(depth)]
 
     def _values_at_nodes(self, values: NDArray[np.float64], depth: float) -> NDArray[np.float64]:
         nodes = self.histories.interfaces
@@ -135,7 +135,7 @@ class NonlinearResponse(SiteResponse):
         share = (at - nodes[k]) / (nodes[k + 1] - nodes[k])
         return values[k] + share * (values[k + 1] - values[k])
 
-    def _cells_at(self, depth: ArrayLike) -> NDArray[np.int64]:
+    def _cell_indices(self, depth: ArrayLike) -> NDArray[np.int64]:
         found = (
             np.searchsorted(self.histories.interfaces, self._checked_depths(depth), side="right")
             - 1
@@ -381,7 +381,7 @@ class _ColumnRun:
 
     def at(self, highest: float) -> Histories:
         """Run with cells and steps that resolve a frequency, Hz."""
-        cells = [_cells_at(layer, highest) for layer in self.column.layers]
+        cells = [_count_cells(layer, highest) for layer in self.column.layers]
         every = max(1, int(np.ceil(_STEPS_A_PERIOD * highest * self.motion.time_step)))
         samples = self.motion.acceleration.size
         if max(sum(cells), every) * samples > _MOST_VALUES:
@@ -474,6 +474,6 @@ def _layer_ratio(i: int, column: Column) -> float:
     return own
 
 
-def _cells_at(layer, highest: float) -> int:
+def _count_cells(layer, highest: float) -> int:
     wave = layer.shear_velocity / highest
     return max(_FEWEST_CELLS, int(np.ceil(_CELLS_A_WAVE * layer.thickness / wave * (1 - 1e-9))))

@@ -132,7 +132,7 @@ class ColumnResponse(SiteResponse):
         ground = motion if isinstance(motion, Motion) else Motion.of(motion, time_step)
         return cls(column, ground, depth, kind, scheme)
 
-    def _waves(self, frequencies: ArrayLike) -> Waves:
+    def _waves_at(self, frequencies: ArrayLike) -> Waves:
         if self.scheme is None:
             return Waves.damped(np.asarray(frequencies, dtype=float), self.column.convention)
         return Waves.stepped(frequencies, self.motion.time_step, self.scheme)
@@ -187,12 +187,12 @@ class ColumnResponse(SiteResponse):
         """Return displacements at depths, see `displacements`."""
         place = np.ravel(depth), self.bottom, self.kind
         parts = np.array_split(frequencies, 1 + frequencies.size // _AT_ONCE)
-        found = [displacements(self.column, self._waves(some), *place) for some in parts]
+        found = [displacements(self.column, self._waves_at(some), *place) for some in parts]
         return np.concatenate(found, axis=1)
 
     def _strain_ratio(self, depth: ArrayLike) -> tuple[NDArray[np.complex128], ...]:
         """Return strains at depths, see `strains`."""
-        waves, depths = self._waves(self._frequencies), np.ravel(depth)
+        waves, depths = self._waves_at(self._frequencies), np.ravel(depth)
         return strains(self.column, waves, depths, self.bottom, self.kind)
 
     def profile(self) -> xr.Dataset:

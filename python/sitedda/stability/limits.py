@@ -333,21 +333,21 @@ def _scene_and_loads(source, changes: Mapping | None) -> tuple[Scene, np.ndarray
         model = static_model(source, changes)
         with released(model, 1.0, None, 1.0, 1) as simulation:
             scene = Scene.of(simulation)
-        _require_known(scene)
+        _check_joint_laws(scene)
         model.clear("bolt")  # the forces of bolts are unknowns of the programme
         with released(model, 1.0, None, 1.0, 1) as simulation:
             return scene, simulation.loads[:, :3]
     if changes:
         raise InputError("changes apply only to an input, but an output was given")
     scene = Scene.of(source)
-    _require_known(scene)
+    _check_joint_laws(scene)
     for kind in _LOADS:
         if scene.groups.get(kind, []):
             raise InputError(f"the output does not store the loads of &{kind}: give its input")
     return scene, None
 
 
-def _require_known(scene: Scene) -> None:
+def _check_joint_laws(scene: Scene) -> None:
     for group in scene.groups.get("joint", []):
         name = str(group.get("name", "")).strip()
         law = str(group.get("law", "coulomb")).strip()

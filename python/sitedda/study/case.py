@@ -205,11 +205,11 @@ def _write_result(work: Work, folder: Path) -> tuple[dict[str, float], dict[str,
     """Write numbers, arrays and notes of a case."""
     if work.model is not None:
         values = json.loads((folder / "values.json").read_text())
-        return *_sort_values(returned("value", work.model(**values))), {}
+        return *_split_arrays(returned("value", work.model(**values))), {}
     if callable(work.task):
         value = work.task(folder / INPUT)
         warning = value.pop("warning", "") if isinstance(value, dict) else ""
-        return *_sort_values(returned("value", value)), {"warning": str(warning)}
+        return *_split_arrays(returned("value", value)), {"warning": str(warning)}
     _raise_stored_failure(folder, work.again)
     if not work.start and not (folder / WORDS).exists():
         raise Missing
@@ -221,7 +221,7 @@ def _write_result(work: Work, folder: Path) -> tuple[dict[str, float], dict[str,
     return numbers, arrays, {"warning": "\n".join(filter(None, [warning, *notes]))}
 
 
-def _sort_values(values: dict) -> tuple[dict[str, float], dict[str, Array]]:
+def _split_arrays(values: dict) -> tuple[dict[str, float], dict[str, Array]]:
     arrays = {name: value for name, value in values.items() if isinstance(value, Array)}
     return {n: v for n, v in values.items() if n not in arrays}, arrays
 

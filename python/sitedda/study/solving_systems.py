@@ -113,7 +113,12 @@ class _Search:
             step = abs(np.linalg.lstsq(slopes, gap, rcond=None)[0])
             if _are_independent(slopes) and np.all(step <= self.close):
                 reached = gap + self.aims
-                return self._values_at(found.x), reached, slopes / self.width, step * self.width
+                return (
+                    self._parameter_values(found.x),
+                    reached,
+                    slopes / self.width,
+                    step * self.width,
+                )
             if nearest is None or found.cost < nearest.cost:
                 nearest = found
         raise self._no_root_inside(nearest.x) if nearest else self._dependence_error(first)
@@ -127,11 +132,11 @@ class _Search:
             ftol=None, gtol=None, xtol=1e-2 * self.close.min(), max_nfev=evaluations,
         )  # fmt: skip
 
-    def _values_at(self, u: np.ndarray) -> np.ndarray:
+    def _parameter_values(self, u: np.ndarray) -> np.ndarray:
         return self.low + (u - 1) * self.width
 
     def _misfit(self, u: np.ndarray) -> np.ndarray:
-        return np.array(self.trials.results(tuple(self._values_at(u).tolist()))) - self.aims
+        return np.array(self.trials.results(tuple(self._parameter_values(u).tolist()))) - self.aims
 
     def _dependence_error(self, slopes: np.ndarray):
         for axis, names in ((0, self.trials.parameters), (1, self.trials.names)):
@@ -146,7 +151,7 @@ class _Search:
                                    f"{' and '.join(self.trials.parameters)}")  # fmt: skip
 
     def _no_root_inside(self, u: np.ndarray):
-        there = zip(self.trials.parameters, self._values_at(u), strict=True)
+        there = zip(self.trials.parameters, self._parameter_values(u), strict=True)
         where = ", ".join(f"{name} = {value:.6g}" for name, value in there)
         got = zip(self.trials.names, self._misfit(u) + self.aims, self.aims, strict=True)
         what = ", ".join(f"{name} = {value:.6g} (target {aim:g})" for name, value, aim in got)

@@ -76,7 +76,7 @@ def _replace_zarr(results: _Results, file: Path) -> None:
     try:
         scratch = Path(tempfile.mkdtemp(prefix=".new-", dir=file.parent))
         try:
-            _write_zarr(results, scratch / file.name)
+            _write_zarr_folder(results, scratch / file.name)
             check_table(file)
             if file.exists():
                 file.replace(scratch / "old")
@@ -283,7 +283,7 @@ def _write_netcdf(results: _Results, file: Path) -> None:
         results.fill(targets)
 
 
-def _write_zarr(results: _Results, file: Path) -> None:
+def _write_zarr_folder(results: _Results, file: Path) -> None:
     try:
         import zarr
     except ImportError as trouble:

@@ -16,7 +16,7 @@ from sitedda.facade.page import _TABLES, _add_model, _group_table
 from sitedda.output.scene import Scene
 from sitedda.plot import run_picture
 from sitedda.report import Facts, Page
-from sitedda.report.html import _write_table
+from sitedda.report.html import _table_html
 from sitedda.style import new_figure
 
 _TOUCH = 1.0  # pixels that boxes of letters may share
@@ -108,7 +108,7 @@ def test_tables_of_a_report_have_words_and_lists_that_wrap(runs):
         assert "name" in heads and not any("_" in head for head in heads), (seed, heads)
         if tables["motion"]:
             shaken += 1
-            cells = re.findall("<td(.*?)>(.*?)</td>", _write_table(tables["motion"]))
+            cells = re.findall("<td(.*?)>(.*?)</td>", _table_html(tables["motion"]))
             lists = [kind for kind, text in cells if text.count(", ") > 5]
             assert lists and not any("class='n'" in kind for kind in lists), seed
     assert shaken

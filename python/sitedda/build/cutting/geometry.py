@@ -35,28 +35,28 @@ def _connect(points) -> np.ndarray:
 class Region(schema.RegionValues):
     """A polygon to be cut into blocks."""
 
-    def _check(self) -> None:
+    def _check_values(self) -> None:
         self.outline = outline_of("outline", self.outline)
 
 
 class Hole(schema.HoleValues):
     """A polygon that is left empty."""
 
-    def _check(self) -> None:
+    def _check_values(self) -> None:
         self.outline = outline_of("outline", self.outline)
 
 
 class Excavation(schema.ExcavationValues):
     """A polygon whose outline cuts blocks that a later stage can remove."""
 
-    def _check(self) -> None:
+    def _check_values(self) -> None:
         self.outline = outline_of("outline", self.outline)
 
 
 class Tunnel(schema.TunnelValues):
     """A hole shaped as an ellipse, a horseshoe (walls under half an ellipse) or a box."""
 
-    def _check(self) -> None:
+    def _check_values(self) -> None:
         self.height = self.height or self.width
         if self.shape == "horseshoe" and self.height <= self.width / 2:
             raise InputError("height must be more than half the width of a horseshoe")
@@ -80,7 +80,7 @@ class Tunnel(schema.TunnelValues):
 class Surface(schema.SurfaceValues):
     """A line from left to right across the regions, below which another material may begin."""
 
-    def _check(self) -> None:
+    def _check_values(self) -> None:
         if (np.diff(self.points[:, 0]) <= 0).any():
             at = int(np.flatnonzero(np.diff(self.points[:, 0]) <= 0)[0]) + 2
             raise InputError(f"points: x must grow; at point {at} it does not")
@@ -101,7 +101,7 @@ class Surface(schema.SurfaceValues):
 class JointLine(schema.JointLineValues):
     """A single joint, or a fault, as a chain of straight segments."""
 
-    def _check(self) -> None:
+    def _check_values(self) -> None:
         points_of("points", self.points, 2)
 
     def segments(self, centre, radius: float) -> np.ndarray:
@@ -123,7 +123,7 @@ class JointSet(schema.JointSetValues):
     regions.
     """
 
-    def _check(self) -> None:
+    def _check_values(self) -> None:
         if self.angle is None:
             self.angle = -self.dip
         for name in ("angle", "spacing", "trace_length", "bridge"):

@@ -10,7 +10,7 @@ IN_A_WAVE = 12  # cells in the length of a shear wave
 class Mesh(schema.MeshValues):
     """Blocks that become bodies of welded cells."""
 
-    def _check(self) -> None:
+    def _check_values(self) -> None:
         if len(self.fine_along) == 1:
             raise InputError("fine_along: 1 point given, at least 2 are needed")
 

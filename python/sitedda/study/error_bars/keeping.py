@@ -33,7 +33,7 @@ def keep_accuracy(found: Accuracy, output: Path, attributes: dict) -> None:
     """
     import netCDF4
 
-    text = json.dumps(_to_null(found.to_dict()))
+    text = json.dumps(_nan_to_null(found.to_dict()))
     with written(output, "a netCDF file") as beside:
         shutil.copyfile(output, beside)
         with netCDF4.Dataset(beside, "a") as data:
@@ -59,8 +59,10 @@ def kept_accuracy(attributes: Mapping) -> Accuracy | None:
         return None
     try:
         found = json.loads(text, parse_constant=float)
-        figures = {name: Figure(**_to_nan(values)) for name, values in found["figures"].items()}
-        end = _to_nan({"end": found["end_s"]})["end"]
+        figures = {
+            name: Figure(**_null_to_nan(values)) for name, values in found["figures"].items()
+        }
+        end = _null_to_nan({"end": found["end_s"]})["end"]
         bands = {name: Band(**{key: np.array(row, float) for key, row in band.items()})
                  for name, band in found.get("bands", {}).items()}  # fmt: skip
         return Accuracy(figures, found["runs"], end, bands, found.get("cause", ""))
@@ -68,14 +70,14 @@ def kept_accuracy(attributes: Mapping) -> Accuracy | None:
         raise OutputError(f"the output is damaged: its attribute {ATTRIBUTE}") from None
 
 
-def _to_null(value):
+def _nan_to_null(value):
     """Replace NaN, which JSON does not have, by null."""
     if isinstance(value, dict):
-        return {name: _to_null(one) for name, one in value.items()}
+        return {name: _nan_to_null(one) for name, one in value.items()}
     if isinstance(value, list):
-        return [_to_null(one) for one in value]
+        return [_nan_to_null(one) for one in value]
     return None if isinstance(value, float) and math.isnan(value) else value
 
 
-def _to_nan(values: dict) -> dict:
+def _null_to_nan(values: dict) -> dict:
     return {name: math.nan if value is None else value for name, value in values.items()}
