@@ -43,7 +43,7 @@ contains
       call counting_sort(n, maxval(pairs(:, by_column), 1), matrix%row_start, by_row)
       matrix%n = n
       matrix%column = minval(pairs(:, by_column(by_row)), 1)
-      call drop_repeats(matrix%row_start, matrix%column)
+      call drop_repeated_columns(matrix%row_start, matrix%column)
       call counting_sort(n, matrix%column, matrix%below_start, matrix%below_entry)
       allocate (row_of(size(matrix%column)))
       do row = 1, n
@@ -61,7 +61,7 @@ contains
    end subroutine set_pattern
 
    !> Keep each column once in each row.
-   pure subroutine drop_repeats(row_start, column)
+   pure subroutine drop_repeated_columns(row_start, column)
       integer, intent(inout) :: row_start(:)             !< [n+1]
       integer, allocatable, intent(inout) :: column(:)   !< [entries] ascending in each row
       integer :: row, first, last, e, entries
@@ -81,7 +81,7 @@ contains
       end do
       row_start(size(row_start)) = entries + 1
       column = column(:entries)
-   end subroutine drop_repeats
+   end subroutine drop_repeated_columns
 
    !> Position of the lower entry that couples block rows i and j; 0 if the pattern lacks it.
    pure integer function entry_of(matrix, i, j)

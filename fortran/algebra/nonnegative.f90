@@ -32,7 +32,7 @@ contains
          if (slope(enters) <= 1.0e-12_wp*maxval(abs(right))) return
          free(enters) = .true.
          do
-            call solve_free(normal, right, free, trial)
+            call solve_for_set(normal, right, free, trial)
             if (all(trial > 0.0_wp .or. .not. free)) exit
             ! The step ends at the first unknown that becomes zero, which is removed from the set.
             share = minval(x/(x - trial), mask=free .and. trial <= 0.0_wp)
@@ -45,7 +45,7 @@ contains
    end subroutine nonnegative_least_squares
 
    !> Solve for the unknowns of a set by their normal equations; the others are zero.
-   subroutine solve_free(normal, right, free, x)
+   subroutine solve_for_set(normal, right, free, x)
       real(wp), intent(in) :: normal(:,:), right(:)  !< AᵀA, Aᵀb
       logical, intent(in) :: free(:)                 !< the set
       real(wp), intent(out) :: x(:)
@@ -62,6 +62,6 @@ contains
       call dposv('L', n, 1, matrix, n, solution, n, info)
       x = 0.0_wp
       if (info == 0) x(at) = solution(:, 1)
-   end subroutine solve_free
+   end subroutine solve_for_set
 
 end module dda_nonnegative

@@ -60,19 +60,19 @@ contains
       integer :: p
 
       if (n < parallel_from) then
-         total = sum_of_piece(x, y)
+         total = sum_part(x, y)
          return
       end if
       !$omp parallel do schedule(static)
       do p = 1, pieces(n)
-         partial(p) = sum_of_piece(x(:, first_of(p, n):last_of(p, n)), &
+         partial(p) = sum_part(x(:, first_of(p, n):last_of(p, n)), &
             y(:, first_of(p, n):last_of(p, n)))
       end do
       total = sum(partial(:pieces(n)))
    end function inner_product
 
    !> Sum a part in six running sums, which stay in vector registers.
-   pure real(wp) function sum_of_piece(x, y)
+   pure real(wp) function sum_part(x, y)
       real(wp), intent(in) :: x(:,:), y(:,:)  !< [6, any] a part of them
       real(wp) :: partial(6)
       integer :: i
@@ -81,7 +81,7 @@ contains
       do i = 1, size(x, 2)
          partial = partial + x(:, i)*y(:, i)
       end do
-      sum_of_piece = sum(partial)
-   end function sum_of_piece
+      sum_part = sum(partial)
+   end function sum_part
 
 end module dda_ordered_sums

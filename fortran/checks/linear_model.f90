@@ -177,7 +177,7 @@ contains
       call assemble_stiffness(linear)
    end subroutine assemble
 
-   !> The distinct damping laws of the materials of blocks.
+   !> List the distinct damping laws of the materials of blocks.
    pure subroutine collect_damping(linear, blocks)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state

@@ -18,7 +18,7 @@ module dda_rigid_modes
 
 contains
 
-   !> Parts and their unrestrained rigid motions.
+   !> Find the connected parts of a model and their unrestrained rigid motions.
    subroutine find_rigid_modes(linear, free, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(null_space_type), intent(out) :: free  !< rigid motions of loose parts

@@ -45,18 +45,18 @@ contains
          end associate
       end do
       welds = welds(:n)
-      call keep_joined(blocks, joined(:, :pairs))
+      call store_joined_pairs(blocks, joined(:, :pairs))
    end subroutine find_faces
 
    !> Store the pairs of cells as one list for each first cell.
-   subroutine keep_joined(blocks, joined)
+   subroutine store_joined_pairs(blocks, joined)
       type(blocks_type), intent(inout) :: blocks  !< gets the lists
       integer, intent(in) :: joined(:,:)          !< [2, pairs] first < second
       integer, allocatable :: order(:)
 
       call counting_sort(blocks%n, joined(1, :), blocks%joined_first, order)
       blocks%joined = joined(2, order)
-   end subroutine keep_joined
+   end subroutine store_joined_pairs
 
    !> Find the cells that intact faces no longer connect; they can touch each other.
    !> Two cells stay joined if a path of faces connects them.
@@ -77,16 +77,16 @@ contains
       n = 0
       do a = 1, blocks%n
          do i = first%joined_first(a), first%joined_first(a + 1) - 1
-            if (.not. are_linked(first, holding, start, face, [a, first%joined(i)])) cycle
+            if (.not. is_path_of_faces(first, holding, start, face, [a, first%joined(i)])) cycle
             n = n + 1
             joined(:, n) = [a, first%joined(i)]
          end do
       end do
-      call keep_joined(blocks, joined(:, :n))
+      call store_joined_pairs(blocks, joined(:, :n))
    end subroutine part_cells
 
    !> .true. if a path of faces connects two cells.
-   pure logical function are_linked(first, holding, start, face, pair)
+   pure logical function is_path_of_faces(first, holding, start, face, pair)
       type(blocks_type), intent(in) :: first  !< blocks with the lists of all initially joined cells
       type(weld_type), intent(in) :: holding(:)  !< intact faces
       integer, intent(in) :: start(:), face(:)   !< first face of each cell, and faces by cells
@@ -97,12 +97,12 @@ contains
       list(1) = pair(1)
       found = 1
       at = 1
-      are_linked = .false.
+      is_path_of_faces = .false.
       do while (at <= found)
          do k = start(list(at)), start(list(at) + 1) - 1
             next = sum(holding(face(k))%block) - list(at)
-            are_linked = next == pair(2)
-            if (are_linked) return
+            is_path_of_faces = next == pair(2)
+            if (is_path_of_faces) return
             if (found == most) cycle
             if (any(list(:found) == next)) cycle
             if (.not. were_joined(first, next, pair(1))) cycle
@@ -112,7 +112,7 @@ contains
          end do
          at = at + 1
       end do
-   end function are_linked
+   end function is_path_of_faces
 
    !> .true. if two cells were joined at the start.
    pure logical function were_joined(first, a, b)
@@ -206,13 +206,13 @@ contains
       real(wp) :: reach
 
       reach = near*min(blocks%radius(a), blocks%radius(b))
-      are_near = reaches(a, b)
-      if (.not. are_near) are_near = reaches(b, a)
+      are_near = has_vertex_near(a, b)
+      if (.not. are_near) are_near = has_vertex_near(b, a)
 
    contains
 
       !> .true. if a vertex of one cell is near the other cell.
-      pure logical function reaches(one, other) result(found)
+      pure logical function has_vertex_near(one, other) result(found)
          integer, intent(in) :: one, other  !< cells
          integer :: v
 
@@ -222,7 +222,7 @@ contains
                if (found) return
             end do
          end associate
-      end function reaches
+      end function has_vertex_near
    end function are_near
 
 end module dda_cell_faces

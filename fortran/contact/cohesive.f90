@@ -84,15 +84,15 @@ contains
       end if
       shear_stiffness = joint%normal_stiffness/shear_ratio
       if (joint%shear_stiffness > 0.0_wp) shear_stiffness = joint%shear_stiffness
-      wrong = too_brittle('fracture_energy', joint%fracture_energy, joint%tensile_strength, &
+      wrong = brittle_text('fracture_energy', joint%fracture_energy, joint%tensile_strength, &
          joint%normal_stiffness)
-      if (wrong == '') wrong = too_brittle('shear_fracture_energy', joint%shear_fracture_energy, &
+      if (wrong == '') wrong = brittle_text('shear_fracture_energy', joint%shear_fracture_energy, &
          joint%cohesion, shear_stiffness)
 
    contains
 
       !> Text if an energy does not exceed that stored at the strength.
-      pure function too_brittle(name, energy, strength, stiffness) result(words)
+      pure function brittle_text(name, energy, strength, stiffness) result(words)
          character(len=*), intent(in) :: name                !< name of the energy's variable
          real(wp), intent(in) :: energy, strength, stiffness !< N/m, Pa, Pa/m
          character(len=:), allocatable :: words
@@ -102,7 +102,7 @@ contains
             ' N/m is not above the energy stored at the strength, '// &
             to_text(0.5_wp*strength**2/stiffness)//' N/m: it would break at once; raise it, '// &
             'or the stiffness per area'
-      end function too_brittle
+      end function brittle_text
 
    end subroutine complete
 
@@ -147,7 +147,7 @@ contains
       real(wp) :: left
 
       damage = before
-      mixture = mixture_of(law, opening, slip)
+      mixture = mixed_mode(law, opening, slip)
       if (mixture%measure <= 1.0_wp) return
       left = max(0.0_wp, mixture%ultimate - mixture%measure)/(mixture%ultimate - 1.0_wp)
       if (law%exponential) then
@@ -166,9 +166,9 @@ contains
 
       spent = 0.0_wp
       if (.not. to > from) return
-      mixture = mixture_of(law, opening, slip)
-      spent = mixture%onset*(spent_share(law, mixture%ultimate, to) &
-         - spent_share(law, mixture%ultimate, from))
+      mixture = mixed_mode(law, opening, slip)
+      spent = mixture%onset*(dissipated_fraction(law, mixture%ultimate, to) &
+         - dissipated_fraction(law, mixture%ultimate, from))
    end function spent
 
    !> Energy of the bond minus that of the parallel contact, without friction, N/m.
@@ -180,7 +180,7 @@ contains
    end function bond_energy
 
    !> Compute λ, λ_f and e for an opening and a slip.
-   pure type(mixture_type) function mixture_of(law, opening, slip) result(mixture)
+   pure type(mixture_type) function mixed_mode(law, opening, slip) result(mixture)
       class(cohesive_type), intent(in) :: law  !< of the joint
       real(wp), intent(in) :: opening, slip    !< m
       real(wp) :: parts(2), onset(2), shares(2)
@@ -194,10 +194,10 @@ contains
       if (mixture%measure > 0.0_wp) shares = (parts/mixture%measure)**2
       mixture%onset = dot_product(shares, onset)
       mixture%ultimate = 1.0_wp/dot_product(shares, onset/law%energies)
-   end function mixture_of
+   end function mixed_mode
 
    !> Dissipated fraction g(D)/e.
-   pure real(wp) function spent_share(law, ultimate, damage) result(share)
+   pure real(wp) function dissipated_fraction(law, ultimate, damage) result(share)
       class(cohesive_type), intent(in) :: law  !< of the joint
       real(wp), intent(in) :: ultimate, damage
       real(wp) :: m, measure, left
@@ -207,13 +207,13 @@ contains
          return
       end if
       m = 0.5_wp*(ultimate - 1.0_wp)
-      measure = measure_at(m, damage)
+      measure = measure_at_damage(m, damage)
       left = exp(-(measure - 1.0_wp)/m)
       share = 1.0_wp + 2*m*(1.0_wp - left) - measure*left
-   end function spent_share
+   end function dissipated_fraction
 
    !> Solve λ + m ln λ = 1 − m ln(1 − D), exponential softening, by Newton's method.
-   pure real(wp) function measure_at(m, damage) result(measure)
+   pure real(wp) function measure_at_damage(m, damage) result(measure)
       real(wp), intent(in) :: m       !< of the softening
       real(wp), intent(in) :: damage  !< below 1
       real(wp) :: off
@@ -225,6 +225,6 @@ contains
          measure = measure - off/(1.0_wp + m/measure)
          if (abs(off) <= 4*epsilon(off)*(measure + m)) exit
       end do
-   end function measure_at
+   end function measure_at_damage
 
 end module dda_cohesive

@@ -38,7 +38,7 @@ contains
             else
                length = contacts%length(c)
             end if
-            traction = length*matmul(tensor_at(contacts, blocks, gradient, c), n)
+            traction = length*matmul(mean_stress_at(contacts, blocks, gradient, c), n)
             normal = -dot_product(n, traction)
             if (normal <= 0.0_wp) cycle
             if (laws%plain) then
@@ -64,7 +64,7 @@ contains
    end subroutine confine_contacts
 
    !> Mean stress of the blocks of contact c at its position, Pa.
-   pure function tensor_at(contacts, blocks, gradient, c) result(tensor)
+   pure function mean_stress_at(contacts, blocks, gradient, c) result(tensor)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(blocks_type), intent(in) :: blocks      !< blocks in their first state
       real(wp), intent(in) :: gradient(:,:)        !< [2,blocks] ∂σx/∂y and ∂σy/∂y, Pa/m
@@ -82,6 +82,6 @@ contains
          stress(1:2) = stress(1:2) + gradient(:, b)*(height - blocks%position(2, b))
          tensor = tensor + 0.5_wp*reshape(stress([1, 3, 3, 2]), [2, 2])
       end do
-   end function tensor_at
+   end function mean_stress_at
 
 end module dda_confinement

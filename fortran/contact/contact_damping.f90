@@ -54,18 +54,18 @@ contains
       integer :: p
 
       if (contacts%n < parallel_from) then
-         call damp_range(contacts, laws, blocks, step, 1, contacts%n)
+         call set_dashpots_range(contacts, laws, blocks, step, 1, contacts%n)
          return
       end if
       !$omp parallel do schedule(static)
       do p = 1, pieces(contacts%n)
-         call damp_range(contacts, laws, blocks, step, first_of(p, contacts%n), &
+         call set_dashpots_range(contacts, laws, blocks, step, first_of(p, contacts%n), &
             last_of(p, contacts%n))
       end do
    end subroutine damp_contacts
 
    !> Set the dashpots of contacts first … last.
-   pure subroutine damp_range(contacts, laws, blocks, step, first, last)
+   pure subroutine set_dashpots_range(contacts, laws, blocks, step, first, last)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, with joints
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
@@ -81,12 +81,12 @@ contains
          contacts%spring_gap(c) = contacts%gap(c)
          contacts%gain(:, c) = 1.0_wp
          contacts%shift(:, c) = 0.0_wp
-         if (.not. contacts%bonded(c)) call damp(contacts, laws, step, c)
+         if (.not. contacts%bonded(c)) call set_dashpots(contacts, laws, step, c)
       end do
-   end subroutine damp_range
+   end subroutine set_dashpots_range
 
    !> Set the dashpots of an unbonded contact.
-   pure subroutine damp(contacts, laws, step, c)
+   pure subroutine set_dashpots(contacts, laws, step, c)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(step_type), intent(in) :: step  !< the next step
@@ -112,7 +112,7 @@ contains
          contacts%gain(1, c) = contacts%gain(1, c) + momentum_weight(step)*tau
          contacts%shift(1, c) = contacts%shift(1, c) - velocity_weight(step)*tau*rate
       end associate
-   end subroutine damp
+   end subroutine set_dashpots
 
    !> Find the normal forces of contacts without impact forces after the converged step.
    pure subroutine find_static_forces(contacts)
@@ -162,7 +162,7 @@ contains
       contacts%damping(c) = is_struck
       contacts%gain(:, c) = gain
       contacts%shift(:, c) = -[contacts%gap(c), contacts%stretch(c)] &
-         - gain*way_of(step, contacts%rate(:, c), [target, left*contacts%rate(2, c)])
+         - gain*displacement_in_step(step, contacts%rate(:, c), [target, left*contacts%rate(2, c)])
    end subroutine strike
 
    !> Carry a closed contact of a struck block: it retains its force and does not yield.
@@ -178,7 +178,7 @@ contains
       contacts%damping(c) = is_carried
       contacts%gain(:, c) = gain
       contacts%shift(:, c) = [-contacts%static_force(c)/laws%normal_stiffness - contacts%gap(c), &
-         0.0_wp] - gain*way_of(step, contacts%rate(:, c), 0.0_wp)
+         0.0_wp] - gain*displacement_in_step(step, contacts%rate(:, c), 0.0_wp)
    end subroutine carry
 
    !> Lift a contact that the impact opens: its force acts for a fraction of the step.
@@ -195,12 +195,12 @@ contains
    end subroutine lift
 
    !> Displacement of a coordinate in a step between two velocities, m.
-   elemental real(wp) function way_of(step, first, last) result(way)
+   elemental real(wp) function displacement_in_step(step, first, last) result(way)
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: first, last  !< m/s, at its start and its end
 
       way = step%time_step*((1.0_wp - step%scheme%chi)*first + step%scheme%chi*last)
-   end function way_of
+   end function displacement_in_step
 
    !> Gain that makes the spring of a contact rigid relative to the inertia of its two blocks.
    pure real(wp) function rigid_gain(contacts, laws, blocks, step, c) result(gain)
@@ -222,17 +222,17 @@ contains
       type(rows_type) :: rows
 
       call find_rows(contacts, c, rows)
-      softness = softness_along(blocks%inertia(:, contacts%block_v(c)), rows%normal_v) &
-         + softness_along(blocks%inertia(:, contacts%block_e(c)), rows%normal_e)
+      softness = inverse_mass_along(blocks%inertia(:, contacts%block_v(c)), rows%normal_v) &
+         + inverse_mass_along(blocks%inertia(:, contacts%block_e(c)), rows%normal_e)
    end function softness_of
 
    !> Inverse of the effective mass of one block, for rigid motions.
-   pure real(wp) function softness_along(inertia, row) result(softness)
+   pure real(wp) function inverse_mass_along(inertia, row) result(softness)
       real(wp), intent(in) :: inertia(4)  !< as in `blocks_type`
       real(wp), intent(in) :: row(6)      !< ∂gap/∂q
 
       softness = sum(row(1:2)**2)/inertia(1) + row(3)**2/(inertia(2) + inertia(3))
-   end function softness_along
+   end function inverse_mass_along
 
    !> Energy in the springs of a damped contact at the start of the step, J per metre.
    pure real(wp) function spring_energy(contacts, laws, c) result(energy)

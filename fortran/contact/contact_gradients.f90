@@ -124,19 +124,19 @@ contains
 
       associate (normal => contacts%normal(:, c), gradient_v => contacts%gradient_v(:, c), &
          gradient_e => contacts%gradient_e(:, c))
-         change = [product_of(normal_row(normal, gradient_v), of_v) &
-            - product_of(normal_row(normal, gradient_e), of_e), &
-            product_of(shear_row(normal, gradient_v), of_v) &
-            - product_of(shear_row(normal, gradient_e), of_e)]
+         change = [scalar_product(normal_row(normal, gradient_v), of_v) &
+            - scalar_product(normal_row(normal, gradient_e), of_e), &
+            scalar_product(shear_row(normal, gradient_v), of_v) &
+            - scalar_product(shear_row(normal, gradient_e), of_e)]
       end associate
    end function relative_motion
 
    !> Scalar product, written out so that the compiler does not gather operands in registers.
-   pure real(wp) function product_of(a, b)
+   pure real(wp) function scalar_product(a, b)
       real(wp), intent(in) :: a(6), b(6)  !< six numbers of a block
 
-      product_of = a(1)*b(1) + a(2)*b(2) + a(3)*b(3) + a(4)*b(4) + a(5)*b(5) + a(6)*b(6)
-   end function product_of
+      scalar_product = a(1)*b(1) + a(2)*b(2) + a(3)*b(3) + a(4)*b(4) + a(5)*b(5) + a(6)*b(6)
+   end function scalar_product
 
    !> Row nᵀT of a material point.
    pure function normal_row(normal, gradient) result(row)

@@ -69,7 +69,7 @@ contains
             if (.not. contacts%bonded(c)) contacts%joint(c) = weaker_joint(laws, &
                blocks%joint(contacts%vertex(c)), blocks%joint(contacts%edge(c)))
          else if (blocks%mixed(contacts%block_v(c)) .or. blocks%mixed(contacts%block_e(c))) then
-            contacts%joint(c) = joint_of(contacts, c, blocks, laws, detection)
+            contacts%joint(c) = governing_joint(contacts, c, blocks, laws, detection)
          else
             contacts%joint(c) = weaker_joint(laws, blocks%joint(contacts%vertex(c)), &
                blocks%joint(contacts%edge(c)))
@@ -78,7 +78,7 @@ contains
    end subroutine set_joints_range
 
    !> Joint of a contact, from the touching edges and its history.
-   pure integer function joint_of(contacts, c, blocks, laws, detection) result(joint)
+   pure integer function governing_joint(contacts, c, blocks, laws, detection) result(joint)
       type(contacts_type), intent(in) :: contacts    !< with history
       integer, intent(in) :: c                       !< contact
       type(blocks_type), intent(in) :: blocks        !< present geometry
@@ -88,8 +88,8 @@ contains
       real(wp) :: sine(2)
 
       kept = contacts%joint(c)
-      call list_touched(contacts, c, blocks, detection, touched, n_touched)
-      call list_own(contacts, c, blocks, own, sine)
+      call list_touched_edges(contacts, c, blocks, detection, touched, n_touched)
+      call list_vertex_edges(contacts, c, blocks, own, sine)
       joint = weaker_joint(laws, blocks%joint(touched(1)), blocks%joint(own(1)))
       if (sine(2) - sine(1) <= same_angle) joint = weaker_joint(laws, joint, blocks%joint(own(2)))
       if (kept == 0 .or. contacts%state(c) == contact_open) return
@@ -101,10 +101,10 @@ contains
                joint = kept
          end do
       end do
-   end function joint_of
+   end function governing_joint
 
    !> List the touched edge, and its neighbour if the vertex is within the corner that they share.
-   pure subroutine list_touched(contacts, c, blocks, detection, edge, n)
+   pure subroutine list_touched_edges(contacts, c, blocks, detection, edge, n)
       type(contacts_type), intent(in) :: contacts    !< with history
       integer, intent(in) :: c                       !< contact
       type(blocks_type), intent(in) :: blocks        !< present geometry
@@ -128,10 +128,10 @@ contains
       if (contacts%state(c) == contact_stick) &
          size = min(detection%corner(choice%vertex), detection%corner(corner))
       n = merge(2, 1, abs(choice%overshoot) <= size)
-   end subroutine list_touched
+   end subroutine list_touched_edges
 
    !> List the two edges at the vertex, the one more nearly parallel to the touched edge first.
-   pure subroutine list_own(contacts, c, blocks, edge, sine)
+   pure subroutine list_vertex_edges(contacts, c, blocks, edge, sine)
       type(contacts_type), intent(in) :: contacts  !< with geometry
       integer, intent(in) :: c                     !< contact
       type(blocks_type), intent(in) :: blocks      !< present geometry
@@ -146,6 +146,6 @@ contains
       if (sine(2) >= sine(1)) return
       edge = edge([2, 1])
       sine = sine([2, 1])
-   end subroutine list_own
+   end subroutine list_vertex_edges
 
 end module dda_contact_joints

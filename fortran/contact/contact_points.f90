@@ -55,7 +55,7 @@ contains
          end do
          list%pair = list%n + 1
          do c = first, last
-            call append(list, candidate_type(contacts%vertex(c), contacts%edge(c), &
+            call append_point(list, candidate_type(contacts%vertex(c), contacts%edge(c), &
                contacts%corner(c), contacts%pair(c)), 0, 0.0_wp)
          end do
          do c = first, last
@@ -89,7 +89,7 @@ contains
 
       n = laws%points(weaker_joint(laws, blocks%joint(contacts%edge(c)), blocks%joint(own)))
       if (n == 2) return
-      call order(blocks, contacts%edge(c), own, e, f)
+      call sort_edges(blocks, contacts%edge(c), own, e, f)
       if (any(list%point(list%pair:list%n) > 0 .and. list%candidate(list%pair:list%n)%edge == e &
          .and. list%candidate(list%pair:list%n)%vertex == f)) return
       overlap = overlap_of(blocks, e, f, wide)
@@ -97,14 +97,14 @@ contains
       do i = 1, n
          if (i == 1 .and. overlap%corner_from) cycle
          if (i == n .and. overlap%corner_to) cycle
-         fraction = fraction_of(overlap, n, i)
-         if (abs(distance_of(blocks, e, f, fraction)) <= distance) call append(list, &
+         fraction = point_fraction(overlap, n, i)
+         if (abs(point_distance(blocks, e, f, fraction)) <= distance) call append_point(list, &
             candidate_type(f, e, 0, contacts%pair(c)), i, fraction)
       end do
    end subroutine add_overlap
 
-   !> Sort two edges: the longer one is the touched edge, the shorter one has the points.
-   pure subroutine order(blocks, a, b, touched, own)
+   !> Sort two edges: the longer one is the touched edge; the points lie on the shorter one.
+   pure subroutine sort_edges(blocks, a, b, touched, own)
       type(blocks_type), intent(in) :: blocks  !< reference shapes
       integer, intent(in) :: a, b              !< edges
       integer, intent(out) :: touched, own     !< the same
@@ -117,18 +117,18 @@ contains
       if (abs(length(1) - length(2)) <= same*maxval(length)) return
       touched = merge(a, b, length(1) > length(2))
       own = merge(b, a, length(1) > length(2))
-   end subroutine order
+   end subroutine sort_edges
 
    !> Fraction of the edge length at which point i of n lies.
-   pure real(wp) function fraction_of(overlap, n, i) result(fraction)
+   pure real(wp) function point_fraction(overlap, n, i) result(fraction)
       type(overlap_type), intent(in) :: overlap  !< overlap of the edge with another edge
       integer, intent(in) :: n, i                !< points, number of one
 
       fraction = overlap%from + node(n, i)*(overlap%to - overlap%from)
-   end function fraction_of
+   end function point_fraction
 
    !> Signed distance of a point of edge f to edge e, m.
-   pure real(wp) function distance_of(blocks, e, f, fraction) result(distance)
+   pure real(wp) function point_distance(blocks, e, f, fraction) result(distance)
       type(blocks_type), intent(in) :: blocks  !< present geometry
       integer, intent(in) :: e, f              !< edges
       real(wp), intent(in) :: fraction         !< fraction of f before the point
@@ -136,10 +136,10 @@ contains
 
       from = on_edge(blocks%vertex, f, blocks%next(f), fraction) - blocks%vertex(:, e)
       distance = blocks%along(2, e)*from(1) - blocks%along(1, e)*from(2)
-   end function distance_of
+   end function point_distance
 
    !> Append a contact to the list of points.
-   subroutine append(list, candidate, point, fraction)
+   subroutine append_point(list, candidate, point, fraction)
       type(point_list_type), intent(inout) :: list    !< receives a contact
       type(candidate_type), intent(in) :: candidate   !< vertex and edge
       integer, intent(in) :: point                    !< number in its overlap, 0: corner
@@ -157,7 +157,7 @@ contains
       list%candidate(list%n) = candidate
       list%point(list%n) = point
       list%fraction(list%n) = fraction
-   end subroutine append
+   end subroutine append_point
 
    !> Place all points on their overlaps, with histories and geometry.
    pure subroutine move_points(contacts, blocks, laws, matched)
@@ -174,12 +174,12 @@ contains
          associate (e => contacts%edge(c), f => contacts%vertex(c))
             n = laws%points(weaker_joint(laws, blocks%joint(e), blocks%joint(f)))
             overlap = overlap_of(blocks, e, f, merge(narrow, wide, matched(c)))
-            fresh = fraction_of(overlap, n, contacts%point(c))
+            fresh = point_fraction(overlap, n, contacts%point(c))
             moved = abs(fresh - contacts%fraction(c))*blocks%length(f)
          end associate
          if (.not. matched(c)) then
             contacts%fraction(c) = fresh
-            call begin_beside(contacts, c, blocks, laws, matched)
+            call copy_nearest_history(contacts, c, blocks, laws, matched)
          else if (.not. contacts%bonded(c) .and. moved > same*overlap%length .and. &
             overlap%length > 0.0_wp) then
             contacts%fraction(c) = fresh
@@ -190,7 +190,7 @@ contains
    end subroutine move_points
 
    !> Copy the history of the nearest contact of the same overlap that has one.
-   pure subroutine begin_beside(contacts, c, blocks, laws, matched)
+   pure subroutine copy_nearest_history(contacts, c, blocks, laws, matched)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       integer, intent(in) :: c                        !< point without a history
       type(blocks_type), intent(in) :: blocks         !< present geometry
@@ -205,8 +205,8 @@ contains
          k = c + step
          do while (k >= 1 .and. k <= contacts%n)
             if (contacts%pair(k) /= contacts%pair(c)) exit
-            apart = abs(fraction_in(contacts, k, blocks, contacts%edge(c), contacts%vertex(c)) &
-               - contacts%fraction(c))
+            apart = abs(contact_fraction(contacts, k, blocks, contacts%edge(c), &
+               contacts%vertex(c)) - contacts%fraction(c))
             if (matched(k) .and. apart < least) then
                least = apart
                nearest = k
@@ -221,10 +221,10 @@ contains
       contacts%slip_sign(c) = contacts%slip_sign(nearest)
       contacts%memory(:, c) = merge(contacts%memory(:, c), contacts%memory(:, nearest), &
          laws%columns%of_contact)
-   end subroutine begin_beside
+   end subroutine copy_nearest_history
 
    !> Fraction of edge f at which contact k in its overlap with edge e lies; huge if it is in none.
-   pure real(wp) function fraction_in(contacts, k, blocks, e, f) result(fraction)
+   pure real(wp) function contact_fraction(contacts, k, blocks, e, f) result(fraction)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: k                     !< number of the contact
       type(blocks_type), intent(in) :: blocks      !< present geometry
@@ -242,6 +242,6 @@ contains
                /dot_product(along, along)
          end if
       end associate
-   end function fraction_in
+   end function contact_fraction
 
 end module dda_contact_points

@@ -109,32 +109,32 @@ contains
       slip = stretch - state%stretch
       direction = sign(1.0_wp, slip)
       if (.not. abs(slip) > 0.0_wp .and. state%memory(way) < 0.0_wp) direction = -1.0_wp
-      share = direction*first_share(law, state, normal_force)
-      ratio = ratio_of(state, direction, share)
+      share = direction*initial_fraction(law, state, normal_force)
+      ratio = stress_ratio(state, direction, share)
       left = exp(-k_s*abs(slip)/(bound*(1.0_wp - ratio)))
       shear_force = direction*bound*(1.0_wp - (1.0_wp - share)*left)
       tangent = max(0.0_wp, k_s*(1.0_wp - share)*left/(1.0_wp - ratio))
    end subroutine flow
 
    !> Value of r for slip in a direction, from a stress given as a fraction of τ_m.
-   pure real(wp) function ratio_of(state, direction, share)
+   pure real(wp) function stress_ratio(state, direction, share)
       type(joint_state_type), intent(in) :: state  !< state at the start of the step
       real(wp), intent(in) :: direction, share
 
-      ratio_of = state%memory(reversal)
-      if (direction*state%memory(way) < 0.0_wp) ratio_of = min(most_reversal, share)
-   end function ratio_of
+      stress_ratio = state%memory(reversal)
+      if (direction*state%memory(way) < 0.0_wp) stress_ratio = min(most_reversal, share)
+   end function stress_ratio
 
    !> Shear force at the start of a step over the strength, with its sign.
    !> It may exceed a strength that decreases by slip or normal force; a large excess is removed.
-   pure real(wp) function first_share(law, state, normal_force) result(share)
+   pure real(wp) function initial_fraction(law, state, normal_force) result(share)
       class(continuously_yielding_type), intent(in) :: law  !< of the joint
       type(joint_state_type), intent(in) :: state           !< state at the start of the step
       real(wp), intent(in) :: normal_force                  !< > 0, N/m
 
       share = law%shear_spring(state)*state%stretch/law%strength(state, normal_force)
       share = sign(min(abs(share), most_share), share)
-   end function first_share
+   end function initial_fraction
 
    !> Update the state after an inelastic slip.
    pure type(joint_state_type) function slipped(law, state, slip, shear_force) result(after)
@@ -150,8 +150,8 @@ contains
       bound = law%strength(state, state%normal_force)
       if (abs(change) <= round_off*bound .or. .not. bound > 0.0_wp) return
       after%memory(way) = sign(1.0_wp, change)
-      after%memory(reversal) = ratio_of(state, after%memory(way), after%memory(way) &
-         *first_share(law, state, state%normal_force))
+      after%memory(reversal) = stress_ratio(state, after%memory(way), after%memory(way) &
+         *initial_fraction(law, state, state%normal_force))
    end function slipped
 
 end module dda_continuously_yielding

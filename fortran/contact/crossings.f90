@@ -85,8 +85,8 @@ contains
       if (size(across) == 0) return
       do c = 1, contacts%n
          if (.not. (removed(contacts%block_v(c)) .or. removed(contacts%block_e(c)))) cycle
-         call part(across, contacts%vertex(c))
-         if (contacts%corner(c) > 0) call part(across, contacts%corner(c))
+         call allow_vertex_contacts(across, contacts%vertex(c))
+         if (contacts%corner(c) > 0) call allow_vertex_contacts(across, contacts%corner(c))
       end do
    end subroutine part_corners
 
@@ -107,7 +107,7 @@ contains
    end subroutine forget_parted
 
    !> Allow contacts of a vertex with the corners across the crossing.
-   pure subroutine part(across, v)
+   pure subroutine allow_vertex_contacts(across, v)
       integer, intent(inout) :: across(:,:)  !< [most_across,vertices] vertices, else 0
       integer, intent(in) :: v               !< vertex
       integer :: i
@@ -118,6 +118,6 @@ contains
          end associate
       end do
       across(:, v) = 0
-   end subroutine part
+   end subroutine allow_vertex_contacts
 
 end module dda_crossings

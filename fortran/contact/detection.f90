@@ -101,7 +101,7 @@ contains
       deepest = 0.0_wp
       hardest = 0.0_wp
       detection%depth = 0.0_wp
-      call release_all(size(detection%pressing), detection%pressing)
+      call clear_pressed_edges(size(detection%pressing), detection%pressing)
       do c = 1, contacts%n
          pressed = -contacts%new_gap(c)
          if (pressed <= 0.0_wp) cycle
@@ -111,8 +111,8 @@ contains
          if (is_point(contacts, c)) cycle
          v = contacts%vertex(c)
          w = contacts%corner(c)
-         if (with_cells) depth = depth + settled(blocks, contacts%block_v(c)) &
-            + settled(blocks, contacts%block_e(c))
+         if (with_cells) depth = depth + surface_settlement(blocks, contacts%block_v(c)) &
+            + surface_settlement(blocks, contacts%block_e(c))
          detection%depth(v) = max(detection%depth(v), depth)
          if (w > 0) detection%depth(w) = max(detection%depth(w), depth)
          detection%pressing(:, v) = [contacts%edge(c), detection%pressing(1, v)]
@@ -122,22 +122,22 @@ contains
    end subroutine measure_depths
 
    !> Surface displacement of a cell of a body due to its strain, m; 0 for other blocks.
-   pure real(wp) function settled(blocks, b)
+   pure real(wp) function surface_settlement(blocks, b)
       type(blocks_type), intent(in) :: blocks  !< present geometry
       integer, intent(in) :: b                 !< block
 
-      settled = 0.0_wp
-      if (blocks%body(b) > 0) settled = maxval(abs(blocks%position(4:6, b))) &
+      surface_settlement = 0.0_wp
+      if (blocks%body(b) > 0) surface_settlement = maxval(abs(blocks%position(4:6, b))) &
          *sqrt(blocks%whole_area(b))
-   end function settled
+   end function surface_settlement
 
    !> Clear the pressed edges of all vertices in one pass through memory.
-   pure subroutine release_all(n, pressing)
+   pure subroutine clear_pressed_edges(n, pressing)
       integer, intent(in) :: n             !< numbers
       integer, intent(out) :: pressing(n)  !< become zero
 
       pressing = 0
-   end subroutine release_all
+   end subroutine clear_pressed_edges
 
    !> List all contacts within the distance of this step, with geometry, without history.
    !>
@@ -152,7 +152,7 @@ contains
 
       associate (n => neighbours%n_probes)
          if (n < parallel_from) then
-            call make_room(detection, neighbours%first_edge(n + 1) - 1)
+            call allocate_candidates(detection, neighbours%first_edge(n + 1) - 1)
             call detect_contacts_range(detection, blocks, neighbours, 1, n, 0, contacts%n)
             call reserve(contacts, contacts%n)
             call set_contacts(contacts, 1, blocks, contacts%n, detection%candidate)
@@ -160,11 +160,11 @@ contains
          end if
       end associate
       edges = most_edges(neighbours)
-      call make_room(detection, edges*largest_team())
+      call allocate_candidates(detection, edges*largest_team())
       room = detection%listed + detection%listed/spare
       do
          call reserve(contacts, room)
-         call detect_pieces(contacts, room, blocks, neighbours, detection, edges)
+         call detect_in_chunks(contacts, room, blocks, neighbours, detection, edges)
          if (contacts%n <= room) exit
          room = contacts%n
       end do
@@ -172,14 +172,14 @@ contains
    end subroutine detect_contacts
 
    !> Allocate memory for candidates.
-   pure subroutine make_room(detection, candidates)
+   pure subroutine allocate_candidates(detection, candidates)
       type(detection_type), intent(inout) :: detection  !< gets it
       integer, intent(in) :: candidates                 !< at most
 
       if (size(detection%candidate) >= candidates) return
       deallocate (detection%candidate)
       allocate (detection%candidate(candidates))
-   end subroutine make_room
+   end subroutine allocate_candidates
 
    !> Largest number of edges in a chunk of probes.
    pure integer function most_edges(neighbours) result(most)
@@ -196,7 +196,7 @@ contains
 
    !> Test all probes in chunks by several threads; the list has the order of the probes.
    !> Contacts beyond its capacity are counted but not stored.
-   subroutine detect_pieces(contacts, room, blocks, neighbours, detection, edges)
+   subroutine detect_in_chunks(contacts, room, blocks, neighbours, detection, edges)
       type(contacts_type), intent(inout) :: contacts     !< list that is replaced
       integer, intent(in) :: room                        !< capacity
       type(blocks_type), intent(in) :: blocks            !< present geometry
@@ -221,7 +221,7 @@ contains
             call set_contacts(contacts, first, blocks, found, detection%candidate(before + 1))
       end do
       contacts%n = listed
-   end subroutine detect_pieces
+   end subroutine detect_in_chunks
 
    !> Find the candidates of some probes and store them after those of other threads.
    subroutine detect_contacts_range(detection, blocks, neighbours, first, last, before, found)
@@ -293,50 +293,53 @@ contains
       least = -huge(1.0_wp)
       do i = neighbours%first_edge(p), neighbours%first_edge(p + 1) - 1
          call project(blocks, neighbours%probe(1, p), neighbours%edge(i), choice)
-         if (abs(choice%gap) > detection%distance .or. .not. faces(blocks, neighbours, choice, &
+         if (abs(choice%gap) > detection%distance .or. .not. has_foot(blocks, neighbours, choice, &
             detection)) cycle
          ! At small depths a vertex pressed on a corner has not left the block.
          if (choice%gap < -detection%least) then
-            if (is_beyond(blocks, neighbours, choice)) cycle
+            if (has_left_block(blocks, neighbours, choice)) cycle
          end if
          if (neighbours%convex_block(blocks%owner(choice%edge))) then
             if (choice%gap <= least) cycle
             least = choice%gap
             entered = choice%edge
-         else if (.not. hidden(blocks, neighbours, p, choice, detection%corner(choice%vertex))) then
-            call append(detection, last, choice%vertex, choice%edge, neighbours%probe(2, p), 0)
+         else if (.not. is_hidden(blocks, neighbours, p, choice, &
+            detection%corner(choice%vertex))) then
+            call add_candidate(detection, last, choice%vertex, choice%edge, neighbours%probe(2, &
+               p), 0)
             met = .true.
          end if
       end do
       if (entered > 0) then
-         call append(detection, last, neighbours%probe(1, p), entered, neighbours%probe(2, p), 0)
+         call add_candidate(detection, last, neighbours%probe(1, p), entered, neighbours%probe(2, &
+            p), 0)
          met = .true.
       end if
    end subroutine test_edges
 
    !> .true. if the foot lies on the edge.
    !> A penetrating vertex may also lie beyond an end at a concave corner of the block.
-   pure logical function faces(blocks, neighbours, choice, detection)  ! total
+   pure logical function has_foot(blocks, neighbours, choice, detection)  ! total
       type(blocks_type), intent(in) :: blocks          !< present geometry
       type(neighbours_type), intent(in) :: neighbours  !< search data: convex vertices
       type(choice_type), intent(in) :: choice          !< vertex projected on an edge
       type(detection_type), intent(in) :: detection    !< distances of this step
       integer :: end_vertex
 
-      faces = choice%overshoot <= 0.0_wp
+      has_foot = choice%overshoot <= 0.0_wp
       ! No contact is glancing far from both ends of the edge.
       if (choice%overshoot <= -detection%largest_corner) return
       end_vertex = choice%edge
       if (choice%past_end) end_vertex = blocks%next(choice%edge)
-      if (faces) then
+      if (has_foot) then
          if (was_pressed(detection, choice%vertex, choice%edge)) return
          if (.not. is_glancing(choice%gap, choice%overshoot, tolerance_of(detection, &
             choice%vertex, end_vertex), detection%travel)) return
       end if
-      if (choice%overshoot > detection%distance .or. (choice%gap >= 0.0_wp .and. .not. faces)) &
+      if (choice%overshoot > detection%distance .or. (choice%gap >= 0.0_wp .and. .not. has_foot)) &
          return
-      faces = .not. neighbours%convex(end_vertex)
-   end function faces
+      has_foot = .not. neighbours%convex(end_vertex)
+   end function has_foot
 
    !> .true. if the vertex was pressed on the edge in the last step.
    !> Such a contact is never glancing; otherwise corners in vibrating contact would alternate
@@ -372,7 +375,7 @@ contains
 
    !> .true. if the vertex has left the block although it is behind this edge.
    !> It is outside another edge or, for a concave block, outside an edge between vertex and foot.
-   pure logical function is_beyond(blocks, neighbours, choice)
+   pure logical function has_left_block(blocks, neighbours, choice)
       type(blocks_type), intent(in) :: blocks          !< present geometry
       type(neighbours_type), intent(in) :: neighbours  !< search data: convex blocks
       type(choice_type), intent(in) :: choice          !< the vertex projected on an edge
@@ -383,26 +386,26 @@ contains
       b = blocks%owner(choice%edge)
       way = -(choice%gap*choice%normal &
          + max(choice%overshoot, 0.0_wp)*merge(1, -1, choice%past_end)*blocks%along(:, choice%edge))
-      is_beyond = .false.
+      has_left_block = .false.
       do e = blocks%first(b), blocks%first(b + 1) - 1
          if (e == choice%edge) cycle
          call project(blocks, choice%vertex, e, other)
          if (other%gap <= 0.0_wp) cycle
-         is_beyond = neighbours%convex_block(b)
-         if (is_beyond) return
+         has_left_block = neighbours%convex_block(b)
+         if (has_left_block) return
          behind = -(other%gap + dot_product(other%normal, way))
          if (behind < 0.0_wp) cycle
          along = dot_product(blocks%along(:, e), blocks%vertex(:, choice%vertex) &
             - blocks%vertex(:, e) + way*(other%gap/(other%gap + behind)))
-         is_beyond = along >= 0.0_wp .and. along <= blocks%length(e)
-         if (is_beyond) return
+         has_left_block = along >= 0.0_wp .and. along <= blocks%length(e)
+         if (has_left_block) return
       end do
-   end function is_beyond
+   end function has_left_block
 
    !> .true. if the vertex penetrates another edge less than this one.
    !> The other edge is across a convex corner, or on the other face of a thin part.  It is
    !> extended at both ends by the size of a corner, as needed for a vertex at the foot of a step.
-   pure logical function hidden(blocks, neighbours, p, choice, size)
+   pure logical function is_hidden(blocks, neighbours, p, choice, size)
       type(blocks_type), intent(in) :: blocks          !< present geometry
       type(neighbours_type), intent(in) :: neighbours  !< probes
       integer, intent(in) :: p                         !< probe of the vertex
@@ -412,7 +415,7 @@ contains
       integer :: i
       logical :: across
 
-      hidden = .false.
+      is_hidden = .false.
       if (choice%gap >= 0.0_wp) return
       do i = neighbours%first_edge(p), neighbours%first_edge(p + 1) - 1
          call project(blocks, choice%vertex, neighbours%edge(i), other)
@@ -421,9 +424,9 @@ contains
          across = blocks%next(other%edge) == choice%edge .and. neighbours%convex(choice%edge)
          across = across .or. (blocks%next(choice%edge) == other%edge &
             .and. neighbours%convex(other%edge))
-         if (across .or. dot_product(other%normal, choice%normal) < -0.5_wp) hidden = .true.
+         if (across .or. dot_product(other%normal, choice%normal) < -0.5_wp) is_hidden = .true.
       end do
-   end function hidden
+   end function is_hidden
 
    !> Test a vertex against a vertex.
    !> Corners that are not close have a contact only if neither has its foot on the other block.
@@ -451,7 +454,7 @@ contains
       if (corners%gap(best) > detection%distance) return
       ! A corner that penetrates deeper has its foot on an edge.
       if (.not. close .and. corners%gap(best) < -tolerance) return
-      call append(detection, last, corners%vertex(best), corners%edge(best), &
+      call add_candidate(detection, last, corners%vertex(best), corners%edge(best), &
          neighbours%probe(2, p), merge(w, v, corners%vertex(best) == v))
    end subroutine test_vertex
 
@@ -487,18 +490,18 @@ contains
       call list_corners(blocks, w, v, detection, corners, tolerance)
       best = other_end(blocks, corners, entrance_edge(blocks, corners, detection%corner(w), &
          tolerance), min(detection%corner(v), detection%corner(w)), detection%distance)
-      if (best > 0) call append(detection, last, corners%vertex(best), corners%edge(best), &
+      if (best > 0) call add_candidate(detection, last, corners%vertex(best), corners%edge(best), &
          neighbours%probe(2, p), merge(w, v, corners%vertex(best) == v))
    end subroutine add_other_end
 
    !> Append a candidate.
-   pure subroutine append(detection, last, vertex, edge, pair, corner)
+   pure subroutine add_candidate(detection, last, vertex, edge, pair, corner)
       type(detection_type), intent(inout) :: detection     !< receives the candidate
       integer, intent(inout) :: last                       !< position of the last candidate
       integer, intent(in) :: vertex, edge, pair, corner    !< see `candidate_type`
 
       last = last + 1
       detection%candidate(last) = candidate_type(vertex, edge, corner, pair)
-   end subroutine append
+   end subroutine add_candidate
 
 end module dda_detection

@@ -58,12 +58,12 @@ contains
       choice%vertex = vertex
       choice%edge = edge
       choice%normal = [along(2), -along(1)]
-      call measure(along(1), along(2), from(1), from(2), blocks%length(edge), choice%gap, &
+      call measure_foot(along(1), along(2), from(1), from(2), blocks%length(edge), choice%gap, &
          choice%overshoot, choice%past_end)
    end subroutine project
 
    !> Gap and foot of a vertex, from its position relative to the start of an edge.
-   elemental subroutine measure(along_x, along_y, x, y, length, gap, overshoot, past_end)
+   elemental subroutine measure_foot(along_x, along_y, x, y, length, gap, overshoot, past_end)
       real(wp), intent(in) :: along_x, along_y  !< unit vector of the edge
       real(wp), intent(in) :: x, y              !< position of the vertex, m
       real(wp), intent(in) :: length            !< length of the edge, m
@@ -75,7 +75,7 @@ contains
       gap = along_y*x - along_x*y
       overshoot = max(-foot, foot - length)
       past_end = foot > 0.5_wp*length
-   end subroutine measure
+   end subroutine measure_foot
 
    !> List the choices at corners v and w.
    pure subroutine list_choices(blocks, v, w, tolerance, travel, corners)
@@ -96,7 +96,7 @@ contains
          from(i, :) = blocks%vertex(:, corners%vertex(i)) - blocks%vertex(:, corners%edge(i))
          length(i) = blocks%length(corners%edge(i))
       end do
-      call measure(along(:, 1), along(:, 2), from(:, 1), from(:, 2), length, corners%gap, &
+      call measure_foot(along(:, 1), along(:, 2), from(:, 1), from(:, 2), length, corners%gap, &
          corners%overshoot, past_end)
       corners%normal(:, 1) = along(:, 2)
       corners%normal(:, 2) = -along(:, 1)
@@ -154,13 +154,13 @@ contains
 
       admissible = .not. corners%separation < -parallel_sine
       if (any(corners%glancing)) admissible = admissible &
-         .and. .not. excluded(blocks, corners, tolerance)
+         .and. .not. excluded_choices(blocks, corners, tolerance)
       small = tie*size
       best = 0
       do i = 1, 4
          if (.not. admissible(i)) cycle
          if (corners%overshoot(i) > small) then
-            if (superseded(corners, admissible, i, small)) cycle
+            if (is_superseded(corners, admissible, i, small)) cycle
          end if
          if (best == 0) best = i
          if (corners%gap(i) > corners%gap(best) + small) best = i
@@ -188,45 +188,45 @@ contains
    end function other_end
 
    !> .true. if the foot of choice i is farther from its edge than that of a parallel edge.
-   pure logical function superseded(corners, admissible, i, small)
+   pure logical function is_superseded(corners, admissible, i, small)
       type(corners_type), intent(in) :: corners  !< choices
       logical, intent(in) :: admissible(4)       !< choices that may be the entrance
       integer, intent(in) :: i                   !< one of them
       real(wp), intent(in) :: small              !< m, no difference
       integer :: j
 
-      superseded = .false.
+      is_superseded = .false.
       do j = 1, 4
          if (.not. admissible(j) .or. .not. corners%overshoot(j) < corners%overshoot(i) - small) &
             cycle
-         superseded = superseded .or. parallel(corners, i, j)
+         is_superseded = is_superseded .or. are_parallel(corners, i, j)
       end do
-   end function superseded
+   end function is_superseded
 
    !> Mark the glancing choices that are excluded.
    !> Excluded are those beside a choice of another direction that is neither glancing nor deep, or
-   pure function excluded(blocks, corners, tolerance)  ! total
+   pure function excluded_choices(blocks, corners, tolerance)  ! total
       type(blocks_type), intent(in) :: blocks    !< present geometry and velocities
       type(corners_type), intent(in) :: corners  !< choices
       real(wp), intent(in) :: tolerance          !< depth of a glancing contact, m
-      logical :: excluded(4), regular(4)
+      logical :: excluded_choices(4), regular(4)
       integer :: i, j
 
       regular = corners%separation >= -parallel_sine .and. corners%gap >= -tolerance &
          .and. .not. corners%glancing
       if (.not. any(regular)) then
-         excluded = approached_faster(blocks, corners, &
+         excluded_choices = approached_faster(blocks, corners, &
             corners%glancing .and. corners%separation >= -parallel_sine)
          return
       end if
-      excluded = .false.
+      excluded_choices = .false.
       do i = 1, 4
          if (.not. corners%glancing(i)) cycle
          do j = 1, 4
-            if (regular(j) .and. .not. parallel(corners, i, j)) excluded(i) = .true.
+            if (regular(j) .and. .not. are_parallel(corners, i, j)) excluded_choices(i) = .true.
          end do
       end do
-   end function excluded
+   end function excluded_choices
 
    !> Mark the admissible choices in another direction than that of the slowest approach.
    pure function approached_faster(blocks, corners, admissible) result(faster)
@@ -244,7 +244,7 @@ contains
             corners%edge(i), corners%vertex(i)))
       end do
       do i = 1, 4
-         faster(i) = admissible(i) .and. .not. parallel(corners, i, minloc(speed, 1))
+         faster(i) = admissible(i) .and. .not. are_parallel(corners, i, minloc(speed, 1))
       end do
    end function approached_faster
 
@@ -261,12 +261,12 @@ contains
    end function velocity_at
 
    !> .true. if the normals of choices i and j push the two blocks apart in the same direction.
-   pure logical function parallel(corners, i, j)  ! total
+   pure logical function are_parallel(corners, i, j)  ! total
       type(corners_type), intent(in) :: corners  !< choices
       integer, intent(in) :: i, j                !< two of them
 
-      parallel = dot_product(corners%normal(i, :), corners%normal(j, :))*merge(1, -1, &
+      are_parallel = dot_product(corners%normal(i, :), corners%normal(j, :))*merge(1, -1, &
          (i <= 2) .eqv. (j <= 2)) > same_direction
-   end function parallel
+   end function are_parallel
 
 end module dda_entrance

@@ -72,9 +72,9 @@ contains
       call transfer_unmatched(new, old, history, same_edge=.true.)
       call transfer_unmatched(new, old, history, same_edge=.false.)
       call subtract_offsets(new, history)
-      if (force_left(old, history)) call transfer_forces(new, old, history)
+      if (force_remains(old, history)) call transfer_forces(new, old, history)
       call clear_index(history, old)
-      if (begun) call reject_deep(new, history)
+      if (begun) call reject_deep_contacts(new, history)
    end subroutine inherit
 
    !> Copy histories at equal list positions, as for most contacts; others begin without history.
@@ -115,7 +115,7 @@ contains
       call copy_history(new, first, both, old, first)
       do c = first, last
          if (history%matched(c)) then
-            new%offset(c) = kept_offset(old%offset(c), new%gap(c))
+            new%offset(c) = offset_at_distance(old%offset(c), new%gap(c))
             new%gap(c) = new%gap(c) - new%offset(c)
          else
             call start_contact(new, c, history%touching, begun)
@@ -158,7 +158,7 @@ contains
       if (.not. same_edge) then
          do k = 1, history%n_unmatched
             from = open_predecessor(history%unmatched(k))
-            if (from > 0) away(k) = jump(new, history%unmatched(k), old, from)
+            if (from > 0) away(k) = distance_change(new, history%unmatched(k), old, from)
          end do
          order = merged_order(away)
       end if
@@ -170,7 +170,7 @@ contains
          history%transferred(from) = .true.
          history%matched(c) = .true.
          if (same_edge) then
-            new%offset(c) = kept_offset(old%offset(from), new%gap(c))
+            new%offset(c) = offset_at_distance(old%offset(from), new%gap(c))
          else if (new%bonded(c)) then
             new%offset(c) = 0.0_wp  ! a bond is measured from its true length
          else
@@ -193,20 +193,20 @@ contains
 
    !> Offset, m, of a contact at its present distance.
    !> A penetration without force ends when the contact opens; a closure by initial stress remains.
-   elemental real(wp) function kept_offset(offset, distance) result(kept)
+   elemental real(wp) function offset_at_distance(offset, distance) result(kept)
       real(wp), intent(in) :: offset    !< before, m
       real(wp), intent(in) :: distance  !< distance between vertex and edge, m
 
       kept = min(max(0.0_wp, offset), max(offset, distance))
-   end function kept_offset
+   end function offset_at_distance
 
    !> Change of the distance, m, from an old contact to a new contact.
-   pure real(wp) function jump(new, c, old, o)
+   pure real(wp) function distance_change(new, c, old, o)
       type(contacts_type), intent(in) :: new, old  !< lists
       integer, intent(in) :: c, o                  !< new and old contact
 
-      jump = abs(new%gap(c) - (old%new_gap(o) + old%offset(o)))
-   end function jump
+      distance_change = abs(new%gap(c) - (old%new_gap(o) + old%offset(o)))
+   end function distance_change
 
    !> Subtract the offsets from the gaps, so that gaps count from zero force.
    pure subroutine subtract_offsets(new, history)
@@ -327,7 +327,7 @@ contains
 
       facing = dot_product(new%normal(:, c), old%normal(:, o))
       succeeds = .false.
-      if (jump(new, c, old, o) > largest_jump) return
+      if (distance_change(new, c, old, o) > largest_jump) return
       if (new%block_v(c) == old%block_v(o) .and. new%block_e(c) == old%block_e(o)) then
          succeeds = facing > same_direction
       else if (new%block_v(c) == old%block_e(o) .and. new%block_e(c) == old%block_v(o)) then
@@ -348,18 +348,19 @@ contains
    end function transferred_offset
 
    !> .true. if an old contact without a successor was still in compression.
-   pure logical function force_left(old, history)
+   pure logical function force_remains(old, history)
       type(contacts_type), intent(in) :: old     !< list of the last step
       type(history_type), intent(in) :: history  !< index of the unmatched contacts
       integer :: k, c
 
-      force_left = .false.
+      force_remains = .false.
       do k = 1, history%n_unmatched
          c = history%unmatched(k)
          if (c > old%n) exit
-         force_left = force_left .or. (.not. history%transferred(c) .and. old%new_gap(c) < 0.0_wp)
+         force_remains = force_remains .or. (.not. history%transferred(c) .and. &
+            old%new_gap(c) < 0.0_wp)
       end do
-   end function force_left
+   end function force_remains
 
    !> Transfer the force of old contacts without a successor to a contact of the same vertex.
    !> Its direction is the same, such as when a vertex slides across the joint between two blocks.
@@ -376,9 +377,9 @@ contains
          history%transferred(o) = .true.
          history%matched(c) = .true.
          distance = new%gap(c) + new%offset(c)
-         new%gap(c) = max(distance, combined(min(0.0_wp, new%gap(c)), old%new_gap(o)))
+         new%gap(c) = max(distance, combined_deformation(min(0.0_wp, new%gap(c)), old%new_gap(o)))
          new%offset(c) = distance - new%gap(c)
-         new%stretch(c) = combined(new%stretch(c), old%stretch(o))
+         new%stretch(c) = combined_deformation(new%stretch(c), old%stretch(o))
          if (new%state(c) == contact_open) new%state(c) = old%state(o)
          new%spring(:, c) = old%spring(:, o)
       end do
@@ -386,7 +387,7 @@ contains
 
    !> Reject new contacts that are deeper than the displacement of a step.
    !> Such a vertex is inside a block and only faces another edge of it.
-   subroutine reject_deep(new, history)
+   subroutine reject_deep_contacts(new, history)
       type(contacts_type), intent(inout) :: new     !< list with history
       type(history_type), intent(inout) :: history  !< index of the unmatched contacts
       integer :: k, c
@@ -396,13 +397,13 @@ contains
          if (c > new%n) exit
          if (history%matched(c) .or. .not. new%offset(c) < -history%deepest) cycle
          if (is_point(new, c)) cycle  ! a point begins with the history of its neighbours
-         call drop_deep(new, history)
+         call drop_rejected(new, history)
          exit
       end do
-   end subroutine reject_deep
+   end subroutine reject_deep_contacts
 
    !> Remove the rejected contacts from the list.
-   subroutine drop_deep(new, history)
+   subroutine drop_rejected(new, history)
       type(contacts_type), intent(inout) :: new     !< list with history
       type(history_type), intent(inout) :: history  !< `matched` is compacted too
       logical :: keep(new%n)
@@ -413,7 +414,7 @@ contains
       end do
       history%matched(:count(keep)) = pack(history%matched(:new%n), keep)
       call filter_contacts(new, keep)
-   end subroutine drop_deep
+   end subroutine drop_rejected
 
    !> Find an old contact without a successor whose force passes to a new penetrating contact.
    !> Both have the same vertex and direction; 0 if there is none.
@@ -437,10 +438,10 @@ contains
    end function force_predecessor
 
    !> Deformation of a spring that has the energy of two equal springs: ± √(a² + b²).
-   pure real(wp) function combined(a, b)
+   pure real(wp) function combined_deformation(a, b)
       real(wp), intent(in) :: a, b  !< m, deformations
 
-      combined = sign(norm2([a, b]), merge(a, b, abs(a) > abs(b)))
-   end function combined
+      combined_deformation = sign(norm2([a, b]), merge(a, b, abs(a) > abs(b)))
+   end function combined_deformation
 
 end module dda_history

@@ -31,7 +31,7 @@ contains
    end function is_cohesive
 
    !> Normal and shear stiffness of an undamaged bond, N/m.
-   pure function springs_of(contacts, law, c) result(springs)
+   pure function bond_springs(contacts, law, c) result(springs)
       type(contacts_type), intent(in) :: contacts  !< list with joint laws
       class(joint_law_type), intent(in) :: law     !< of the contact
       integer, intent(in) :: c                     !< number of the contact
@@ -40,7 +40,7 @@ contains
 
       state = state_of(contacts, law, c)
       springs = [law%initial_spring(state), law%shear_spring(state)]
-   end function springs_of
+   end function bond_springs
 
    !> Add the bond to the response of the unbonded contact, which has the weight D*.
    pure subroutine add_bond(contacts, law, c, theta, gap, stretch, response)
@@ -53,7 +53,7 @@ contains
       real(wp) :: forces(2)
 
       associate (slip => stretch - contacts%stretch(c), share => contacts%acting_damage(c))
-         forces = springs_of(contacts, law, c)*[-contacts%gap(c) - theta*(gap &
+         forces = bond_springs(contacts, law, c)*[-contacts%gap(c) - theta*(gap &
             - contacts%gap(c)), contacts%memory(net_slip, c) + contacts%stretch(c) + theta*slip]
          response%normal_force = share*response%normal_force + (1.0_wp - share)*forces(1)
          response%shear_force = share*response%slider + (1.0_wp - share)*forces(2)
@@ -68,7 +68,7 @@ contains
       real(wp), intent(in) :: theta                 !< instant of the step at which bonds act, 0 … 1
       real(wp), intent(inout) :: springs(2), forces(2)  !< normal, shear, N/m
 
-      associate (share => contacts%acting_damage(c), bond => springs_of(contacts, law, c))
+      associate (share => contacts%acting_damage(c), bond => bond_springs(contacts, law, c))
          springs = share*springs + (1.0_wp - share)*theta*bond
          forces = share*forces + (1.0_wp - share)*bond*[-contacts%gap(c), &
             contacts%memory(net_slip, c) + contacts%stretch(c)]
@@ -131,7 +131,7 @@ contains
       integer, intent(in) :: c                     !< number of the contact
       real(wp) :: losses(2), springs(2), slip, rise(2)
 
-      springs = springs_of(contacts, law, c)
+      springs = bond_springs(contacts, law, c)
       slip = new_slip(contacts, law, c)
       associate (share => contacts%acting_damage(c), before => contacts%memory(net_slip, c))
          rise = [share - contacts%memory(weakened, c), new_damage(contacts, law, c) - share]

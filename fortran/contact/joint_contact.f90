@@ -138,7 +138,7 @@ contains
       end if
       response%slider = response%shear_force
       if (.not. law%cohesive .and. response%state /= contact_open) &
-         response%strength_ratio = excess(contacts, law, c, state, response, intact)
+         response%strength_ratio = overload(contacts, law, c, state, response, intact)
    end function joint_response
 
    !> Largest friction, N/m, for a gap and a trial stretch, without dilation and frozen bound.
@@ -154,12 +154,12 @@ contains
       state = state_of(contacts, law, c)
       state%way = sign(1.0_wp, at(2))
       call respond_at(contacts, law, c, state, at(1), at(2), intact, response)
-      bound = response%bound - rise_of(contacts, law, c, response%past_centre, at(2), &
+      bound = response%bound - contact_rise(contacts, law, c, response%past_centre, at(2), &
          response%bound)*max(0.0_wp, response%normal_force)
    end function joint_bound
 
    !> Rise of contact c per unit of slip, in the direction of the trial stretch.
-   pure real(wp) function rise_of(contacts, law, c, past_centre, stretch, bound) result(rise)
+   pure real(wp) function contact_rise(contacts, law, c, past_centre, stretch, bound) result(rise)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       class(joint_law_type), intent(in) :: law     !< of the contact
       integer, intent(in) :: c                     !< number of the contact
@@ -174,7 +174,7 @@ contains
       if (past_centre) state = law%slipped(state, -state%memory(net_slip), 0.0_wp)
       state%way = sign(1.0_wp, stretch)
       rise = law%rise(state, max(0.0_wp, abs(stretch) - bound/law%shear_spring(state)))
-   end function rise_of
+   end function contact_rise
 
    !> Apply friction as a curve of slip, at the normal force of this iteration or a frozen one.
    pure subroutine apply_flow(law, state, normal_force, stretch, response)
@@ -251,20 +251,20 @@ contains
          call apply_flow(law, state, response%normal_force, stretch, response)
          return
       end if
-      response%bound = friction_of(law, state, response%normal_force)
+      response%bound = available_friction(law, state, response%normal_force)
       trial = law%shear_spring(state)*stretch
       response%shear_force = trial
       if (abs(trial) > response%bound .and. .not. intact) then
          response%state = contact_slide
          if (lifts) response%normal_force = lifted_force(law, state, closure, abs(stretch))
-         response%bound = friction_of(law, state, response%normal_force)
+         response%bound = available_friction(law, state, response%normal_force)
          response%shear_force = sign(response%bound, trial)
       end if
    end subroutine stick_or_slide
 
    !> Largest friction, N/m, at a normal force: by the law, or by the frozen bound.
    !> With a frozen bound, the contribution of the rise is added.
-   pure real(wp) function friction_of(law, state, normal_force) result(friction)
+   pure real(wp) function available_friction(law, state, normal_force) result(friction)
       class(joint_law_type), intent(in) :: law     !< of the contact
       type(joint_state_type), intent(in) :: state  !< of the contact
       real(wp), intent(in) :: normal_force         !< N/m
@@ -274,7 +274,7 @@ contains
       else
          friction = state%frozen + law%rise(state, 0.0_wp)*max(0.0_wp, normal_force)
       end if
-   end function friction_of
+   end function available_friction
 
    !> Normal force, N/m, of a sliding contact that is lifted by slip.
    !> With frozen friction, its shear force beyond the rise is that of an associated joint.
@@ -316,7 +316,7 @@ contains
    end subroutine pass_centre
 
    !> Relative overload: (force − strength)/strength, of the strength that failure removes.
-   pure real(wp) function excess(contacts, law, c, state, response, intact)
+   pure real(wp) function overload(contacts, law, c, state, response, intact)
       type(contacts_type), intent(in) :: contacts     !< contacts of this step
       class(joint_law_type), intent(in) :: law        !< of the contact
       integer, intent(in) :: c                        !< number of the contact
@@ -325,12 +325,12 @@ contains
       logical, intent(in) :: intact                   !< it breaks before it slips
       real(wp) :: tension
 
-      excess = 0.0_wp
+      overload = 0.0_wp
       tension = law%tension(state)
-      if (contacts%bonded(c)) excess = -response%normal_force - tension
-      if (intact) excess = max(excess, abs(response%shear_force) - response%bound)
-      excess = excess/max(tension, response%bound, tiny(1.0_wp))
-   end function excess
+      if (contacts%bonded(c)) overload = -response%normal_force - tension
+      if (intact) overload = max(overload, abs(response%shear_force) - response%bound)
+      overload = overload/max(tension, response%bound, tiny(1.0_wp))
+   end function overload
 
    !> Friction, N/m, of a contact that slides as assumed in a given direction, without the rise.
    !> Its normal force is that of its line, or of the law with the lift of the slip.
@@ -367,8 +367,8 @@ contains
       stretch = at(2) + centre_shift(contacts, c)
       associate (normal => contacts%tangent(1, c), shear => law%shear_spring(state_of(contacts, &
          law, c)), tilt => contacts%tilt(1, c))
-         tilt = sign(1.0_wp, stretch)*rise_of(contacts, law, c, response%past_centre, stretch, &
-            response%bound)
+         tilt = sign(1.0_wp, stretch)*contact_rise(contacts, law, c, response%past_centre, &
+            stretch, response%bound)
          normal = normal*shear/(shear + normal*tilt**2)
          contacts%line(1, c) = response%normal_force + normal*(at(1) - tilt*stretch)
       end associate

@@ -62,9 +62,9 @@ contains
 
       if (joint%residual_friction_angle == unset) joint%residual_friction_angle = &
          joint%friction_angle
-      wrong = above('friction_angle', joint%residual_friction_angle, joint%friction_angle)
-      if (wrong == '') wrong = above('cohesion', joint%residual_cohesion, joint%cohesion)
-      if (wrong == '') wrong = above('tensile_strength', joint%residual_tensile_strength, &
+      wrong = excess_text('friction_angle', joint%residual_friction_angle, joint%friction_angle)
+      if (wrong == '') wrong = excess_text('cohesion', joint%residual_cohesion, joint%cohesion)
+      if (wrong == '') wrong = excess_text('tensile_strength', joint%residual_tensile_strength, &
          joint%tensile_strength)
       if (wrong /= '') return
       if (joint%dilation_angle > joint%residual_friction_angle) &
@@ -74,7 +74,7 @@ contains
    contains
 
       !> Text if a residual strength exceeds the peak strength.
-      pure function above(name, residual, peak) result(words)
+      pure function excess_text(name, residual, peak) result(words)
          character(len=*), intent(in) :: name  !< name of the peak's variable
          real(wp), intent(in) :: residual, peak
          character(len=:), allocatable :: words
@@ -83,16 +83,16 @@ contains
          if (residual > peak) words = 'residual_'//name//' = '//to_text(residual)// &
             ' is above the peak, '//name//' = '//to_text(peak)// &
             ': a joint does not grow stronger by failing'
-      end function above
+      end function excess_text
 
    end subroutine complete
 
    !> Interpolate between peak and residual value.
-   pure real(wp) function between(values, weakened)
+   pure real(wp) function weakened_value(values, weakened)
       real(wp), intent(in) :: values(2), weakened
 
-      between = values(1) + weakened*(values(2) - values(1))
-   end function between
+      weakened_value = values(1) + weakened*(values(2) - values(1))
+   end function weakened_value
 
    !> Largest shear force, N/m.
    pure real(wp) function strength(law, state, normal_force)  ! total
@@ -100,8 +100,8 @@ contains
       type(joint_state_type), intent(in) :: state  !< of the contact
       real(wp), intent(in) :: normal_force         !< compression positive, N/m
 
-      strength = between(law%friction, state%memory(weakened))*max(normal_force, 0.0_wp) &
-         + between(law%cohesion, state%memory(weakened))*state%length
+      strength = weakened_value(law%friction, state%memory(weakened))*max(normal_force, 0.0_wp) &
+         + weakened_value(law%cohesion, state%memory(weakened))*state%length
    end function strength
 
    !> Divide tan φ, c, T and tan ψ by a reduction factor.
@@ -126,7 +126,7 @@ contains
       class(mohr_coulomb_type), intent(in) :: law  !< of the joint
       type(joint_state_type), intent(in) :: state  !< of the contact
 
-      tension = between(law%tensile, state%memory(weakened))*state%length
+      tension = weakened_value(law%tensile, state%memory(weakened))*state%length
    end function tension
 
    !> Update the state after a slip: the contact weakens unless it is brittle.
@@ -173,7 +173,7 @@ contains
       if (.not. law%dilates .or. left <= 0.0_wp) return
       k_s = law%shear_spring(state)
       force = k_n*(closure + law%dilation*max(0.0_wp, stretch - law%strength(state, 0.0_wp)/k_s)) &
-         /(1.0_wp + k_n*law%dilation*between(law%friction, state%memory(weakened))/k_s)
+         /(1.0_wp + k_n*law%dilation*weakened_value(law%friction, state%memory(weakened))/k_s)
       if (stretch - law%strength(state, force)/k_s > left) &
          force = k_n*(closure + law%dilation*left)
    end function sliding_force

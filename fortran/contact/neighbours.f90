@@ -178,7 +178,7 @@ contains
                a = grid%member(i)
                b = grid%member(j)
                if (any(box(1:2, a) > box(3:4, b)) .or. any(box(1:2, b) > box(3:4, a))) cycle
-               if (cell_of(grid, max(box(1:2, a), box(1:2, b))) /= cell) cycle
+               if (cell_number(grid, max(box(1:2, a), box(1:2, b))) /= cell) cycle
                neighbours%crowded = neighbours%n_pairs == most
                if (neighbours%crowded) return
                neighbours%n_pairs = neighbours%n_pairs + 1
@@ -216,13 +216,13 @@ contains
                end do
             end do
          end do
-         call turn_counts_to_starts(grid%first, pass)
+         call convert_counts_to_starts(grid%first, pass)
          if (pass == 1) allocate (grid%member(grid%first(cells + 1)))
       end do
    end subroutine fill_grid
 
    !> Convert counts to starts of the cells; after filling, shift the advanced starts back.
-   pure subroutine turn_counts_to_starts(first, pass)
+   pure subroutine convert_counts_to_starts(first, pass)
       integer, intent(inout) :: first(:)  !< [cells+1] counts or advanced starts; starts
       integer, intent(in) :: pass         !< 1 after counting, 2 after filling
       integer :: cell, start, count
@@ -237,7 +237,7 @@ contains
          first(cell) = start
          start = start + count
       end do
-   end subroutine turn_counts_to_starts
+   end subroutine convert_counts_to_starts
 
    !> Column and row, from 0, of the cell of a point.
    pure function cell_index(grid, point) result(index)
@@ -249,14 +249,14 @@ contains
    end function cell_index
 
    !> Number of the cell of a point.
-   pure integer function cell_of(grid, point)
+   pure integer function cell_number(grid, point)
       type(grid_type), intent(in) :: grid  !< origin, shape and size of the cells
       real(wp), intent(in) :: point(2)     !< m
       integer :: index(2)
 
       index = cell_index(grid, point)
-      cell_of = 1 + index(1) + index(2)*grid%shape(1)
-   end function cell_of
+      cell_number = 1 + index(1) + index(2)*grid%shape(1)
+   end function cell_number
 
    !> Find, for each pair, the convex vertices of one block near edges of the other.
    subroutine find_probes(neighbours, blocks, reach)

@@ -91,7 +91,7 @@ contains
                   blocks%vertex(:, blocks%next(f)), -1.0_wp), free, span)
             end do
          end do
-         if (span(1) - free > least) call append(pieces, n, edge_piece_type(blocks%owner(e), e, &
+         if (span(1) - free > least) call add_piece(pieces, n, edge_piece_type(blocks%owner(e), e, &
             free, span(1)))
          free = span(2)
       end do
@@ -145,7 +145,7 @@ contains
    end function common_span
 
    !> Append a part of an edge to a list.
-   pure subroutine append(pieces, n, piece)
+   pure subroutine add_piece(pieces, n, piece)
       type(edge_piece_type), allocatable, intent(inout) :: pieces(:)  !< list to append to
       integer, intent(inout) :: n                 !< number of its entries
       type(edge_piece_type), intent(in) :: piece  !< to append
@@ -158,7 +158,7 @@ contains
       end if
       n = n + 1
       pieces(n) = piece
-   end subroutine append
+   end subroutine add_piece
 
    !> Select the parts on a side of the bounding box; for 'surface', the parts that face upwards.
    pure function pieces_on_side(blocks, pieces, side) result(found)
@@ -177,17 +177,17 @@ contains
       outward = 0.0_wp
       outward(axis) = merge(-1.0_wp, 1.0_wp, side == 'left' .or. side == 'bottom')
       line = maxval(outward(axis)*blocks%vertex(axis, :))
-      found = pack(pieces, [(is_there(pieces(i)%edge), i=1, size(pieces))])
+      found = pack(pieces, [(is_on_side(pieces(i)%edge), i=1, size(pieces))])
 
    contains
 
-      pure logical function is_there(e)
+      pure logical function is_on_side(e)
          integer, intent(in) :: e  !< edge
 
-         is_there = outward(1)*blocks%along(2, e) - outward(2)*blocks%along(1, e) > 0.0_wp .and. &
+         is_on_side = outward(1)*blocks%along(2, e) - outward(2)*blocks%along(1, e) > 0.0_wp .and. &
             all(line - outward(axis)*blocks%vertex(axis, [e, blocks%next(e)]) &
             <= touching*blocks%half_size)
-      end function is_there
+      end function is_on_side
    end function pieces_on_side
 
    !> Select the parts that lie on a polyline.
@@ -205,7 +205,7 @@ contains
          do k = 1, size(line, 2) - 1
             span = common_span(blocks, pieces(i)%edge, line(:, k), line(:, k + 1), 0.0_wp)
             span = [max(span(1), pieces(i)%from), min(span(2), pieces(i)%to)]
-            if (span(2) - span(1) > least) call append(found, n, &
+            if (span(2) - span(1) > least) call add_piece(found, n, &
                edge_piece_type(pieces(i)%block, pieces(i)%edge, span(1), span(2)))
          end do
       end do

@@ -76,23 +76,23 @@ contains
    end subroutine complete
 
    !> Value of μ at u = v + v_c = 1 m/s, without the direct effect of velocity.
-   pure real(wp) function slow_part(law, state) result(friction)
+   pure real(wp) function slow_friction(law, state) result(friction)
       class(rate_state_type), intent(in) :: law    !< of the joint
       type(joint_state_type), intent(in) :: state  !< of the contact
 
       friction = law%friction - law%direct*log(law%reference)
       if (law%evolution > 0.0_wp) friction = friction &
-         + law%evolution*log(age_of(law, state)*law%reference/law%distance)
-   end function slow_part
+         + law%evolution*log(state_variable(law, state)*law%reference/law%distance)
+   end function slow_friction
 
    !> State θ, s.
-   pure real(wp) function age_of(law, state) result(theta)
+   pure real(wp) function state_variable(law, state) result(theta)
       class(rate_state_type), intent(in) :: law    !< of the joint
       type(joint_state_type), intent(in) :: state  !< of the contact
 
       theta = state%memory(age)
       if (.not. theta > 0.0_wp) theta = law%first_age
-   end function age_of
+   end function state_variable
 
    !> Largest shear force without slip, N/m.
    pure real(wp) function strength(law, state, normal_force)  ! total
@@ -100,7 +100,7 @@ contains
       type(joint_state_type), intent(in) :: state  !< of the contact
       real(wp), intent(in) :: normal_force         !< compression positive, N/m
 
-      strength = max(0.0_wp, slow_part(law, state) + law%direct*log(law%threshold)) &
+      strength = max(0.0_wp, slow_friction(law, state) + law%direct*log(law%threshold)) &
          *max(normal_force, 0.0_wp)
    end function strength
 
@@ -131,7 +131,7 @@ contains
       sticking = law%strength(state, normal_force)
       if (abs(shear_force) <= sticking) return
       direct = law%direct*normal_force
-      slow = slow_part(law, state)*normal_force
+      slow = slow_friction(law, state)*normal_force
       slope = 0.0_wp
       if (state%time_step > 0.0_wp .and. direct > 0.0_wp) then
          u = velocity_at(direct, k_s*state%time_step, k_s*(abs(stretch) &
@@ -180,7 +180,7 @@ contains
       after%memory(slip_path) = state%memory(slip_path) + abs(slip)
       if (.not. state%time_step > 0.0_wp) return
       after%memory(slip_rate) = slip/state%time_step
-      theta = age_of(law, state)
+      theta = state_variable(law, state)
       x = abs(slip)/law%distance
       after%memory(slip_share) = max(state%memory(slip_share), x)
       decay = 1.0_wp - 0.5_wp*x*(1.0_wp - x/3.0_wp)  ! (1 − exp(−x))/x

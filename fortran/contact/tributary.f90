@@ -38,12 +38,12 @@ contains
          if (abs(length - contacts%length(c)) <= same*contacts%length(c) .and. &
             abs(share - contacts%share(c)) <= same*share) cycle
          if (contacts%length(c) > 0.0_wp .and. contacts%state(c) /= contact_open .and. &
-            .not. lies_along(contacts, blocks, c)) cycle
-         before = energy_of(contacts, laws, c)
+            .not. has_parallel_edge(contacts, blocks, c)) cycle
+         before = spring_energy(contacts, laws, c)
          if (contacts%length(c) <= 0.0_wp .or. contacts%state(c) == contact_open) before = 0.0_wp
          contacts%length(c) = length
          contacts%share(c) = share
-         if (before > 0.0_wp) gained = gained + energy_of(contacts, laws, c) - before
+         if (before > 0.0_wp) gained = gained + spring_energy(contacts, laws, c) - before
       end do
    end subroutine set_lengths
 
@@ -71,16 +71,16 @@ contains
    end subroutine find_length
 
    !> Energy of the springs of contact c in the present geometry, J per metre of thickness.
-   pure real(wp) function energy_of(contacts, laws, c)
+   pure real(wp) function spring_energy(contacts, laws, c)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws          !< joint laws
       integer, intent(in) :: c                     !< number of the contact
 
       associate (law => laws%slot(contacts%joint(c))%law)
-         energy_of = joint_energy(law, state_of(contacts, law, c), closure_of(contacts, law, c, &
-            contacts%gap(c)), contacts%stretch(c), contacts%was_closed(c))
+         spring_energy = joint_energy(law, state_of(contacts, law, c), closure_of(contacts, law, &
+            c, contacts%gap(c)), contacts%stretch(c), contacts%was_closed(c))
       end associate
-   end function energy_of
+   end function spring_energy
 
    !> The tributary length of contact c, m.
    pure real(wp) function tributary_length(contacts, blocks, c) result(length)
@@ -91,7 +91,7 @@ contains
 
       e = contacts%edge(c)
       v = contacts%vertex(c)
-      if (lies_along(contacts, blocks, c)) then
+      if (has_parallel_edge(contacts, blocks, c)) then
          length = max(least*blocks%length(e), contact_overlap(blocks, e, v))
          return
       end if
@@ -102,23 +102,23 @@ contains
    end function tributary_length
 
    !> .true. if an edge at the vertex is parallel to the touched edge.
-   pure logical function lies_along(contacts, blocks, c)  ! total
+   pure logical function has_parallel_edge(contacts, blocks, c)  ! total
       type(contacts_type), intent(in) :: contacts  !< with geometry
       type(blocks_type), intent(in) :: blocks      !< present geometry
       integer, intent(in) :: c                     !< number of the contact
 
       associate (normal => contacts%normal(:, c), v => contacts%vertex(c))
-         lies_along = abs(dot_product(normal, blocks%along(:, v))) <= narrow .or. &
+         has_parallel_edge = abs(dot_product(normal, blocks%along(:, v))) <= narrow .or. &
             abs(dot_product(normal, blocks%along(:, blocks%previous(v)))) <= narrow
       end associate
-   end function lies_along
+   end function has_parallel_edge
 
    !> Part, m, of a contact of vertex v and edge e in the overlaps of e with both edges at v.
    pure real(wp) function contact_overlap(blocks, e, v) result(length)
       type(blocks_type), intent(in) :: blocks  !< present geometry
       integer, intent(in) :: e, v              !< touched edge, touching vertex
 
-      length = common_length(blocks, e, v) + common_length(blocks, e, blocks%previous(v))
+      length = shared_overlap(blocks, e, v) + shared_overlap(blocks, e, blocks%previous(v))
    end function contact_overlap
 
    !> Part, m, of a contact in the length over which edge f runs along edge e; 0 if not parallel.
@@ -126,7 +126,7 @@ contains
    !> The contacts at the two ends of the overlap share it.  If the edge continues straight on at
    !> one end, as at a change of joint, there is no contact at that end and the whole overlap
    !> belongs to the other one.
-   pure real(wp) function common_length(blocks, e, f) result(length)
+   pure real(wp) function shared_overlap(blocks, e, f) result(length)
       type(blocks_type), intent(in) :: blocks  !< present geometry
       integer, intent(in) :: e, f              !< edges, named by their first vertex
       type(overlap_type) :: overlap
@@ -134,7 +134,7 @@ contains
       overlap = overlap_of(blocks, e, f, narrow)
       length = overlap%length
       if (overlap%corner_from .and. overlap%corner_to) length = 0.5_wp*length
-   end function common_length
+   end function shared_overlap
 
    !> Tributary length of contact c, m, from its weight, if its joint has points between corners.
    pure real(wp) function weighted_overlap(contacts, blocks, c, n) result(length)

@@ -99,10 +99,10 @@ contains
             end do
          end associate
       end do
-      base%share = matmul(inverse_of(matrix), right)
+      base%share = matmul(pseudo_inverse(matrix), right)
       base%kind = base_rests
       if (any(abs(right) > 0.0_wp)) base%kind = base_moves
-      if (holding == 0 .or. .not. agree(base, model)) base%kind = base_absolute
+      if (holding == 0 .or. .not. all_follow(base, model)) base%kind = base_absolute
       base%point = named_point(model)
       if (base%kind /= base_absolute) return
       if (base%point > 0) then
@@ -138,7 +138,7 @@ contains
    end subroutine find_outcrop
 
    !> Moore–Penrose inverse of a sum of dyads n nᵀ of unit vectors.
-   pure function inverse_of(matrix) result(inverse)
+   pure function pseudo_inverse(matrix) result(inverse)
       real(wp), intent(in) :: matrix(2, 2)  !< symmetric, not negative
       real(wp) :: inverse(2, 2), trace, determinant
 
@@ -150,27 +150,27 @@ contains
       else
          inverse = matrix/max(trace, 1.0_wp)**2
       end if
-   end function inverse_of
+   end function pseudo_inverse
 
    !> .true. if every support moves with the base.
-   pure logical function agree(base, model)  ! total
+   pure logical function all_follow(base, model)  ! total
       type(base_type), intent(in) :: base        !< with its coefficients
       type(model_type), intent(in) :: model      !< of the run
       integer :: i, axis, m
 
-      agree = .true.
+      all_follow = .true.
       do i = 1, size(model%fixed_points)
          associate (point => model%fixed_points(i))
             do axis = 1, 2
                if (.not. (point%held(axis) .or. point%waiting(axis))) cycle
                do m = 1, size(model%motions)
-                  agree = agree .and. abs(dot_product(point%axes(:, axis), base%share(:, m)) &
-                     - merge(1.0_wp, 0.0_wp, m == point%motion(axis))) <= same
+                  all_follow = all_follow .and. abs(dot_product(point%axes(:, axis), &
+                     base%share(:, m)) - merge(1.0_wp, 0.0_wp, m == point%motion(axis))) <= same
                end do
             end do
          end associate
       end do
-   end function agree
+   end function all_follow
 
    !> Find the measured point that all groups &amplification name as base; 0 if there is none.
    pure integer function named_point(model) result(point)

@@ -39,19 +39,19 @@ contains
       integer :: i
 
       if (.not. can_break(simulation%model)) return
-      broken = faces_at_strength(simulation)
-      opened = gaping_faces(simulation)
+      broken = break_faces_at_strength(simulation)
+      opened = separate_gaping_faces(simulation)
       before = total_energy(simulation%energy)
       call release_stresses(simulation)
       if (size(broken) + size(opened) > 0) then
          allocate (traction(2, crack_points, size(broken)))
          do i = 1, size(broken)
-            call free_face(simulation, broken(i), traction(:, :, i))
+            call break_face(simulation, broken(i), traction(:, :, i))
          end do
          do i = 1, size(opened)
-            call open_face(simulation, opened(i))
+            call separate_face(simulation, opened(i))
          end do
-         call renew_faces(simulation, size(opened) > 0)
+         call update_cell_areas(simulation, size(opened) > 0)
          call set_elements(simulation%elements, simulation%model, simulation%blocks, &
             simulation%time)
          do i = 1, size(broken)
@@ -75,7 +75,7 @@ contains
    end function can_break
 
    !> Break intact faces whose traction has reached their strength.
-   function faces_at_strength(simulation) result(found)
+   function break_faces_at_strength(simulation) result(found)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       integer, allocatable :: found(:)
       logical :: reached(size(simulation%model%welds))
@@ -95,10 +95,10 @@ contains
          end do
          found = pack([(i, i=1, size(welds))], reached)
       end associate
-   end function faces_at_strength
+   end function break_faces_at_strength
 
    !> Separate faces whose bond has failed, if open at all points or after large slip.
-   function gaping_faces(simulation) result(found)
+   function separate_gaping_faces(simulation) result(found)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       integer, allocatable :: found(:)
       logical :: gapes(size(simulation%model%welds)), spent
@@ -117,7 +117,7 @@ contains
          end do
          found = pack([(i, i=1, size(welds))], gapes)
       end associate
-   end function gaping_faces
+   end function separate_gaping_faces
 
    !> Release the initial stresses of broken faces with the damage of their joints.
    subroutine release_stresses(simulation)
@@ -129,12 +129,12 @@ contains
       do i = 1, size(simulation%model%welds)
          if (simulation%model%welds(i)%state /= weld_cracked) cycle
          call joint_damage(simulation%elements, i, damage, spent)
-         call keep_fraction(simulation, i, 1.0_wp - damage)
+         call reduce_initial_stress(simulation, i, 1.0_wp - damage)
       end do
    end subroutine release_stresses
 
    !> Reduce the initial stress that replaced face i when it broke to a fraction.
-   subroutine keep_fraction(simulation, i, share)
+   subroutine reduce_initial_stress(simulation, i, share)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: i                            !< broken face
       real(wp), intent(in) :: share                       !< fraction of that stress
@@ -150,10 +150,10 @@ contains
          end do
          weld%kept = share
       end associate
-   end subroutine keep_fraction
+   end subroutine reduce_initial_stress
 
    !> Break face i: return its triangles to its cells without changing any force.
-   subroutine free_face(simulation, i, traction)
+   subroutine break_face(simulation, i, traction)
       type(simulation_type), intent(inout) :: simulation    !< between two steps
       integer, intent(in) :: i                              !< intact face
       real(wp), intent(out) :: traction(2, crack_points)    !< traction at its points, Pa
@@ -178,20 +178,20 @@ contains
          weld%state = weld_cracked
          weld%kept = 1.0_wp
       end associate
-   end subroutine free_face
+   end subroutine break_face
 
    !> Separate face i.
-   subroutine open_face(simulation, i)
+   subroutine separate_face(simulation, i)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: i                            !< broken face
 
-      call keep_fraction(simulation, i, 0.0_wp)
+      call reduce_initial_stress(simulation, i, 0.0_wp)
       simulation%model%welds(i)%state = weld_open
-   end subroutine open_face
+   end subroutine separate_face
 
    !> Update the area of cells that has their own strain.
    !> If faces have opened, update sides, joints and neighbours too.
-   subroutine renew_faces(simulation, opened)
+   subroutine update_cell_areas(simulation, opened)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       logical, intent(in) :: opened                       !< faces have opened
       type(blocks_type) :: drawn
@@ -221,7 +221,7 @@ contains
          end do
       end associate
       simulation%neighbours%reach = 0.0_wp  ! search neighbours again
-   end subroutine renew_faces
+   end subroutine update_cell_areas
 
    !> Restore the model from the states of faces in a checkpoint.
    subroutine restore_faces(simulation)
@@ -230,7 +230,7 @@ contains
 
       if (all(is_whole(simulation%model%welds))) return
       reach = simulation%neighbours%reach
-      call renew_faces(simulation, .true.)
+      call update_cell_areas(simulation, .true.)
       simulation%neighbours%reach = reach
    end subroutine restore_faces
 

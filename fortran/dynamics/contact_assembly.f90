@@ -82,7 +82,7 @@ contains
 
       associate (matrix => system%matrix, dirty => system%contact_terms%dirty)
          do i = first, last
-            if (dirty(i) >= is_dirty_force) call copy_row(system%load(:, i), system%rhs(:, i))
+            if (dirty(i) >= is_dirty_force) call copy_block_row(system%load(:, i), system%rhs(:, i))
             if (dirty(i) == is_dirty_stiffness) call begin_row(system, i)
             do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
                call assemble_pair(system, contacts, i, matrix%column(k), k, .true., &
@@ -163,12 +163,12 @@ contains
    end subroutine begin_coupling
 
    !> Copy a block of a vector.
-   pure subroutine copy_row(from, to)
+   pure subroutine copy_block_row(from, to)
       real(wp), intent(in) :: from(6)  !< six numbers of a block
       real(wp), intent(out) :: to(6)   !< their copy
 
       to = from
-   end subroutine copy_row
+   end subroutine copy_block_row
 
    !> Add the terms of a contact in the rows of the blocks of its vertex and its edge.
    !> The forces are those on the block of the vertex.

@@ -61,11 +61,11 @@ contains
          allocated(contacts%imposed_spring) .or. allocated(contacts%held_bound))
       if (terms%rebuild .or. .not. terms%by_state) terms%steady(:contacts%n) = none
       if (contacts%n < parallel_from) then
-         call compare_range(terms, contacts, laws, 1, contacts%n)
+         call compare_forces_range(terms, contacts, laws, 1, contacts%n)
       else
          !$omp parallel do schedule(static)
          do p = 1, pieces(contacts%n)
-            call compare_range(terms, contacts, laws, first_of(p, contacts%n), &
+            call compare_forces_range(terms, contacts, laws, first_of(p, contacts%n), &
                last_of(p, contacts%n))
          end do
       end if
@@ -82,7 +82,7 @@ contains
    end subroutine update_contact_terms
 
    !> Compare forces at d = 0 of contacts first … last; in a new list all are new.
-   pure subroutine compare_range(terms, contacts, laws, first, last)
+   pure subroutine compare_forces_range(terms, contacts, laws, first, last)
       type(contact_terms_type), intent(inout) :: terms  !< assembled terms of the contacts
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -101,12 +101,12 @@ contains
          contacts%free_force(:, c) = forces
          if (.not. all(same_bits(springs, contacts%spring(:, c)))) &
             terms%changed(c) = is_dirty_stiffness
-         if (tilts(contacts, c)) terms%changed(c) = is_dirty_stiffness
+         if (rise_differs(contacts, c)) terms%changed(c) = is_dirty_stiffness
          terms%steady(c) = merge(contacts%state(c), none, terms%by_state .and. .not. &
             (contacts%state(c) == contact_slide .or. contacts%bonded(c) .or. &
             contacts%retained(c) > 0.0_wp))
       end do
-   end subroutine compare_range
+   end subroutine compare_forces_range
 
    !> Record a change of the springs of contact c for the solver.
    pure subroutine renew_springs(terms, contacts, laws, c)
@@ -119,7 +119,7 @@ contains
       logical :: matters(2)
 
       call find_terms(contacts, laws, c, springs, forces)
-      if (tilts(contacts, c)) then  ! the normal spring is removed and added along other rows
+      if (rise_differs(contacts, c)) then  ! the normal spring is removed and added along other rows
          call acting_rows(contacts, c, rows)
          call add_change(terms%spring_changes, contacts%block_v(c), rows%normal_v, &
             contacts%block_e(c), rows%normal_e, -contacts%spring(1, c))
@@ -137,13 +137,13 @@ contains
    end subroutine renew_springs
 
    !> .true. if the assumed rise of contact c by slip differs from that in K̂.
-   pure logical function tilts(contacts, c)
+   pure logical function rise_differs(contacts, c)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c  !< number of the contact
 
-      tilts = contacts%with_laws
-      if (tilts) tilts = .not. same_bits(contacts%tilt(1, c), contacts%tilt(2, c))
-   end function tilts
+      rise_differs = contacts%with_laws
+      if (rise_differs) rise_differs = .not. same_bits(contacts%tilt(1, c), contacts%tilt(2, c))
+   end function rise_differs
 
    !> .true. if bits are equal; they differ even if only the sign of zero or a NaN differs.
    elemental logical function same_bits(a, b)
@@ -186,7 +186,7 @@ contains
          springs = 0.0_wp
          forces = 0.0_wp
       else
-         call find_own_terms(contacts, laws, c, springs, forces)
+         call find_force_terms(contacts, laws, c, springs, forces)
       end if
       if (.not. laws%cohesive) return
       associate (law => laws%slot(contacts%joint(c))%law)
@@ -196,7 +196,7 @@ contains
    end subroutine find_terms
 
    !> Find stiffness and forces of a contact with force, without a damaged bond.
-   pure subroutine find_own_terms(contacts, laws, c, springs, forces)
+   pure subroutine find_force_terms(contacts, laws, c, springs, forces)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
@@ -233,6 +233,6 @@ contains
       else if (contacts%state(c) == contact_slide) then
          forces(2) = contacts%slide_force(c) - springs(2)*contacts%retained_at(c)
       end if
-   end subroutine find_own_terms
+   end subroutine find_force_terms
 
 end module dda_contact_terms

@@ -68,7 +68,7 @@ contains
 
       allowed = most_away*half_size(simulation%model%blocks)
       associate (blocks => simulation%blocks)
-         if (all_are_sound(blocks%n, blocks%position, blocks%velocity, allowed) &
+         if (are_finite_and_near(blocks%n, blocks%position, blocks%velocity, allowed) &
             .and. abs(balance(simulation%energy)) <= huge(1.0_wp)) return
          what = 'a strain, a velocity or an energy is not a finite number'
          do b = 1, blocks%n
@@ -85,7 +85,7 @@ contains
    end subroutine check_state
 
    !> .true. if all positions are within a distance of the middle, and all other values are finite.
-   pure logical function all_are_sound(n, position, velocity, allowed) result(sound)  ! total
+   pure logical function are_finite_and_near(n, position, velocity, allowed) result(sound)  ! total
       integer, intent(in) :: n  !< blocks
       real(wp), intent(in) :: position(6, n), velocity(6, n)  !< coordinates and their rates
       real(wp), intent(in) :: allowed  !< m
@@ -97,7 +97,7 @@ contains
          sound = sound .and. all(abs(position(1:2, b)) <= allowed) &
             .and. all(abs(position(3:6, b)) <= limit) .and. all(abs(velocity(:, b)) <= limit)
       end do
-   end function all_are_sound
+   end function are_finite_and_near
 
    !> Warning of the energy audit on a run; '' if energies balance.
    pure function audit_warning(simulation) result(text)
@@ -107,7 +107,7 @@ contains
 
       text = ''
       scale = turnover(simulation%energy)
-      allowed = max(most_unexplained*scale, rounding(simulation))
+      allowed = max(most_unexplained*scale, rounding_energy(simulation))
       if (abs(balance(simulation%energy)) > allowed) then
          text = 'the energy audit does not balance: '//to_text(balance(simulation%energy))// &
             ' of '//to_text(scale)//' J/m are unexplained, allowed '//to_text(allowed)// &
@@ -182,14 +182,15 @@ contains
    !> Energy residual due to rounding of positions, J/m.
    !> It has three parts: work of the weight over the rounding in all steps, work of contact forces
    !> over the path, and kinetic energy.  A static or weightless model balances no better.
-   pure real(wp) function rounding(simulation)
+   pure real(wp) function rounding_energy(simulation)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       real(wp) :: places, mass
 
       places = 16*epsilon(1.0_wp)*half_size(simulation%model%blocks)
       mass = sum(simulation%blocks%mass)
-      rounding = real(simulation%step, wp)*places*norm2(simulation%model%control%gravity)*mass &
-         + simulation%iteration%noise*simulation%path + 0.5_wp*mass*(places/simulation%time_step)**2
-   end function rounding
+      rounding_energy = real(simulation%step, wp)*places*norm2( &
+         simulation%model%control%gravity)*mass + simulation%iteration%noise*simulation%path &
+         + 0.5_wp*mass*(places/simulation%time_step)**2
+   end function rounding_energy
 
 end module dda_diagnostics

@@ -98,11 +98,11 @@ contains
       integer :: p
 
       if (blocks%n < parallel_from) then
-         total = loss_range(blocks, step, d, 1, blocks%n)
+         total = sum_losses(blocks, step, d, 1, blocks%n)
       else
          !$omp parallel do schedule(static)
          do p = 1, pieces(blocks%n)
-            part(:, p) = loss_range(blocks, step, d, first_of(p, blocks%n), last_of(p, blocks%n))
+            part(:, p) = sum_losses(blocks, step, d, first_of(p, blocks%n), last_of(p, blocks%n))
          end do
          total = sum(part(:, :pieces(blocks%n)), 2)
       end if
@@ -115,7 +115,7 @@ contains
    end subroutine add_block_losses
 
    !> Sum dᵀKd of the strains and, if χ > ½, ΔvᵀMΔv of blocks first … last.
-   pure function loss_range(blocks, step, d, first, last) result(total)
+   pure function sum_losses(blocks, step, d, first, last) result(total)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
@@ -125,22 +125,22 @@ contains
 
       total = 0.0_wp
       do b = first, last
-         total(1) = total(1) + blocks%rest_share(b)*strain_form(blocks%stiffness(:, :, b), &
+         total(1) = total(1) + blocks%rest_share(b)*quadratic_form(blocks%stiffness(:, :, b), &
             d(4:6, b))
          if (.not. step%scheme%chi > 0.5_wp) cycle
          change = momentum_weight(step)*d(:, b) &
             - (velocity_weight(step) + 1.0_wp)*blocks%velocity(:, b)
          total(2) = total(2) + dot_product(change, momentum_of(blocks%inertia(:, b), change))
       end do
-   end function loss_range
+   end function sum_losses
 
    !> Quadratic form εᵀDε.
-   pure real(wp) function strain_form(stiffness, strain)
+   pure real(wp) function quadratic_form(stiffness, strain)
       real(wp), intent(in) :: stiffness(3, 3), strain(3)  !< area × D, N/m; of a block
 
-      strain_form = dot_product(strain, stiffness(:, 1)*strain(1) + stiffness(:, 2)*strain(2) &
+      quadratic_form = dot_product(strain, stiffness(:, 1)*strain(1) + stiffness(:, 2)*strain(2) &
          + stiffness(:, 3)*strain(3))
-   end function strain_form
+   end function quadratic_form
 
    !> Set the stored energy at the end of the step and add the losses of all contacts.
    subroutine update_contacts(energy, contacts, laws, step)
@@ -152,11 +152,11 @@ contains
       integer :: p
 
       if (contacts%n < parallel_from) then
-         total = contact_range(contacts, laws, step, 1, contacts%n)
+         total = sum_contacts(contacts, laws, step, 1, contacts%n)
       else
          !$omp parallel do schedule(static)
          do p = 1, pieces(contacts%n)
-            part(:, p) = contact_range(contacts, laws, step, first_of(p, contacts%n), &
+            part(:, p) = sum_contacts(contacts, laws, step, first_of(p, contacts%n), &
                last_of(p, contacts%n))
          end do
          total = sum(part(:, :pieces(contacts%n)), 2)
@@ -172,7 +172,7 @@ contains
 
    !> Sum stored energy, losses and gains of contacts first … last.
    !> Losses: slip, fracture, scheme, dashpots and impacts; gain: dilation.
-   pure function contact_range(contacts, laws, step, first, last) result(total)
+   pure function sum_contacts(contacts, laws, step, first, last) result(total)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(step_type), intent(in) :: step  !< the present step
@@ -195,7 +195,7 @@ contains
             call add_joint_contact(total(:5), contacts, laws, c)
          end if
       end do
-   end function contact_range
+   end function sum_contacts
 
    !> .true. if the contact has dashpots or impacts.
    pure logical function is_damped(contacts, laws, c)
@@ -215,10 +215,10 @@ contains
       integer, intent(in) :: c  !< number of the contact
       real(wp) :: before, after, work, stretched, slipped, loss
 
-      before = stored(laws, contacts%gap(c), contacts%was_closed(c), contacts%was_bonded(c), &
-         contacts%stretch(c))
+      before = stored_energy(laws, contacts%gap(c), contacts%was_closed(c), &
+         contacts%was_bonded(c), contacts%stretch(c))
       stretched = end_stretch(contacts, laws, c)
-      after = stored(laws, contacts%new_gap(c), contacts%normal_force(c) /= 0.0_wp, &
+      after = stored_energy(laws, contacts%new_gap(c), contacts%normal_force(c) /= 0.0_wp, &
          contacts%bonded(c), stretched)
       work = contacts%normal_force(c)*(contacts%new_gap(c) - contacts%gap(c)) &
          - contacts%shear_force(c)*contacts%slip(c)
@@ -310,15 +310,15 @@ contains
 
    !> Spring energy of a contact at a gap and a shear stretch.
    !> With augmented Lagrangian, the normal force is that of a rigid contact and stores no energy.
-   pure real(wp) function stored(laws, gap, closed, bonded, stretch)
+   pure real(wp) function stored_energy(laws, gap, closed, bonded, stretch)
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in) :: gap, stretch  !< at the end of the step; of the spring, m
       logical, intent(in) :: closed, bonded  !< closed after the step; bonded contact
 
-      stored = 0.5_wp*laws%shear_stiffness*stretch**2
+      stored_energy = 0.5_wp*laws%shear_stiffness*stretch**2
       if (bonded .or. (closed .and. .not. laws%augmented)) &
-         stored = stored + 0.5_wp*laws%normal_stiffness*gap**2
-   end function stored
+         stored_energy = stored_energy + 0.5_wp*laws%normal_stiffness*gap**2
+   end function stored_energy
 
    !> Energy in the springs of all contacts in the present geometry, J per metre of thickness.
    real(wp) function contact_energy(contacts, laws)
@@ -328,28 +328,28 @@ contains
       integer :: p
 
       if (contacts%n < parallel_from) then
-         contact_energy = stored_range(contacts, laws, 1, contacts%n)
+         contact_energy = sum_stored(contacts, laws, 1, contacts%n)
          return
       end if
       !$omp parallel do schedule(static)
       do p = 1, pieces(contacts%n)
-         part(p) = stored_range(contacts, laws, first_of(p, contacts%n), last_of(p, contacts%n))
+         part(p) = sum_stored(contacts, laws, first_of(p, contacts%n), last_of(p, contacts%n))
       end do
       contact_energy = sum(part(:pieces(contacts%n)))
    end function contact_energy
 
    !> Sum the energies of contacts first … last.
-   pure real(wp) function stored_range(contacts, laws, first, last)
+   pure real(wp) function sum_stored(contacts, laws, first, last)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: first, last  !< of the range
       integer :: c
 
-      stored_range = 0.0_wp
+      sum_stored = 0.0_wp
       if (.not. laws%plain) then
          do c = first, last
             associate (law => laws%slot(contacts%joint(c))%law)
-               stored_range = stored_range + joint_energy(law, state_of(contacts, law, c), &
+               sum_stored = sum_stored + joint_energy(law, state_of(contacts, law, c), &
                   closure_of(contacts, law, c, contacts%gap(c)), contacts%stretch(c), &
                   contacts%was_closed(c) .or. contacts%bonded(c))
             end associate
@@ -358,13 +358,13 @@ contains
       end if
       do c = first, last
          if (is_damped(contacts, laws, c)) then
-            stored_range = stored_range + spring_energy(contacts, laws, c)
+            sum_stored = sum_stored + spring_energy(contacts, laws, c)
             cycle
          end if
-         stored_range = stored_range + stored(laws, contacts%gap(c), contacts%was_closed(c), &
+         sum_stored = sum_stored + stored_energy(laws, contacts%gap(c), contacts%was_closed(c), &
             contacts%bonded(c), contacts%stretch(c))
       end do
-   end function stored_range
+   end function sum_stored
 
    !> ½ A εᵀDε + A σ₀ᵀε of all blocks, and the further energy of damping mechanisms.
    real(wp) function strain_energy(blocks)
@@ -381,28 +381,28 @@ contains
       integer :: p
 
       if (blocks%n < parallel_from) then
-         elastic_energy = strain_range(blocks, 1, blocks%n)
+         elastic_energy = sum_strain(blocks, 1, blocks%n)
          return
       end if
       !$omp parallel do schedule(static)
       do p = 1, pieces(blocks%n)
-         part(p) = strain_range(blocks, first_of(p, blocks%n), last_of(p, blocks%n))
+         part(p) = sum_strain(blocks, first_of(p, blocks%n), last_of(p, blocks%n))
       end do
       elastic_energy = sum(part(:pieces(blocks%n)))
    end function elastic_energy
 
    !> Sum the energies of blocks first … last.
-   pure real(wp) function strain_range(blocks, first, last) result(energy)
+   pure real(wp) function sum_strain(blocks, first, last) result(energy)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       integer, intent(in) :: first, last  !< of the range
       integer :: b
 
       energy = 0.0_wp
       do b = first, last
-         energy = energy + blocks%rest_share(b)*(0.5_wp*strain_form(blocks%stiffness(:, :, b), &
+         energy = energy + blocks%rest_share(b)*(0.5_wp*quadratic_form(blocks%stiffness(:, :, b), &
             blocks%position(4:6, b)) + blocks%area(b)*dot_product(blocks%initial_stress(:, b), &
             blocks%position(4:6, b)))
       end do
-   end function strain_range
+   end function sum_strain
 
 end module dda_energy_budget

@@ -30,7 +30,7 @@ module dda_first_contacts
       real(wp), allocatable :: gap(:)             !< [contacts] initial distance, m; 0 for overlaps
       integer, allocatable :: pressed(:)  !< [vertices] edge on which each vertex presses, or 0
       real(wp) :: shortest = 0.0_wp               !< of all edges, m
-      real(wp) :: found(3) = 0.0_wp               !< at the last scan, see `scan`
+      real(wp) :: found(3) = 0.0_wp               !< at the last scan, see `scan_movements`
       real(wp) :: path = 0.0_wp                   !< displacement of the blocks at the last scan, m
    end type first_contacts_type
 
@@ -119,11 +119,11 @@ contains
          n = 1
          if (m >= parallel_from) n = pieces(m)
          if (n == 1) then
-            call scan(first, blocks, 1, m, most(:, 1))
+            call scan_movements(first, blocks, 1, m, most(:, 1))
          else
             !$omp parallel do schedule(static)
             do p = 1, n
-               call scan(first, blocks, first_of(p, m), last_of(p, m), most(:, p))
+               call scan_movements(first, blocks, first_of(p, m), last_of(p, m), most(:, p))
             end do
          end if
       end associate
@@ -136,7 +136,7 @@ contains
    end subroutine add_movement
 
    !> Find the largest slip, increase of distance, and distance from the foot, of some contacts.
-   pure subroutine scan(first, blocks, begin, end, most)
+   pure subroutine scan_movements(first, blocks, begin, end, most)
       type(first_contacts_type), intent(in) :: first  !< the contacts
       type(blocks_type), intent(in) :: blocks         !< blocks in their present state
       integer, intent(in) :: begin, end               !< of the range
@@ -161,7 +161,7 @@ contains
          least = min(least, x)
       end do
       most = [slip, growth, slip + max(growth, -least)]
-   end subroutine scan
+   end subroutine scan_movements
 
    !> Find slip and opening by positions, contact by contact.
    subroutine scan_all(first, largest, contacts, blocks, time)
@@ -175,7 +175,7 @@ contains
 
       call find_pressed(first, contacts)
       do c = 1, size(first%vertex)
-         moved = movement(first, blocks, c)
+         moved = contact_movement(first, blocks, c)
          associate (who => blocks%owner([first%vertex(c), first%edge(c)]))
             call take(largest(of_slip), abs(moved(1)), time, who)
             call take(largest(of_opening), max(0.0_wp, moved(2)), time, who)
@@ -184,7 +184,7 @@ contains
    end subroutine scan_all
 
    !> Slip and opening of contact c; a contact under compression opens by dilation only.
-   pure function movement(first, blocks, c) result(moved)
+   pure function contact_movement(first, blocks, c) result(moved)
       type(first_contacts_type), intent(in) :: first  !< with the edges that vertices press on
       type(blocks_type), intent(in) :: blocks         !< blocks in their present state
       integer, intent(in) :: c                        !< number of the contact
@@ -192,7 +192,7 @@ contains
 
       moved = foot_movement(first, blocks, c)
       if (first%pressed(first%vertex(c)) == first%edge(c)) moved(2) = min(moved(2), 0.0_wp)
-   end function movement
+   end function contact_movement
 
    !> Displacement of the vertex of contact c along the edge, and increase of its distance, m.
    pure function foot_movement(first, blocks, c) result(moved)
@@ -236,7 +236,7 @@ contains
       numbers = 0
       call find_pressed(first, contacts)
       do c = 1, size(first%vertex)
-         moved = movement(first, blocks, c)
+         moved = contact_movement(first, blocks, c)
          numbers = numbers + [1, merge(1, 0, abs(moved(1)) > limit), merge(1, 0, moved(2) > limit)]
       end do
    end subroutine count_moved

@@ -89,15 +89,15 @@ contains
       impacts%lost = 0.0_wp
       do round = 1, most_rounds
          if (gains_energy(contacts, laws, step) .and. impacts%share > 0.0_wp) then
-            call reduce(impacts, contacts, laws, blocks, step)
+            call reduce_impacts(impacts, contacts, laws, blocks, step)
          else
-            call strike_closing(impacts, iteration, contacts, laws, blocks, step, &
+            call strike_closed(impacts, iteration, contacts, laws, blocks, step, &
                slow*gravity*step%time_step, impacts%struck == 0, found)
             call lift_opened(impacts, contacts, laws, lifted)
             if (found + lifted == 0) exit
             impacts%struck = impacts%struck + found
             call stiffen_neighbours(impacts, contacts, laws, blocks, step)
-            if (found > 0) call stiffen(impacts, system, impacts%struck == found)
+            if (found > 0) call make_blocks_rigid(impacts, system, impacts%struck == found)
             call record_rigid_terms(solver)
          end if
          call solve_again(iteration, system, solver, contacts, laws, blocks, error)
@@ -106,8 +106,8 @@ contains
       if (round > most_rounds) call fail(error, error_convergence, &
          'impacts with the restitution of their joints do not converge')
       if (impacts%struck == 0) return
-      impacts%work = work_of_supports(impacts, system)
-      impacts%lost = loss_of_strains(impacts, system)
+      impacts%work = rigid_support_work(impacts, system)
+      impacts%lost = rigid_strain_loss(impacts, system)
    end subroutine resolve_impacts
 
    !> Count the impacts of an accepted step.
@@ -121,7 +121,7 @@ contains
    end subroutine count_impacts
 
    !> Strike the contacts that have closed in the solution at more than `slowest`.
-   pure subroutine strike_closing(impacts, iteration, contacts, laws, blocks, step, slowest, &
+   pure subroutine strike_closed(impacts, iteration, contacts, laws, blocks, step, slowest, &
       first, found)
       type(impacts_type), intent(inout) :: impacts  !< of this step
       type(open_close_type), intent(in) :: iteration  !< converged
@@ -142,11 +142,12 @@ contains
          if (laws%restitution(contacts%joint(c)) < 0.0_wp) cycle
          if (first .and. found == 0) impacts%hit = .false.
          found = found + 1
-         call strike(contacts, laws, blocks, step, c, target_of(impacts, contacts, laws, step, c))
-         call record_hit(impacts, contacts%block_v(c), share_before(contacts, step, c))
-         call record_hit(impacts, contacts%block_e(c), share_before(contacts, step, c))
+         call strike(contacts, laws, blocks, step, c, opening_velocity(impacts, contacts, laws, &
+            step, c))
+         call record_hit(impacts, contacts%block_v(c), fraction_before_touch(contacts, step, c))
+         call record_hit(impacts, contacts%block_e(c), fraction_before_touch(contacts, step, c))
       end do
-   end subroutine strike_closing
+   end subroutine strike_closed
 
    !> Record that a block is struck after a fraction of the step.
    pure subroutine record_hit(impacts, b, share)
@@ -160,7 +161,7 @@ contains
    end subroutine record_hit
 
    !> Fraction of the step before contact c touches at its present velocity; 0 if already touching.
-   pure real(wp) function share_before(contacts, step, c) result(share)
+   pure real(wp) function fraction_before_touch(contacts, step, c) result(share)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(step_type), intent(in) :: step  !< the present step
       integer, intent(in) :: c  !< number of the contact
@@ -169,7 +170,7 @@ contains
       associate (way => -step%time_step*contacts%rate(1, c))
          if (contacts%spring_gap(c) > short_way*way) share = min(1.0_wp, contacts%gap(c)/way)
       end associate
-   end function share_before
+   end function fraction_before_touch
 
    !> Lift contacts that open in the solution: they retain their force until the impact.
    pure subroutine lift_opened(impacts, contacts, laws, lifted)
@@ -194,7 +195,7 @@ contains
    end subroutine lift_opened
 
    !> Velocity at which a struck contact opens, m/s.
-   pure real(wp) function target_of(impacts, contacts, laws, step, c) result(target)
+   pure real(wp) function opening_velocity(impacts, contacts, laws, step, c) result(target)
       type(impacts_type), intent(in) :: impacts  !< of this step
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -206,7 +207,7 @@ contains
          if (target > 0.0_wp .or. impacts%share < 1.0_wp) return
          if (ahead > -short_way*step%time_step*rate) target = -ahead/step%time_step
       end associate
-   end function target_of
+   end function opening_velocity
 
    !> Make the other closed contacts of struck blocks rigid.
    pure subroutine stiffen_neighbours(impacts, contacts, laws, blocks, step)
@@ -227,7 +228,7 @@ contains
 
    !> Make struck blocks rigid: they retain their strains, and their positions at supports.
    !> If supports kept the velocity instead, blocks struck in many successive steps would drift.
-   pure subroutine stiffen(impacts, system, first)
+   pure subroutine make_blocks_rigid(impacts, system, first)
       type(impacts_type), intent(inout) :: impacts  !< of this step
       type(system_type), intent(inout) :: system  !< equations of the step
       logical, intent(in) :: first  !< time in this step
@@ -237,7 +238,7 @@ contains
       if (first) impacts%stiff = .false.
       do i = 1, system%terms%n
          associate (term => system%terms%term(i), b => system%terms%term(i)%block_a)
-            if (.not. yields_else(impacts, term)) cycle
+            if (.not. has_free_support(impacts, term)) cycle
             k = unyielding_spring(system, b, term%row_a)
             call begin_diagonal(system, b)
             call add_product(system%linear%diagonal(:, :, b), k, term%row_a, term%row_a)
@@ -252,17 +253,17 @@ contains
             system%linear%diagonal(i, i, b) = system%linear%diagonal(i, i, b) + rigid*own(i)
          end do
       end do
-   end subroutine stiffen
+   end subroutine make_blocks_rigid
 
    !> .true. if a support of a struck block has not been made rigid in this step.
-   pure logical function yields_else(impacts, term)
+   pure logical function has_free_support(impacts, term)
       type(impacts_type), intent(in) :: impacts  !< of this step
       type(linear_term_type), intent(in) :: term  !< spring or dashpot of an element
 
-      yields_else = .false.
-      if (is_support(term)) yields_else = impacts%hit(term%block_a) .and. &
+      has_free_support = .false.
+      if (is_support(term)) has_free_support = impacts%hit(term%block_a) .and. &
          .not. impacts%stiff(term%block_a)
-   end function yields_else
+   end function has_free_support
 
    !> .true. if the term is a fixed support of a block at the end of the step.
    !> Moving supports act as usual; a block that retained its position would lag behind them.
@@ -285,7 +286,7 @@ contains
    end function unyielding_spring
 
    !> Energy lost by making the strains of struck blocks rigid, J per metre of thickness.
-   pure real(wp) function loss_of_strains(impacts, system) result(loss)
+   pure real(wp) function rigid_strain_loss(impacts, system) result(loss)
       type(impacts_type), intent(in) :: impacts  !< of this step
       type(system_type), intent(in) :: system  !< equations of the step, solved
       real(wp) :: own(6)
@@ -299,10 +300,10 @@ contains
             loss = loss + rigid*own(i)*system%d(i, b)**2
          end do
       end do
-   end function loss_of_strains
+   end function rigid_strain_loss
 
    !> Work of the rigid supports of struck blocks in a step, J per metre of thickness.
-   pure real(wp) function work_of_supports(impacts, system) result(work)
+   pure real(wp) function rigid_support_work(impacts, system) result(work)
       type(impacts_type), intent(in) :: impacts  !< of this step
       type(system_type), intent(in) :: system  !< equations of the step, solved
       real(wp) :: moved
@@ -317,7 +318,7 @@ contains
             work = work - unyielding_spring(system, b, term%row_a)*moved**2
          end associate
       end do
-   end function work_of_supports
+   end function rigid_support_work
 
    !> Repeat the open–close iteration with the present dashpots and impacts.
    !> Struck contacts are stiffer by their gain.
@@ -371,7 +372,7 @@ contains
 
    !> Reduce the impacts: first remove the forces before the impact, then halve the restitution.
    !> The restitution of all struck contacts is finally set to zero.
-   pure subroutine reduce(impacts, contacts, laws, blocks, step)
+   pure subroutine reduce_impacts(impacts, contacts, laws, blocks, step)
       type(impacts_type), intent(inout) :: impacts  !< of this step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -385,8 +386,8 @@ contains
       do c = 1, contacts%n
          if (contacts%damping(c) == is_lifted) call carry(contacts, laws, blocks, step, c)
          if (contacts%damping(c) == is_struck) call strike(contacts, laws, blocks, step, c, &
-            target_of(impacts, contacts, laws, step, c))
+            opening_velocity(impacts, contacts, laws, step, c))
       end do
-   end subroutine reduce
+   end subroutine reduce_impacts
 
 end module dda_impact

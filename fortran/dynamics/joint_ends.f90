@@ -38,21 +38,21 @@ contains
             if (laws%points(j) /= 2 .or. max(laws%cohesion(j), laws%tension(j)) <= 0.0_wp) cycle
             do c = 1, contacts%n
                if (.not. contacts%bonded(c) .or. contacts%joint(c) /= j) cycle
-               call find_bending(simulation, c, mean, bending)
+               call find_end_stresses(simulation, c, mean, bending)
                if (bending <= max(found(2), most_bending*abs(mean), &
                   least_bending*max(laws%cohesion(j), laws%tension(j)))) cycle
                found = [mean, bending]
                at = c
             end do
-            if (at > 0) call add_doubt(doubts, bending_topic, words(simulation, at, &
+            if (at > 0) call add_doubt(doubts, bending_topic, overlap_text(simulation, at, &
                found))
          end do
       end associate
    end function bending_doubts
 
-   !> Find the mean tension of the overlap of contact c, and the stress difference at its ends, Pa.
+   !> Find mean tension over the overlap of contact c and stress difference of its ends, Pa.
    !> The stress is linear; both values are 0 if the overlap is not bonded at both ends.
-   pure subroutine find_bending(simulation, c, mean, bending)
+   pure subroutine find_end_stresses(simulation, c, mean, bending)
       type(simulation_type), intent(in) :: simulation  !< evaluated in its present state
       integer, intent(in) :: c                         !< bonded contact
       real(wp), intent(out) :: mean, bending           !< Pa
@@ -64,24 +64,24 @@ contains
          do k = c + 1, contacts%n
             if (contacts%pair(k) /= contacts%pair(c)) return
             if (.not. contacts%bonded(k)) cycle
-            if (any(edges_of(simulation, k) /= edges_of(simulation, c))) cycle
-            mean = 0.5_wp*(tension_of(contacts, c) + tension_of(contacts, k))
-            bending = 0.5_wp*linear*abs(tension_of(contacts, c) - tension_of(contacts, k))
+            if (any(overlapping_edges(simulation, k) /= overlapping_edges(simulation, c))) cycle
+            mean = 0.5_wp*(mean_tension(contacts, c) + mean_tension(contacts, k))
+            bending = 0.5_wp*linear*abs(mean_tension(contacts, c) - mean_tension(contacts, k))
             return
          end do
       end associate
-   end subroutine find_bending
+   end subroutine find_end_stresses
 
    !> Mean tension over the bonded length of contact c, Pa.
-   pure real(wp) function tension_of(contacts, c)
+   pure real(wp) function mean_tension(contacts, c)
       type(contacts_type), intent(in) :: contacts  !< evaluated
       integer, intent(in) :: c                     !< bonded contact
 
-      tension_of = -contacts%normal_force(c)/contacts%bond_length(c)
-   end function tension_of
+      mean_tension = -contacts%normal_force(c)/contacts%bond_length(c)
+   end function mean_tension
 
    !> Find the two edges that overlap at contact c, the lower number first.
-   pure function edges_of(simulation, c) result(edges)
+   pure function overlapping_edges(simulation, c) result(edges)
       type(simulation_type), intent(in) :: simulation  !< simulation in its present state
       integer, intent(in) :: c                         !< contact of a corner
       integer :: edges(2)
@@ -95,10 +95,10 @@ contains
          end associate
       end associate
       edges = [minval(edges), maxval(edges)]
-   end function edges_of
+   end function overlapping_edges
 
    !> Text on the overlap of contact c.
-   pure function words(simulation, c, found) result(text)
+   pure function overlap_text(simulation, c, found) result(text)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer, intent(in) :: c                         !< bonded contact
       real(wp), intent(in) :: found(2)  !< mean stress, and its difference at an end, Pa
@@ -117,6 +117,6 @@ contains
             short_text(found(1) - found(2)/linear)//' Pa: its strength in bending is three '// &
             'times too high; try contact_points = 3'
       end associate
-   end function words
+   end function overlap_text
 
 end module dda_joint_ends

@@ -118,28 +118,28 @@ contains
       integer :: p
 
       if (blocks%n < parallel_from) then
-         kinetic_energy = kinetic_of(blocks, 1, blocks%n)
+         kinetic_energy = kinetic_energy_range(blocks, 1, blocks%n)
          return
       end if
       !$omp parallel do schedule(static)
       do p = 1, pieces(blocks%n)
-         part(p) = kinetic_of(blocks, first_of(p, blocks%n), last_of(p, blocks%n))
+         part(p) = kinetic_energy_range(blocks, first_of(p, blocks%n), last_of(p, blocks%n))
       end do
       kinetic_energy = sum(part(:pieces(blocks%n)))
    end function kinetic_energy
 
    !> Kinetic energy of some blocks.
-   pure real(wp) function kinetic_of(blocks, first, last)
+   pure real(wp) function kinetic_energy_range(blocks, first, last)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       integer, intent(in) :: first, last  !< of the range
       integer :: b
 
-      kinetic_of = 0.0_wp
+      kinetic_energy_range = 0.0_wp
       do b = first, last
-         kinetic_of = kinetic_of + 0.5_wp*dot_product(blocks%velocity(:, b), &
+         kinetic_energy_range = kinetic_energy_range + 0.5_wp*dot_product(blocks%velocity(:, b), &
             momentum_of(blocks%inertia(:, b), blocks%velocity(:, b)))
       end do
-   end function kinetic_of
+   end function kinetic_energy_range
 
    !> Upper bound on the displacement of any vertex by d, m.
    real(wp) function farthest_move(blocks, d) result(move)
@@ -148,17 +148,17 @@ contains
       integer :: p
 
       if (blocks%n < parallel_from) then
-         move = farthest_of(blocks, d, 1, blocks%n)
+         move = farthest_in_range(blocks, d, 1, blocks%n)
          return
       end if
       move = 0.0_wp
       !$omp parallel do reduction(max:move) schedule(static)
       do p = 1, pieces(blocks%n)
-         move = max(move, farthest_of(blocks, d, first_of(p, blocks%n), last_of(p, blocks%n)))
+         move = max(move, farthest_in_range(blocks, d, first_of(p, blocks%n), last_of(p, blocks%n)))
       end do
    end function farthest_move
 
-   pure real(wp) function farthest_of(blocks, d, first, last) result(move)
+   pure real(wp) function farthest_in_range(blocks, d, first, last) result(move)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer, intent(in) :: first, last  !< of the range
@@ -169,6 +169,6 @@ contains
          move = max(move, sqrt(sum(d(1:2, b)**2)) + blocks%radius(b)*(abs(d(3, b)) &
             + sqrt(sum(d(4:6, b)**2))))
       end do
-   end function farthest_of
+   end function farthest_in_range
 
 end module dda_kinematics

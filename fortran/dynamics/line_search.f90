@@ -60,7 +60,7 @@ contains
       integer :: i
 
       alpha = 1.0_wp
-      call quadratic_slope(system, start, growth)
+      call find_quadratic_slopes(system, start, growth)
       call measure_changes(system, contacts, slope_hi)
       slope_hi = start + growth + slope_hi
       if (present(other)) slope_hi = slope_hi + other%at(1.0_wp)
@@ -98,8 +98,8 @@ contains
       end associate
    end subroutine descend
 
-   !> Find the slope of the quadratic part at the previous d, and its increase up to the new d.
-   subroutine quadratic_slope(system, start, growth)
+   !> Find the slope of the quadratic energy at the previous d, and its change up to the new d.
+   subroutine find_quadratic_slopes(system, start, growth)
       type(system_type), intent(in) :: system  !< equations of the step
       !> slope at the previous d; increase of the slope up to the new d
       real(wp), intent(out) :: start, growth
@@ -108,21 +108,21 @@ contains
 
       n = size(system%d, 2)
       if (n < parallel_from) then
-         total = quadratic_range(system, 1, n)
+         total = sum_quadratic_range(system, 1, n)
       else
          !$omp parallel do schedule(static)
          do p = 1, pieces(n)
-            part(:, p) = quadratic_range(system, first_of(p, n), last_of(p, n))
+            part(:, p) = sum_quadratic_range(system, first_of(p, n), last_of(p, n))
          end do
          total = sum(part(:, :pieces(n)), 2)
       end if
-      if (size(system%linear%lower, 3) > 0) total = total + coupled_slope(system)
+      if (size(system%linear%lower, 3) > 0) total = total + sum_coupled_slopes(system)
       start = total(1)
       growth = total(2)
-   end subroutine quadratic_slope
+   end subroutine find_quadratic_slopes
 
    !> Sum slope and increase of blocks first … last, from the diagonal of the linear part.
-   pure function quadratic_range(system, first, last) result(slope)
+   pure function sum_quadratic_range(system, first, last) result(slope)
       type(system_type), intent(in) :: system  !< equations of the step
       integer, intent(in) :: first, last  !< of the range
       real(wp) :: slope(2), change(6), force(6)
@@ -136,10 +136,10 @@ contains
          call multiply_diagonal(system, b, change, force)
          slope(2) = slope(2) + dot_product(change, force)
       end do
-   end function quadratic_range
+   end function sum_quadratic_range
 
    !> Sum slope and increase of blocks that elements couple.
-   pure function coupled_slope(system) result(slope)
+   pure function sum_coupled_slopes(system) result(slope)
       type(system_type), intent(in) :: system  !< equations of the step
       real(wp) :: slope(2), change_i(6), change_j(6)
       integer :: i, k
@@ -156,7 +156,7 @@ contains
             end associate
          end do
       end do
-   end function coupled_slope
+   end function sum_coupled_slopes
 
    !> Measure the changes of gap and slip of each contact from the previous d to the new d.
    !> The slope of all contacts at the new d is summed too.
@@ -170,19 +170,19 @@ contains
       call grow(contacts%gap_change, capacity_of(contacts), exactly=.true.)
       call grow(contacts%slip_change, capacity_of(contacts), exactly=.true.)
       if (contacts%n < parallel_from) then
-         call change_range(system, contacts, 1, contacts%n, slope)
+         call measure_changes_range(system, contacts, 1, contacts%n, slope)
          return
       end if
       !$omp parallel do schedule(static)
       do p = 1, pieces(contacts%n)
-         call change_range(system, contacts, first_of(p, contacts%n), last_of(p, contacts%n), &
-            piece(p))
+         call measure_changes_range(system, contacts, first_of(p, contacts%n), last_of(p, &
+            contacts%n), piece(p))
       end do
       slope = sum(piece(:pieces(contacts%n)))
    end subroutine measure_changes
 
    !> Measure the changes of contacts first … last.
-   pure subroutine change_range(system, contacts, first, last, slope)
+   pure subroutine measure_changes_range(system, contacts, first, last, slope)
       type(system_type), intent(in) :: system  !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
       integer, intent(in) :: first, last  !< of the range
@@ -200,7 +200,7 @@ contains
          slope = slope - contacts%normal_force(c)*contacts%gap_change(c) &
             + contacts%shear_force(c)*contacts%slip_change(c)
       end do
-   end subroutine change_range
+   end subroutine measure_changes_range
 
    !> Sum, once, the contacts whose slope is linear between the ends.
    subroutine sum_linear(contacts, laws, linear)
@@ -213,19 +213,19 @@ contains
       linear = 0.0_wp
       if (allocated(contacts%held_bound)) return
       if (contacts%n < parallel_from) then
-         call linear_range(contacts, laws, 1, contacts%n, linear)
+         call sum_linear_range(contacts, laws, 1, contacts%n, linear)
          return
       end if
       !$omp parallel do schedule(static)
       do p = 1, pieces(contacts%n)
-         call linear_range(contacts, laws, first_of(p, contacts%n), last_of(p, contacts%n), &
+         call sum_linear_range(contacts, laws, first_of(p, contacts%n), last_of(p, contacts%n), &
             piece(:, p))
       end do
       linear = sum(piece(:, :pieces(contacts%n)), 2)
    end subroutine sum_linear
 
    !> Sum the linear slopes of contacts first … last.
-   pure subroutine linear_range(contacts, laws, first, last, linear)
+   pure subroutine sum_linear_range(contacts, laws, first, last, linear)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, with its changes
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: first, last  !< of the range
@@ -239,12 +239,12 @@ contains
          call respond_at(contacts, laws, c, 0.0_wp, before)
          call respond_at(contacts, laws, c, 1.0_wp, after)
          if (.not. same_branch(contacts, laws, c, before, after)) cycle
-         slope = slope_of(contacts, c, before)
-         linear = linear + [slope, slope_of(contacts, c, after) - slope]
+         slope = energy_slope(contacts, c, before)
+         linear = linear + [slope, energy_slope(contacts, c, after) - slope]
          contacts%gap_change(c) = 0.0_wp
          contacts%slip_change(c) = 0.0_wp
       end do
-   end subroutine linear_range
+   end subroutine sum_linear_range
 
    !> Sum the slope of all contacts at a fraction of the step from the previous d to the new d.
    real(wp) function contact_slope(contacts, laws, alpha) result(slope)
@@ -255,19 +255,19 @@ contains
       integer :: p
 
       if (contacts%n < parallel_from) then
-         slope = slope_range(contacts, laws, alpha, 1, contacts%n)
+         slope = sum_slopes_range(contacts, laws, alpha, 1, contacts%n)
          return
       end if
       !$omp parallel do schedule(static, 4)  ! contacts that count may all be at one end
       do p = 1, pieces(contacts%n)
-         piece(p) = slope_range(contacts, laws, alpha, first_of(p, contacts%n), &
+         piece(p) = sum_slopes_range(contacts, laws, alpha, first_of(p, contacts%n), &
             last_of(p, contacts%n))
       end do
       slope = sum(piece(:pieces(contacts%n)))
    end function contact_slope
 
    !> Sum the slope of contacts first … last.
-   pure real(wp) function slope_range(contacts, laws, alpha, first, last) result(slope)
+   pure real(wp) function sum_slopes_range(contacts, laws, alpha, first, last) result(slope)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step, with its changes
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in) :: alpha  !< fraction of the step
@@ -279,9 +279,9 @@ contains
       do c = first, last
          if (.not. abs(contacts%gap_change(c)) + abs(contacts%slip_change(c)) > 0.0_wp) cycle
          call respond_at(contacts, laws, c, alpha, response)
-         slope = slope + slope_of(contacts, c, response)
+         slope = slope + energy_slope(contacts, c, response)
       end do
-   end function slope_range
+   end function sum_slopes_range
 
    !> Forces of contact c at a fraction of the step.
    pure subroutine respond_at(contacts, laws, c, alpha, response)
@@ -298,13 +298,13 @@ contains
    end subroutine respond_at
 
    !> Slope of contact c, J/m.
-   pure real(wp) function slope_of(contacts, c, response) result(slope)
+   pure real(wp) function energy_slope(contacts, c, response) result(slope)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step, with its changes
       integer, intent(in) :: c  !< number of the contact
       type(response_type), intent(in) :: response  !< its forces
 
       slope = response%shear_force*contacts%slip_change(c) &
          - response%normal_force*contacts%gap_change(c)
-   end function slope_of
+   end function energy_slope
 
 end module dda_line_search

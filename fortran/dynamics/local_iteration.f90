@@ -101,7 +101,7 @@ contains
       root = [(b, b=1, size(root))]
       do c = 1, contacts%n
          if (near(contacts%block_v(c)) .and. near(contacts%block_e(c))) &
-            call join(root, contacts%block_v(c), contacts%block_e(c))
+            call unite_trees(root, contacts%block_v(c), contacts%block_e(c))
       end do
       regions = 0
       region = 0
@@ -109,33 +109,33 @@ contains
          if (.not. near(b)) cycle
          if (root(b) == b) regions = regions + 1
          region(b) = regions
-         if (root(b) < b) region(b) = region(root_of(root, b))
+         if (root(b) < b) region(b) = region(find_root(root, b))
       end do
    end subroutine find_regions
 
    !> Unite the trees of two blocks; the root of each tree is its first block.
-   pure subroutine join(root, a, b)
+   pure subroutine unite_trees(root, a, b)
       integer, intent(inout) :: root(:)  !< [blocks] a block nearer to the root
       integer, intent(in) :: a, b        !< blocks
       integer :: root_a, root_b
 
-      root_a = root_of(root, a)
-      root_b = root_of(root, b)
+      root_a = find_root(root, a)
+      root_b = find_root(root, b)
       root(max(root_a, root_b)) = min(root_a, root_b)
       root(a) = min(root_a, root_b)
       root(b) = min(root_a, root_b)
-   end subroutine join
+   end subroutine unite_trees
 
    !> Find the root of the tree of a block.
-   pure integer function root_of(root, block)
+   pure integer function find_root(root, block)
       integer, intent(in) :: root(:)  !< [blocks] a block nearer to the root
       integer, intent(in) :: block    !< any
 
-      root_of = block
-      do while (root(root_of) /= root_of)
-         root_of = root(root_of)
+      find_root = block
+      do while (root(find_root) /= find_root)
+         find_root = root(find_root)
       end do
-   end function root_of
+   end function find_root
 
    !> List the items of each region.
    pure subroutine list_by_region(region, regions, items, start)
@@ -238,7 +238,7 @@ contains
          if (max(own%block_v(i), own%block_e(i)) == held) call add_fixed_motion(system, contacts, &
             order(i), own%block_v(i) == held, own%block_e(i) == held, own%gap(i), own%stretch(i))
       end do
-      call lay_out(part, own, held)
+      call allocate_pairs(part, own, held)
    end subroutine take_contacts
 
    !> Add the displacement of a fixed block to the gap and the stretch.
@@ -283,7 +283,7 @@ contains
    end subroutine copy_contacts
 
    !> Number the pairs of blocks in contact, and allocate K̂ for them.
-   subroutine lay_out(part, own, held)
+   subroutine allocate_pairs(part, own, held)
       type(system_type), intent(inout) :: part  !< gets its pattern
       type(contacts_type), intent(inout) :: own  !< contacts by pairs; get pair numbers
       integer, intent(in) :: held  !< block that represents the fixed ones
@@ -308,6 +308,6 @@ contains
       do i = 1, n
          part%pair_of_entry(entry_of(part%matrix, pairs(1, i), pairs(2, i))) = i
       end do
-   end subroutine lay_out
+   end subroutine allocate_pairs
 
 end submodule dda_local_iteration

@@ -140,7 +140,7 @@ contains
       associate (damping => blocks%damping(blocks%material(b)))
          if (damping%n == 0 .or. damping%by_law) return
          do l = 1, damping%n
-            strain = strain + relaxed(blocks, damping, b, l, step%time_step)
+            strain = strain + relaxation_change(blocks, damping, b, l, step%time_step)
          end do
          strain = memory_strain(blocks, b) - step%scheme%theta*damping%unrelaxed*strain
       end associate
@@ -178,7 +178,7 @@ contains
          if (damping%by_law) return
          total = (damping%unrelaxed - 1.0_wp)*d(4:6)
          do l = 1, damping%n
-            change = relaxed(blocks, damping, b, l, dt) + following(damping, l, dt)*d(4:6)
+            change = relaxation_change(blocks, damping, b, l, dt) + following(damping, l, dt)*d(4:6)
             total = total - damping%unrelaxed*change
             material = material + damping%unrelaxed*dot_product(change, matmul(stiffness, change)) &
                /(damping%weight(l)*damping%omega(l)*dt)
@@ -227,24 +227,24 @@ contains
          if (damping%by_law) return
          do l = 1, damping%n
             blocks%memory(:, l, b) = blocks%memory(:, l, b) &
-               + (relaxed(blocks, damping, b, l, step%time_step) &
+               + (relaxation_change(blocks, damping, b, l, step%time_step) &
                + following(damping, l, step%time_step)*d)
          end do
       end associate
    end subroutine keep_memory
 
    !> Change of ζ of block b within the step at constant strain, 2h/(1 + h) (Y e₀ − ζ).
-   pure function relaxed(blocks, damping, b, l, time_step)
+   pure function relaxation_change(blocks, damping, b, l, time_step)
       type(blocks_type), intent(in) :: blocks    !< blocks at the start of the step
       type(damping_type), intent(in) :: damping  !< of the block
       integer, intent(in) :: b, l                !< block; mechanism
       real(wp), intent(in) :: time_step          !< Δt, s
-      real(wp) :: relaxed(3)
+      real(wp) :: relaxation_change(3)
 
       associate (h => 0.5_wp*damping%omega(l)*time_step)
-         relaxed = 2.0_wp*h/(1.0_wp + h)*(damping%weight(l)*(blocks%position(4:6, b) &
+         relaxation_change = 2.0_wp*h/(1.0_wp + h)*(damping%weight(l)*(blocks%position(4:6, b) &
             - blocks%rest_strain(:, b)) - blocks%memory(:, l, b))
       end associate
-   end function relaxed
+   end function relaxation_change
 
 end module dda_material_damping

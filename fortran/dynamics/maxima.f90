@@ -61,7 +61,7 @@ contains
       n = 1
       if (blocks%n >= parallel_from) n = pieces(blocks%n)
       do p = 1, n
-         square(:, p) = square_of(largest(:maxima_of_blocks))
+         square(:, p) = square_to_exceed(largest(:maxima_of_blocks))
       end do
       who(:, :n) = 0
       if (n == 1) then
@@ -105,7 +105,7 @@ contains
                + (a(2) - base%acceleration(2))**2
             ! No principal strain exceeds the root of this sum.
             new(of_strain) = dot_product(q(4:6), q(4:6))
-            if (new(of_strain) > square(of_strain)) new(of_strain) = principal(q(4:6))**2
+            if (new(of_strain) > square(of_strain)) new(of_strain) = principal_strain(q(4:6))**2
          end associate
          do i = 1, maxima_of_blocks
             if (.not. new(i) > square(i)) cycle
@@ -117,12 +117,12 @@ contains
    end subroutine scan_blocks
 
    !> Principal strain of larger magnitude.
-   pure real(wp) function principal(strain)
+   pure real(wp) function principal_strain(strain)
       real(wp), intent(in) :: strain(3)  !< εx, εy, γxy
 
-      principal = 0.5_wp*(abs(strain(1) + strain(2)) + sqrt((strain(1) - strain(2))**2 &
+      principal_strain = 0.5_wp*(abs(strain(1) + strain(2)) + sqrt((strain(1) - strain(2))**2 &
          + strain(3)**2))
-   end function principal
+   end function principal_strain
 
    !> Update penetrations and forces of the contacts of the last step.
    subroutine add_contacts(largest, contacts, size_of, least_size, time)
@@ -149,17 +149,17 @@ contains
          end do
       end if
       if (any(most(1, :n) > largest(of_penetration)%value) .or. &
-         any(most(2, :n) > square_of(largest(of_contact_force))) .or. &
+         any(most(2, :n) > square_to_exceed(largest(of_contact_force))) .or. &
          any(most(3, :n) > largest(of_penetration_ratio)%value)) &
          call take_contacts(largest, contacts, size_of, time)
    end subroutine add_contacts
 
    !> Square that a new value must exceed.
-   elemental real(wp) function square_of(largest)  ! total
+   elemental real(wp) function square_to_exceed(largest)  ! total
       type(largest_type), intent(in) :: largest  !< so far
 
-      square_of = sign(largest%value**2, largest%value)
-   end function square_of
+      square_to_exceed = sign(largest%value**2, largest%value)
+   end function square_to_exceed
 
    !> Find the largest penetration and square of a force of contacts first … last.
    !> Also the largest penetration over the size of a block if one exceeds a bound, else 0.

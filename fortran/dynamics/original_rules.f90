@@ -60,11 +60,11 @@ contains
             .neqv. (contacts%state(:contacts%n) == contact_open))
          iteration%changes = iteration%changes + switched
          if (switched == 0 .and. .not. (first_step .and. i == 1)) then
-            call lose_bonds(iteration, contacts)
-            call adopt(contacts, laws)
+            call remove_bonds(iteration, contacts)
+            call adopt_original_states(contacts, laws)
             return
          end if
-         call adopt(contacts, laws)
+         call adopt_original_states(contacts, laws)
       end do
       call fail(error, error_convergence, 'the open–close iteration does not converge by the '// &
          'original rules')
@@ -111,7 +111,7 @@ contains
    end function next_state
 
    !> Adopt the states; the friction of the next iteration follows from the present normal force.
-   pure subroutine adopt(contacts, laws)
+   pure subroutine adopt_original_states(contacts, laws)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(coulomb_contact_type) :: law
@@ -128,10 +128,10 @@ contains
          end if
          contacts%state(c) = contacts%trial_state(c)
       end do
-   end subroutine adopt
+   end subroutine adopt_original_states
 
    !> Remove cohesion and tension when a step first ends in another state than sticking.
-   pure subroutine lose_bonds(iteration, contacts)
+   pure subroutine remove_bonds(iteration, contacts)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       integer :: c
@@ -141,6 +141,6 @@ contains
          contacts%bonded(c) = .false.
          iteration%broken = iteration%broken + 1
       end do
-   end subroutine lose_bonds
+   end subroutine remove_bonds
 
 end module dda_original_rules

@@ -184,19 +184,19 @@ contains
          text = counted(to_text(simulation%step), 'step', 'steps')//', '// &
             counted(to_text(counters%iterations), 'open-close iteration', 'open-close '// &
             'iterations')//' (most '//to_text(counters%most_iterations)//' in a step)'// &
-            more_of(counters%searches, 'neighbour search', 'neighbour searches')// &
-            more_of(counters%repeated, 'step', 'steps', ' repeated with a smaller time step')// &
-            more_of(counters%too_far, 'step', 'steps', ' beyond max_displacement_ratio')
+            count_text(counters%searches, 'neighbour search', 'neighbour searches')// &
+            count_text(counters%repeated, 'step', 'steps', ' repeated with a smaller time step')// &
+            count_text(counters%too_far, 'step', 'steps', ' beyond max_displacement_ratio')
          if (counters%unsettled > 0) text = text//'; in '//to_text(counters%unsettled)// &
             ' steps the damage of cohesive joints did not converge: failure times depend on Δt'
          if (counters%bounds_off > 0) text = text//'; in '//to_text(counters%bounds_off)// &
             ' steps frozen quantities did not converge: the damage of broken faces, or the '// &
             'mean stress on which the strength of materials with dilation_angle below '// &
             'friction_angle depends'
-         if (impacts%steps > 0) text = text//'; '//counted(to_text(impacts%contacts), &
-            'impact', 'impacts')//' in '//counted(to_text(impacts%steps), 'step', 'steps')// &
-            more_of(int(impacts%reduced, long), 'of them', 'of them', ' with less restitution '// &
-            'than requested, which would have gained energy')
+         if (impacts%steps > 0) text = text//'; '//counted(to_text(impacts%contacts), 'impact', &
+            'impacts')//' in '//counted(to_text(impacts%steps), 'step', 'steps')// &
+            count_text(int(impacts%reduced, long), 'of them', 'of them', &
+            ' with less restitution '//'than requested, which would have gained energy')
       end associate
       if (simulation%statics /= '') text = text//'; '//simulation%statics
       if (simulation%changes /= '') text = text//'; changed between steps: '//simulation%changes
@@ -204,7 +204,7 @@ contains
    end function summary
 
    !> Text of a comma, a count and its noun; blank if the count is zero.
-   pure function more_of(count, one, many, what) result(text)
+   pure function count_text(count, one, many, what) result(text)
       integer(long), intent(in) :: count         !< of it
       character(len=*), intent(in) :: one, many  !< see `counted`
       character(len=*), intent(in), optional :: what  !< verb of the sentence
@@ -214,7 +214,7 @@ contains
       if (count == 0) return
       text = ', '//counted(to_text(count), one, many)
       if (present(what)) text = text//what
-   end function more_of
+   end function count_text
 
    !> Reason for the end of the run; blank until then.
    pure function ending(simulation) result(words)

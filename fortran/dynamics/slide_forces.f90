@@ -34,12 +34,12 @@ contains
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer :: c
 
-      call make_room(slides, contacts%n)
+      call allocate_slides(slides, contacts%n)
       call forget(slides%memory)
       slides%n = 0
       do c = 1, contacts%n
          if (contacts%state(c) /= contact_slide) cycle
-         if (.not. weight_of(contacts, c) > 0.0_wp) cycle
+         if (.not. friction_fraction(contacts, c) > 0.0_wp) cycle
          slides%n = slides%n + 1
          slides%contact(slides%n) = c
          slides%force(slides%n) = contacts%slide_force(c)
@@ -47,16 +47,16 @@ contains
    end subroutine list_slides
 
    !> Fraction of contact c on which friction acts; the rest of the contact may be bonded.
-   pure real(wp) function weight_of(contacts, c) result(weight)
+   pure real(wp) function friction_fraction(contacts, c) result(weight)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c  !< number of the contact
 
       weight = 1.0_wp
       if (contacts%with_net_slip) weight = contacts%acting_damage(c)
-   end function weight_of
+   end function friction_fraction
 
    !> Allocate arrays for a number of sliding contacts.
-   subroutine make_room(slides, wanted)
+   subroutine allocate_slides(slides, wanted)
       type(slides_type), intent(inout) :: slides  !< sliding contacts
       integer, intent(in) :: wanted  !< how many
 
@@ -65,7 +65,7 @@ contains
          deallocate (slides%contact, slides%force, slides%response)
       end if
       allocate (slides%contact(2*wanted), slides%force(2*wanted), slides%response(2*wanted))
-   end subroutine make_room
+   end subroutine allocate_slides
 
    !> Evaluate the slide forces for the normal forces at d, in the assumed directions.
    subroutine evaluate_slides(slides, contacts, laws, d)
@@ -140,7 +140,7 @@ contains
       end if
       do i = 1, slides%n
          c = slides%contact(i)
-         more = more_of(slides, contacts, i)
+         more = next_increments(slides, contacts, i)
          contacts%free_force(:, c) = contacts%free_force(:, c) + more
          if (contacts%with_laws) contacts%line(1, c) = contacts%line(1, c) + more(1)
          contacts%slide_force(c) = slides%force(i)
@@ -149,18 +149,18 @@ contains
 
    !> Increments to the next forces of sliding contact i, normal and shear, N/m.
    !> More friction reduces slip and lift.
-   pure function more_of(slides, contacts, i) result(more)
+   pure function next_increments(slides, contacts, i) result(more)
       type(slides_type), intent(in) :: slides      !< sliding contacts, with the next forces
       type(contacts_type), intent(in) :: contacts  !< contacts of this step, with the present forces
       integer, intent(in) :: i                     !< of `slides`
       real(wp) :: more(2)
 
       associate (c => slides%contact(i))
-         more = [0.0_wp, weight_of(contacts, c)*(slides%force(i) - contacts%slide_force(c))]
+         more = [0.0_wp, friction_fraction(contacts, c)*(slides%force(i) - contacts%slide_force(c))]
          if (contacts%with_laws) more(1) = -contacts%tilt(2, c)*contacts%spring(1, c) &
             /contacts%tangent(2, c)*more(2)
       end associate
-   end function more_of
+   end function next_increments
 
    !> Add the increments to block rows first … last of the right-hand side.
    subroutine assume_rows(slides, contacts, system, first, last)
@@ -173,7 +173,7 @@ contains
       slides%rhs_change(:, first:last) = system%rhs(:, first:last)
       do i = 1, slides%n
          c = slides%contact(i)
-         call add_to_rows(system, contacts, c, more_of(slides, contacts, i), first, last)
+         call add_to_rows(system, contacts, c, next_increments(slides, contacts, i), first, last)
       end do
       slides%rhs_change(:, first:last) = system%rhs(:, first:last) &
          - slides%rhs_change(:, first:last)

@@ -177,7 +177,7 @@ contains
       if (allocated(self%support)) call self%support%add_stored_energy(blocks, step, energy)
    end subroutine add_stored_energy
 
-   !> Account for the work of the reactions and of the half-space, and for the loss of the dashpots.
+   !> Add the work of the reactions and of the half-space, and the loss of the dashpots.
    subroutine add_to_budget(self, blocks, step, d, energy)
       class(absorbing_type), intent(in) :: self    !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
@@ -241,7 +241,7 @@ contains
       end select
    end subroutine inherit_state
 
-   !> Balance the blocks: reactions include the unbalanced forces, and all forces sum to zero.
+   !> Add the unbalanced forces of the blocks to the reactions, so that all forces sum to zero.
    subroutine balance_reactions(self, blocks, unbalanced)
       class(absorbing_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks       !< at rest

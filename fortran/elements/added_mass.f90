@@ -159,7 +159,7 @@ contains
       end do
    end subroutine add_stored_energy
 
-   !> Account for kinetic energy at the end of the step, loss by the scheme and work of the base.
+   !> Add kinetic energy at the end of the step, loss by the scheme and work of the base.
    !> The loss is (χ − ½) m Δv²; the work is that of the inertia in the frame of the base.
    subroutine add_to_budget(self, blocks, step, d, energy)
       class(added_mass_type), intent(in) :: self  !< elements of this kind

@@ -57,7 +57,7 @@ contains
       end do
    end subroutine add_force
 
-   !> Account for the potential of gravity and the work of the base acceleration.
+   !> Add the potential of gravity and the work of the base acceleration to the budget.
    subroutine add_to_budget(self, blocks, step, d, energy)
       class(body_force_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state

@@ -5,8 +5,8 @@
 !> stretch s_p at which the bolt is free of force; the stretch of a cable is the length of all its
 !> legs, with one force throughout.  A bolt without compression is slack below s_p.  Beyond the
 !> yield force s_p increases, which dissipates F Δs_p.  In a step a component is assumed elastic,
-!> yielding or slack; if the converged step contradicts this, it is solved again (`revise_states`).  The
-!> energy of an elastic bolt is ½ k (s − s_p)²; its numerical loss is defined in `dda_energy`.
+!> yielding or slack; if the converged step contradicts this, it is solved again (`revise_states`).
+!> The energy of an elastic bolt is ½ k (s − s_p)²; its numerical loss is defined in `dda_energy`.
 !>
 !> The tension N of the last step stiffens a bolt across its legs as well, by N ∂²s/∂q² of the
 !> legs that turn (N/L) and of the lever arms (N times the arm along the leg, if
@@ -358,7 +358,7 @@ contains
       stored = 0.5_wp*self%bolt(i)%stiffness(c)*elongation**2
    end function component_energy
 
-   !> Account for the stored energy at the end of the step and losses by yield, rupture and scheme.
+   !> Add stored energy at the end of the step, and losses by yield, rupture and scheme.
    subroutine add_to_budget(self, blocks, step, d, energy)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state

@@ -60,7 +60,7 @@ contains
       end do
    end subroutine add_force
 
-   !> Account for the work f·d.
+   !> Add the work f·d to the budget.
    subroutine add_to_budget(self, blocks, step, d, energy)
       class(edge_loads_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state

@@ -179,7 +179,7 @@ contains
       end do
    end subroutine update_stored
 
-   !> Account for work, losses and stored energy of the converged increment d, before the update.
+   !> Add work, losses and stored energy of the converged increment d, before the update.
    subroutine account_elements(elements, blocks, step, d, energy)
       type(elements_type), intent(in) :: elements  !< of the model
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state

@@ -284,7 +284,7 @@ contains
       call add_energy(energy, energy_water, stored_energy(self%network, blocks, self%pressure))
    end subroutine add_stored_energy
 
-   !> Account for the terms of the identity in the header of this module.
+   !> Add the terms of the energy identity in the header of this module to the budget.
    subroutine add_to_budget(self, blocks, step, d, energy)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step

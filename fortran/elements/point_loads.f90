@@ -38,7 +38,7 @@ contains
       end do
    end subroutine add_force
 
-   !> Account for the work f·Td.
+   !> Add the work f·Td to the budget.
    subroutine add_to_budget(self, blocks, step, d, energy)
       class(point_loads_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state

@@ -205,7 +205,7 @@ contains
          *dashpots_of(self, spring, step)*step%time_step*w**2)
    end function spring_energy
 
-   !> Account for work −k y·Δu − c w₁·Δt [(1 − χ) u̇₀ + χ u̇₁] of the motions, and for losses.
+   !> Add work −k y·Δu − c w₁·Δt [(1 − χ) u̇₀ + χ u̇₁] of the motions, and the losses.
    subroutine add_to_budget(self, blocks, step, d, energy)
       class(spring_element_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks         !< blocks in their present state

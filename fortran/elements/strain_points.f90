@@ -356,7 +356,7 @@ contains
       call add_energy(energy, energy_law, sum(part))
    end subroutine add_stored_energy
 
-   !> Account for the energy at the end of the step, and for losses.
+   !> Add the energy at the end of the step, and the losses.
    subroutine add_to_budget(self, blocks, step, d, energy)
       class(strain_points_type), intent(in) :: self  !< prepared for the step
       type(blocks_type), intent(in) :: blocks        !< blocks at the start of the step

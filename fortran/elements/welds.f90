@@ -445,7 +445,7 @@ contains
       call add_energy(energy, energy_welded, total)
    end subroutine add_stored_energy
 
-   !> Account for the energy at the end of the step, and for the loss (θ − ½) Σ c Δs² of the scheme.
+   !> Add the energy at the end of the step, and the loss (θ − ½) Σ c Δs² of the scheme.
    subroutine add_to_budget(self, blocks, step, d, energy)
       class(welds_type), intent(in) :: self        !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state

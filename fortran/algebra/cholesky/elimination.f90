@@ -101,8 +101,8 @@ contains
          clusters%child(k) = 0
          do while (child > 0)
             later = clusters%sibling(child)
-            if (cheaper_together(clusters, child, k)) then
-               call absorb(clusters, child, k)
+            if (is_cheaper_merged(clusters, child, k)) then
+               call merge_child(clusters, child, k)
             else
                call add_child(clusters, child, k)
             end if
@@ -112,17 +112,17 @@ contains
       end do
    end subroutine gather_columns
 
-   pure logical function cheaper_together(clusters, child, k)
+   pure logical function is_cheaper_merged(clusters, child, k)
       type(clusters_type), intent(in) :: clusters  !< all of the tree
       integer, intent(in) :: child, k  !< clusters by their last columns
 
       associate (columns => clusters%columns, rows => clusters%rows)
-         cheaper_together = columns(child) + columns(k) <= most_columns
-         if (.not. cheaper_together) return
-         cheaper_together = front_cost(columns(child) + columns(k), columns(child) + rows(k)) &
+         is_cheaper_merged = columns(child) + columns(k) <= most_columns
+         if (.not. is_cheaper_merged) return
+         is_cheaper_merged = front_cost(columns(child) + columns(k), columns(child) + rows(k)) &
             <= front_cost(columns(child), rows(child)) + front_cost(columns(k), rows(k))
       end associate
-   end function cheaper_together
+   end function is_cheaper_merged
 
    !> Time to assemble and eliminate a front and to form its update, in units of one 6×6 product.
    pure real(wp) function front_cost(columns, rows)
@@ -140,7 +140,7 @@ contains
    end function front_cost
 
    !> Merge a child into cluster k: its columns come first, and its children become children of k.
-   pure subroutine absorb(clusters, child, k)
+   pure subroutine merge_child(clusters, child, k)
       type(clusters_type), intent(inout) :: clusters  !< being gathered
       integer, intent(in) :: child, k  !< clusters by their last columns
       integer :: grandchild, later
@@ -156,7 +156,7 @@ contains
          call add_child(clusters, grandchild, k)
          grandchild = later
       end do
-   end subroutine absorb
+   end subroutine merge_child
 
    !> Make `child` the first child of cluster k.
    pure subroutine add_child(clusters, child, k)
@@ -180,7 +180,7 @@ contains
       tree%fronts = count(clusters%columns > 0)
       allocate (tree%order(n), tree%first(tree%fronts + 1), tree%parent(tree%fronts), &
          cluster(tree%fronts))
-      call postorder(n, clusters, cluster, tree%parent)
+      call find_postorder(n, clusters, cluster, tree%parent)
       filled = 0
       do front = 1, tree%fronts
          tree%first(front) = filled + 1
@@ -195,7 +195,7 @@ contains
    end subroutine number_fronts
 
    !> Compute a postorder of the clusters: the reverse of a stack traversal with parents first.
-   pure subroutine postorder(n, clusters, cluster, parent)
+   pure subroutine find_postorder(n, clusters, cluster, parent)
       integer, intent(in) :: n  !< block rows
       type(clusters_type), intent(in) :: clusters  !< all of the tree
       integer, intent(out) :: cluster(:)  !< [fronts] the cluster that is each front
@@ -222,6 +222,6 @@ contains
             child = clusters%sibling(child)
          end do
       end do
-   end subroutine postorder
+   end subroutine find_postorder
 
 end module dda_elimination

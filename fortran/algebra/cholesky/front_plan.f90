@@ -89,7 +89,7 @@ contains
       end do
       call list_children(plan)
       call list_rows(graph, permuted, front_at, plan)
-      call relate_to_parents(plan)
+      call find_parent_rows(plan)
       call list_entries(graph, permuted, front_at, plan)
       call divide_fronts(plan)
       call plan_panels(plan)
@@ -142,7 +142,7 @@ contains
    end subroutine list_rows
 
    !> Find the rows of each front in its parent, and contiguous ranges among them.
-   pure subroutine relate_to_parents(plan)
+   pure subroutine find_parent_rows(plan)
       type(front_plan_type), intent(inout) :: plan  !< under construction
       integer :: front, start, last, i
 
@@ -163,7 +163,7 @@ contains
             if (plan%position(i + 1) /= plan%position(i) + 1) plan%run_end(i) = i - start + 1
          end do
       end do
-   end subroutine relate_to_parents
+   end subroutine find_parent_rows
 
    !> Find the positions of the rows of a front in the rows of its parent; both lists ascend.
    pure subroutine find_positions(plan, front, parent)

@@ -73,12 +73,12 @@ contains
       if (.not. done) return
       before = low%terms%n
       do i = 1, changes%n
-         known = term_of(low%terms, changes%block(:, i), changes%u(:, :, i))
+         known = find_term(low%terms, changes%block(:, i), changes%u(:, :, i))
          if (known == 0) then
             call add_change(low%terms, changes%block(1, i), changes%u(:, 1, i), &
                changes%block(2, i), -changes%u(:, 2, i), changes%k(i))
          else
-            low%terms%k(known) = sum_of_terms(low%terms%k(known), changes%k(i))
+            low%terms%k(known) = added_stiffness(low%terms%k(known), changes%k(i))
          end if
       end do
       done = low%terms%n <= most_changes
@@ -87,7 +87,7 @@ contains
    end subroutine update_low_rank
 
    !> Find the existing term with the same u, apart from changes of geometry; 0 if there is none.
-   pure integer function term_of(terms, block, u)
+   pure integer function find_term(terms, block, u)
       type(rank_one_type), intent(in) :: terms  !< in W
       integer, intent(in) :: block(2)  !< block rows
       real(wp), intent(in) :: u(6, 2)  !< looked for
@@ -95,19 +95,19 @@ contains
 
       do i = 1, min(terms%n, most_changes)
          if (any(terms%block(:, i) /= block)) cycle
-         term_of = i
+         find_term = i
          if (sum((terms%u(:, :, i) - u)**2) <= drift**2*sum(u**2)) return
       end do
-      term_of = 0
-   end function term_of
+      find_term = 0
+   end function find_term
 
    !> Sum of two stiffnesses; zero if they nearly cancel.
-   pure real(wp) function sum_of_terms(a, b) result(total)
+   pure real(wp) function added_stiffness(a, b) result(total)
       real(wp), intent(in) :: a, b  !< N/m
 
       total = a + b
       if (abs(total) <= drift*max(abs(a), abs(b))) total = 0.0_wp
-   end function sum_of_terms
+   end function added_stiffness
 
    !> Compute W, WᵀW and C from the first panel with new terms on.
    subroutine rebuild_low_rank(low, factor, first, done)

@@ -291,12 +291,12 @@ contains
 
       !$omp parallel do schedule(dynamic, 1) if (plan%sharing%is_shared)
       do panel = 1, used
-         call project_panel(columns, plan, panel, y, share(:, panel))
+         call multiply_transposed_panel(columns, plan, panel, y, share(:, panel))
       end do
    end subroutine project
 
    !> Compute Wᵀ y of one panel.
-   pure subroutine project_panel(columns, plan, panel, y, share)
+   pure subroutine multiply_transposed_panel(columns, plan, panel, y, share)
       type(low_rank_columns_type), intent(in) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
       integer, intent(in) :: panel  !< number of the panel
@@ -317,7 +317,7 @@ contains
          end associate
          share = share + partial
       end do
-   end subroutine project_panel
+   end subroutine multiply_transposed_panel
 
    !> Compute y = y − W x of several panels.
    subroutine subtract_columns(columns, plan, used, x, y)

@@ -65,20 +65,20 @@ contains
             ' is too small for '//to_text(count)//' eigenvalues by this method')
          return
       end if
-      call prepare(iteration, n, count, tolerance)
+      call prepare_arpack(iteration, n, count, tolerance)
       iteration%iparam(3) = int(min(3000.0_wp, 100.0_wp + affordable/n))
       if (present(most_restarts)) iteration%iparam(3) = most_restarts
-      iteration%resid = irregular_vector(n, salt)
+      iteration%resid = pseudo_random_vector(n, salt)
       call require_for_blas(error)
-      if (.not. allocated(error)) call iterate(iteration, operator, error)
+      if (.not. allocated(error)) call iterate_arpack(iteration, operator, error)
       if (allocated(error)) return
-      call extract(iteration, values, vectors, error)
+      call extract_pairs(iteration, values, vectors, error)
       if (allocated(error)) return
       call check_pairs(operator, tolerance, values, vectors, residuals, error)
    end subroutine largest_pairs
 
    !> Set the parameters of ARPACK and allocate its workspace.
-   subroutine prepare(iteration, n, count, tolerance)
+   subroutine prepare_arpack(iteration, n, count, tolerance)
       type(iteration_type), intent(out) :: iteration  !< ready to iterate
       integer, intent(in) :: n, count  !< size, requested eigenvalues
       real(wp), intent(in) :: tolerance  !< tolerance of the residual / eigenvalue
@@ -94,10 +94,10 @@ contains
          allocate (iteration%v(n, basis), iteration%workd(3*n), &
             iteration%workl(basis*(basis + 8)), source=0.0_wp)
       end associate
-   end subroutine prepare
+   end subroutine prepare_arpack
 
    !> Iterate: supply ARPACK with matrix products until it has finished.
-   subroutine iterate(iteration, operator, error)
+   subroutine iterate_arpack(iteration, operator, error)
       type(iteration_type), intent(inout) :: iteration  !< state of ARPACK
       class(operator_type), intent(inout) :: operator  !< operator; its products are counted
       type(error_type), allocatable, intent(out) :: error  !< ARPACK has not converged
@@ -126,10 +126,10 @@ contains
       else if (info /= 0) then
          call fail(error, error_solver, 'ARPACK dsaupd failed with info = '//to_text(info))
       end if
-   end subroutine iterate
+   end subroutine iterate_arpack
 
    !> Extract eigenvalues and eigenvectors in descending order.
-   subroutine extract(iteration, values, vectors, error)
+   subroutine extract_pairs(iteration, values, vectors, error)
       type(iteration_type), intent(inout) :: iteration  !< state of ARPACK
       real(wp), allocatable, intent(out) :: values(:), vectors(:,:)  !< [count], [n,count]
       type(error_type), allocatable, intent(out) :: error  !< ARPACK has failed
@@ -149,7 +149,7 @@ contains
       end if
       values = values(count:1:-1)
       vectors = vectors(:, count:1:-1)
-   end subroutine extract
+   end subroutine extract_pairs
 
    !> Check the residuals of the pairs with the operator itself, independently of ARPACK.
    subroutine check_pairs(operator, tolerance, values, vectors, residuals, error)
@@ -177,7 +177,7 @@ contains
    end subroutine check_pairs
 
    !> Fill a vector with reproducible numbers between −1 and 1, by a linear congruence.
-   pure function irregular_vector(n, salt) result(vector)
+   pure function pseudo_random_vector(n, salt) result(vector)
       integer, intent(in) :: n  !< numbers
       integer, intent(in), optional :: salt  !< another sequence
       real(wp) :: vector(n)
@@ -191,6 +191,6 @@ contains
          seed = modulo(factor*seed, modulus)
          vector(i) = 2.0_wp*real(seed, wp)/real(modulus, wp) - 1.0_wp
       end do
-   end function irregular_vector
+   end function pseudo_random_vector
 
 end module dda_arnoldi

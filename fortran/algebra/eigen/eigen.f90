@@ -90,7 +90,7 @@ contains
          error)
       if (allocated(error)) return
       pairs%products = operator%products
-      call unscale(factor, values, vectors, pairs)
+      call unscale_vectors(factor, values, vectors, pairs)
    end subroutine largest_eigenvalue
 
    !> Find the `count` lowest ω² outside a known null space; fewer if fewer exist.
@@ -126,7 +126,7 @@ contains
          pairs%residual, error)
       if (allocated(error)) return
       pairs%products = operator%products
-      call unscale(operator%mass, operator%shift + 1.0_wp/values, vectors, pairs)
+      call unscale_vectors(operator%mass, operator%shift + 1.0_wp/values, vectors, pairs)
    end subroutine lowest_eigenvalues
 
    !> Find all eigenvalues by LAPACK, ascending, without those of a known null space.
@@ -159,16 +159,16 @@ contains
          call project_out(deflation, a(:, i))
       end do
       ! The projected null space has the lowest eigenvalues, which are then omitted.
-      if (deflation%known%dimension > 0) call push_down(deflation, a)
+      if (deflation%known%dimension > 0) call deflate_matrix(deflation, a)
       call symmetric_eigen(a, values, error)
       if (allocated(error)) return
       i = deflation%known%dimension + 1
       allocate (pairs%residual(size_all - i + 1), source=0.0_wp)
-      call unscale(factor, values(i:), a(:, i:), pairs)
+      call unscale_vectors(factor, values(i:), a(:, i:), pairs)
    end subroutine all_eigenvalues
 
    !> Subtract s ZZᵀ from a, with s larger than every eigenvalue.
-   subroutine push_down(deflation, a)
+   subroutine deflate_matrix(deflation, a)
       type(deflation_type), intent(in) :: deflation  !< Z
       real(wp), intent(inout) :: a(:,:)  !< [6n,6n]
       real(wp) :: unit(size(a, 1)), scale
@@ -185,7 +185,7 @@ contains
          a(:, i) = a(:, i) + scale*unit
          a(i, i) = a(i, i) - scale
       end do
-   end subroutine push_down
+   end subroutine deflate_matrix
 
    !> Factorise K − σM with the smallest σ that rounding allows: K may be singular, K − σM is not.
    subroutine prepare_inverse(operator, stiffness, mass, error, known)
@@ -268,7 +268,7 @@ contains
    end subroutine add_missing_copies
 
    !> Transform the eigenvectors of the standard problem back to those of K x = ω² M x.
-   subroutine unscale(factor, values, vectors, pairs)
+   subroutine unscale_vectors(factor, values, vectors, pairs)
       type(mass_factor_type), intent(in) :: factor  !< G
       real(wp), intent(in) :: values(:), vectors(:,:)  !< [n] ω², [6 blocks,n]
       type(eigenpairs_type), intent(inout) :: pairs  !< pairs; receives values and vectors
@@ -281,7 +281,7 @@ contains
       do i = 1, pairs%n
          call multiply_transposed(factor%inverse, vectors(:, i), pairs%vector(:, :, i))
       end do
-   end subroutine unscale
+   end subroutine unscale_vectors
 
    !> Retain selected pairs, in a given order.
    pure subroutine select_pairs(pairs, order)

@@ -41,31 +41,31 @@ contains
       integer :: n, used, slot, p
 
       n = size(x)
-      call reserve(memory, n)
+      call allocate_memory(memory, n)
       slot = 0
       if (memory%count > 0) slot = modulo(memory%count - 1, depth) + 1
       used = min(memory%count, depth)
       memory%count = memory%count + 1
       if (n < long) then
-         call remember(memory, slot, used, x, image, 1, n, part(:, 1))
+         call store_change(memory, slot, used, x, image, 1, n, part(:, 1))
          call solve_normal(memory, slot, used, part(:, 1), share)
-         call combine(memory, share(:used), x, 1, n)
+         call combine_iterates(memory, share(:used), x, 1, n)
          return
       end if
       !$omp parallel do schedule(static)
       do p = 1, pieces(n)
-         call remember(memory, slot, used, x, image, first_of(p, n), last_of(p, n), part(:, p))
+         call store_change(memory, slot, used, x, image, first_of(p, n), last_of(p, n), part(:, p))
       end do
       call solve_normal(memory, slot, used, sum(part(:, :pieces(n)), 2), share)
       !$omp parallel do schedule(static)
       do p = 1, pieces(n)
-         call combine(memory, share(:used), x, first_of(p, n), last_of(p, n))
+         call combine_iterates(memory, share(:used), x, first_of(p, n), last_of(p, n))
       end do
    end subroutine accelerate
 
    !> Store the differences from the last iteration for the unknowns first … last.
    !> Add their products with all columns of d_residual and with the residual.
-   pure subroutine remember(memory, slot, used, x, image, first, last, products)
+   pure subroutine store_change(memory, slot, used, x, image, first, last, products)
       type(anderson_type), intent(inout) :: memory  !< gets this iteration
       integer, intent(in) :: slot, used             !< column of the differences; columns
       real(wp), intent(in) :: x(:), image(:)        !< [n] x and g(x)
@@ -87,13 +87,13 @@ contains
          products(depth + j) = dot_product(memory%d_residual(first:last, j), &
             memory%residual(first:last))
       end do
-   end subroutine remember
+   end subroutine store_change
 
    !> Find the fractions y that minimise ‖residual − Σ y d_residual‖, by the normal equations.
    pure subroutine solve_normal(memory, slot, used, products, share)
       type(anderson_type), intent(inout) :: memory  !< gets the products of the last column
       integer, intent(in) :: slot, used             !< that column; columns
-      real(wp), intent(in) :: products(2*depth)  !< from `remember`
+      real(wp), intent(in) :: products(2*depth)  !< from `store_change`
       real(wp), intent(out) :: share(depth)
 
       if (slot > 0) then
@@ -101,11 +101,11 @@ contains
          memory%normal(slot, :used) = products(:used)
       end if
       share = products(depth + 1:)
-      call eliminate(memory%normal(:used, :used), share(:used))
+      call solve_definite(memory%normal(:used, :used), share(:used))
    end subroutine solve_normal
 
    !> Compute the unknowns first … last of the next x.
-   pure subroutine combine(memory, share, x, first, last)
+   pure subroutine combine_iterates(memory, share, x, first, last)
       type(anderson_type), intent(in) :: memory  !< with this iteration
       real(wp), intent(in) :: share(:)           !< of the differences
       real(wp), intent(inout) :: x(:)            !< [n] the next one
@@ -116,10 +116,10 @@ contains
       do j = 1, size(share)
          x(first:last) = x(first:last) - share(j)*memory%d_image(first:last, j)
       end do
-   end subroutine combine
+   end subroutine combine_iterates
 
    !> Allocate memory for n unknowns, if it is too small.
-   subroutine reserve(memory, n)
+   subroutine allocate_memory(memory, n)
       type(anderson_type), intent(inout) :: memory  !< gets room
       integer, intent(in) :: n  !< unknowns
 
@@ -130,10 +130,10 @@ contains
       allocate (memory%image(2*n), memory%residual(2*n), memory%d_image(2*n, depth), &
          memory%d_residual(2*n, depth))
       memory%count = 0
-   end subroutine reserve
+   end subroutine allocate_memory
 
    !> Solve A y = b by Gauss elimination without pivoting: A is definite.
-   pure subroutine eliminate(a, y)
+   pure subroutine solve_definite(a, y)
       real(wp), intent(in) :: a(:,:)   !< [m,m]
       real(wp), intent(inout) :: y(:)  !< [m] b, becomes the solution
       real(wp) :: rest(size(y), size(y)), factor
@@ -154,6 +154,6 @@ contains
       do j = m, 1, -1
          y(j) = (y(j) - dot_product(rest(j, j + 1:m), y(j + 1:m)))/rest(j, j)
       end do
-   end subroutine eliminate
+   end subroutine solve_definite
 
 end module dda_anderson

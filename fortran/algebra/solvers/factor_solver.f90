@@ -169,7 +169,7 @@ contains
                /max(convergence%scale, tiny(1.0_wp))
             if (self%exact .and. convergence%residual <= accuracy) return
             if (self%exact) cycle
-            self%kept = will_do(self, x, round) .and. convergence%residual <= accuracy
+            self%kept = is_accurate_enough(self, x, round) .and. convergence%residual <= accuracy
             if (self%kept) return
          end do
       end associate
@@ -179,7 +179,7 @@ contains
    !>
    !> A small residual alone is no proof for directions that only inertia restrains. The remaining
    !> error is estimated from the ratio of two successive corrections.
-   logical function will_do(self, x, round)  ! total
+   logical function is_accurate_enough(self, x, round)  ! total
       class(factor_solver_type), intent(inout) :: self  !< the solver, with the correction in `work`
       real(wp), intent(in), contiguous :: x(:,:)  !< [6,n] solution, m
       integer, intent(in) :: round    !< number of the correction, from 1
@@ -192,8 +192,8 @@ contains
          self%contraction = min(1.0_wp, length/max(self%last_correction, tiny(1.0_wp)))
       end if
       self%last_correction = length
-      will_do = self%contraction*length <= accuracy*sqrt(inner_product(size(x, 2), x, x))
-   end function will_do
+      is_accurate_enough = self%contraction*length <= accuracy*sqrt(inner_product(size(x, 2), x, x))
+   end function is_accurate_enough
 
    !> Save or restore the values of a factor whose matrix no longer exists.
    subroutine serialise(self, matrix, archive)

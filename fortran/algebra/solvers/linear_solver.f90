@@ -115,7 +115,7 @@ contains
       type(rank_one_type), intent(in) :: changes  !< changes of the values since the last call
       type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
 
-      if (solver%name == 'auto') call decide(solver, matrix, alone)
+      if (solver%name == 'auto') call choose_jacobi_or_lagged(solver, matrix, alone)
       call solver%active%renew(matrix, changes, error)
       call count_factors(solver)
       if (.not. allocated(error) .or. solver%method == 'direct') return
@@ -127,11 +127,11 @@ contains
             solver%shifted = solver%shifted + 1
          end if
       end if
-      if (allocated(error)) call hand_over(solver, matrix, error)
+      if (allocated(error)) call use_direct_solver(solver, matrix, error)
    end subroutine renew
 
    !> Choose Jacobi or lagged: first by the guaranteed bound, then by the count of the last solve.
-   subroutine decide(solver, matrix, alone)
+   subroutine choose_jacobi_or_lagged(solver, matrix, alone)
       type(solver_type), intent(inout) :: solver  !< solver and counts
       type(block_matrix_type), intent(in) :: matrix  !< K̂
       real(wp), intent(in) :: alone(compact_size, matrix%n)  !< as in `renew`
@@ -145,10 +145,10 @@ contains
          method = 'lagged'
       end if
       if (method /= solver%method) call set_method(solver, matrix, method)
-   end subroutine decide
+   end subroutine choose_jacobi_or_lagged
 
    !> Use the direct solver until the pattern changes.
-   subroutine hand_over(solver, matrix, error)
+   subroutine use_direct_solver(solver, matrix, error)
       type(solver_type), intent(inout) :: solver  !< solver and counts
       type(block_matrix_type), intent(in) :: matrix  !< K̂
       type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
@@ -157,7 +157,7 @@ contains
       call set_method(solver, matrix, 'direct')
       call solver%active%renew(matrix, rank_one_type(), error)
       call count_factors(solver)
-   end subroutine hand_over
+   end subroutine use_direct_solver
 
    !> Add the factors of the last call to the count.
    subroutine count_factors(solver)
@@ -213,7 +213,7 @@ contains
             return
          end if
          if (solver%method == 'direct') exit
-         call hand_over(solver, matrix, error)
+         call use_direct_solver(solver, matrix, error)
          if (allocated(error)) return
       end do
       call fail(error, error_solver, 'the linear system cannot be solved: relative residual '// &
