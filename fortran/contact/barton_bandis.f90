@@ -34,8 +34,8 @@ module dda_barton_bandis
       procedure :: closure
       procedure :: stored
       procedure :: strength
-      procedure :: reduced
-      procedure :: complete
+      procedure :: reduced_strengths
+      procedure :: check_and_derive
       procedure, private :: last_closure
    end type barton_bandis_type
 
@@ -54,7 +54,7 @@ contains
    end function new_barton_bandis
 
    !> Compute missing closure parameters from the strength of the rock.
-   pure subroutine complete(law, joint, shear_ratio, wrong)
+   pure subroutine check_and_derive(law, joint, shear_ratio, wrong)
       class(barton_bandis_type), intent(in) :: law  !< of the joint
       type(joint_type), intent(inout) :: joint      !< input of the law
       real(wp), intent(in) :: shear_ratio           !< k_n/k_s
@@ -70,7 +70,7 @@ contains
             'formulas: they give no positive k_ni and V_m; give normal_stiffness_per_area and '// &
             'max_closure instead'
       end associate
-   end subroutine complete
+   end subroutine check_and_derive
 
    !> Compute initial stiffness k_ni, Pa/m, and largest closure V_m, m, from joint indices.
    !> The formulas of Bandis, Lumsden and Barton (1983) are in MPa/mm and mm.
@@ -179,13 +179,13 @@ contains
    end function strength
 
    !> Divide the shear strength by a reduction factor.
-   pure function reduced(law, joint, factor) result(strengths)
+   pure function reduced_strengths(law, joint, factor) result(strengths)
       class(barton_bandis_type), intent(in) :: law  !< of the joint
       type(joint_type), intent(in) :: joint         !< input of the law
       real(wp), intent(in) :: factor                !< above 0
       type(strength_type), allocatable :: strengths(:)
 
       strengths = [strength_type('strength_reduction', factor*joint%strength_reduction)]
-   end function reduced
+   end function reduced_strengths
 
 end module dda_barton_bandis

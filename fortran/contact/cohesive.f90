@@ -35,12 +35,12 @@ module dda_cohesive
       logical :: exponential = .false.   !< softening
    contains
       procedure :: strength
-      procedure :: reduced
+      procedure :: reduced_strengths
       procedure :: tension
       procedure :: damage
       procedure :: spent
       procedure :: bond_energy
-      procedure :: complete
+      procedure :: check_and_derive
    end type cohesive_type
 
    !> Opening and slip of a bond, combined into one number λ.
@@ -67,7 +67,7 @@ contains
    end function new_cohesive
 
    !> Reject fracture energies that do not exceed the elastic energy of the joint at its strength.
-   pure subroutine complete(law, joint, shear_ratio, wrong)
+   pure subroutine check_and_derive(law, joint, shear_ratio, wrong)
       class(cohesive_type), intent(in) :: law   !< of the joint
       type(joint_type), intent(inout) :: joint  !< input of the law
       real(wp), intent(in) :: shear_ratio       !< k_n/k_s, if the joint does not set its own
@@ -104,7 +104,7 @@ contains
             'or the stiffness per area'
       end function brittle_text
 
-   end subroutine complete
+   end subroutine check_and_derive
 
    !> Largest shear force of the contact in parallel with the bond, N/m.
    pure real(wp) function strength(law, state, normal_force)  ! total
@@ -117,7 +117,7 @@ contains
 
    !> Divide tan φ, c, T and both fracture energies by a reduction factor.
    !> Openings and slips at failure do not change.
-   pure function reduced(law, joint, factor) result(strengths)
+   pure function reduced_strengths(law, joint, factor) result(strengths)
       class(cohesive_type), intent(in) :: law  !< of the joint
       type(joint_type), intent(in) :: joint    !< input of the law
       real(wp), intent(in) :: factor           !< above 0
@@ -128,7 +128,7 @@ contains
          strength_type('tensile_strength', joint%tensile_strength/factor), &
          strength_type('fracture_energy', joint%fracture_energy/factor), &
          strength_type('shear_fracture_energy', joint%shear_fracture_energy/factor)]
-   end function reduced
+   end function reduced_strengths
 
    !> Largest tension of an undamaged bond, N/m.
    pure real(wp) function tension(law, state)  ! total

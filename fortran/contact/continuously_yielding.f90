@@ -28,10 +28,10 @@ module dda_continuously_yielding
       real(wp) :: roughness = 1.0_wp  !< R, m
    contains
       procedure :: strength
-      procedure :: reduced
+      procedure :: reduced_strengths
       procedure :: flow
-      procedure :: slipped
-      procedure :: complete
+      procedure :: state_after_slip
+      procedure :: check_and_derive
    end type continuously_yielding_type
 
 contains
@@ -49,7 +49,7 @@ contains
    end function new_continuously_yielding
 
    !> Check that the strength decreases with damage.
-   pure subroutine complete(law, joint, shear_ratio, wrong)
+   pure subroutine check_and_derive(law, joint, shear_ratio, wrong)
       class(continuously_yielding_type), intent(in) :: law  !< of the joint
       type(joint_type), intent(inout) :: joint              !< input of the law
       real(wp), intent(in) :: shear_ratio                   !< k_n/k_s
@@ -60,7 +60,7 @@ contains
          wrong = 'initial_friction_angle = '//to_text(joint%initial_friction_angle)// &
          ' is below friction_angle = '//to_text(joint%friction_angle)// &
          ', to which slip wears the joint'
-   end subroutine complete
+   end subroutine check_and_derive
 
    !> Friction angle φ_m, rad.
    pure real(wp) function angle(law, state)
@@ -81,7 +81,7 @@ contains
    end function strength
 
    !> Divide tan φ and tan φ_m0 by a reduction factor.
-   pure function reduced(law, joint, factor) result(strengths)
+   pure function reduced_strengths(law, joint, factor) result(strengths)
       class(continuously_yielding_type), intent(in) :: law  !< of the joint
       type(joint_type), intent(in) :: joint                 !< input of the law
       real(wp), intent(in) :: factor                        !< above 0
@@ -90,7 +90,7 @@ contains
       strengths = [strength_type('friction_angle', reduced_angle(joint%friction_angle, factor)), &
          strength_type('initial_friction_angle', &
          reduced_angle(joint%initial_friction_angle, factor))]
-   end function reduced
+   end function reduced_strengths
 
    !> Compute the shear force at the end of a step, and its slope.
    pure subroutine flow(law, state, normal_force, stretch, shear_force, tangent)
@@ -137,7 +137,8 @@ contains
    end function initial_fraction
 
    !> Update the state after an inelastic slip.
-   pure type(joint_state_type) function slipped(law, state, slip, shear_force) result(after)
+   pure type(joint_state_type) function state_after_slip(law, state, slip, &
+      shear_force) result(after)
       class(continuously_yielding_type), intent(in) :: law  !< of the joint
       type(joint_state_type), intent(in) :: state           !< before
       real(wp), intent(in) :: slip                          !< slip with its sign, m
@@ -152,6 +153,6 @@ contains
       after%memory(way) = sign(1.0_wp, change)
       after%memory(reversal) = stress_ratio(state, after%memory(way), after%memory(way) &
          *initial_fraction(law, state, state%normal_force))
-   end function slipped
+   end function state_after_slip
 
 end module dda_continuously_yielding

@@ -22,7 +22,7 @@ module dda_coulomb
       real(wp) :: tensile = 0.0_wp    !< Pa, likewise
    contains
       procedure :: strength
-      procedure :: reduced
+      procedure :: reduced_strengths
       procedure :: tension
    end type coulomb_type
 
@@ -60,7 +60,7 @@ contains
    end function strength
 
    !> Divide tan φ, c and T by a reduction factor.
-   pure function reduced(law, joint, factor) result(strengths)
+   pure function reduced_strengths(law, joint, factor) result(strengths)
       class(coulomb_type), intent(in) :: law  !< of the joint
       type(joint_type), intent(in) :: joint   !< input of the law
       real(wp), intent(in) :: factor          !< above 0
@@ -69,7 +69,7 @@ contains
       strengths = [strength_type('friction_angle', reduced_angle(joint%friction_angle, factor)), &
          strength_type('cohesion', joint%cohesion/factor), &
          strength_type('tensile_strength', joint%tensile_strength/factor)]
-   end function reduced
+   end function reduced_strengths
 
    !> Largest tension of a bonded contact, N/m.
    pure real(wp) function tension(law, state)  ! total

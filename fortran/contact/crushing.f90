@@ -27,9 +27,9 @@ module dda_crushing
       procedure :: tangent
       procedure :: closure
       procedure :: stored
-      procedure :: slipped
+      procedure :: state_after_slip
       procedure :: lift
-      procedure :: reduced
+      procedure :: reduced_strengths
       procedure, private :: most
    end type crushing_type
 
@@ -98,7 +98,8 @@ contains
    end function stored
 
    !> Update the state after a step: slip adds to its path, closure beyond the elastic is plastic.
-   pure type(joint_state_type) function slipped(law, state, slip, shear_force) result(after)
+   pure type(joint_state_type) function state_after_slip(law, state, slip, &
+      shear_force) result(after)
       class(crushing_type), intent(in) :: law      !< of the joint
       type(joint_state_type), intent(in) :: state  !< before
       real(wp), intent(in) :: slip                 !< slip with its sign, m
@@ -108,7 +109,7 @@ contains
       after%memory(slip_path) = state%memory(slip_path) + abs(slip)
       after%memory(crushed) = state%memory(crushed) + max(0.0_wp, state%closure &
          - state%memory(crushed) - law%most(state)/law%initial_spring(state))
-   end function slipped
+   end function state_after_slip
 
    !> Distance, m, by which plastic closure lowers the contact.
    pure real(wp) function lift(law, state)
@@ -119,16 +120,16 @@ contains
    end function lift
 
    !> Divide tan φ, c, T, σ_c and G_c by a factor; the plastic closure at failure does not change.
-   pure function reduced(law, joint, factor) result(strengths)
+   pure function reduced_strengths(law, joint, factor) result(strengths)
       class(crushing_type), intent(in) :: law  !< of the joint
       type(joint_type), intent(in) :: joint    !< input of the law
       real(wp), intent(in) :: factor           !< above 0
       type(strength_type), allocatable :: strengths(:)
 
-      strengths = [law%coulomb_type%reduced(joint, factor), &
+      strengths = [law%coulomb_type%reduced_strengths(joint, factor), &
          strength_type('crushing_strength', joint%crushing_strength/factor)]
       if (joint%crushing_energy /= unset) strengths = [strengths, &
          strength_type('crushing_energy', joint%crushing_energy/factor)]
-   end function reduced
+   end function reduced_strengths
 
 end module dda_crushing

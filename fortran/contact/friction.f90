@@ -338,8 +338,9 @@ contains
                   slip = 0.0_wp
                   counts = slip_counts(contacts, laws, c)
                   if (counts) slip = inelastic_slip(contacts, laws, c)
-                  if (counts .or. law%crushes) call keep_state(contacts, law, c, law%slipped( &
-                     state_of(contacts, law, c), slip, contacts%shear_force(c)))
+                  if (counts .or. law%crushes) call keep_state(contacts, law, c, &
+                     law%state_after_slip(state_of(contacts, law, c), slip, &
+                     contacts%shear_force(c)))
                end if
             end associate
          end if

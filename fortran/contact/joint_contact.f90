@@ -50,7 +50,8 @@ contains
       integer, intent(in) :: c                     !< number of the contact
 
       state = state_of(contacts, law, c)
-      if (starts_at_centre(contacts, c)) state = law%slipped(state, -state%memory(net_slip), 0.0_wp)
+      if (starts_at_centre(contacts, c)) state = law%state_after_slip(state, &
+         -state%memory(net_slip), 0.0_wp)
    end function assumed_state
 
    !> .true. if contact c is assumed to slip back to zero net slip before it slips further.
@@ -171,7 +172,7 @@ contains
       rise = 0.0_wp
       if (.not. slip_lifts(contacts, law, c)) return
       state = state_of(contacts, law, c)
-      if (past_centre) state = law%slipped(state, -state%memory(net_slip), 0.0_wp)
+      if (past_centre) state = law%state_after_slip(state, -state%memory(net_slip), 0.0_wp)
       state%way = sign(1.0_wp, stretch)
       rise = law%rise(state, max(0.0_wp, abs(stretch) - bound/law%shear_spring(state)))
    end function contact_rise
@@ -308,7 +309,7 @@ contains
       slip = abs(stretch) - response%bound/law%shear_spring(state)
       if (state%way*state%memory(net_slip) < 0.0_wp .and. slip > abs(state%memory(net_slip))) then
          response%past_centre = .true.
-         centre = law%slipped(state, -state%memory(net_slip), 0.0_wp)
+         centre = law%state_after_slip(state, -state%memory(net_slip), 0.0_wp)
          call stick_or_slide(law, centre, closure + law%lift(centre) - law%lift(state), &
             stretch + state%memory(net_slip), .false., .true., response)
       end if

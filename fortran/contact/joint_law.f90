@@ -94,9 +94,9 @@ module dda_joint_law
       procedure :: closure => linear_closure
       procedure :: stored => linear_energy
       procedure(strength_at), deferred :: strength
-      procedure(reduced_strength), deferred :: reduced
+      procedure(reduced_strength), deferred :: reduced_strengths
       procedure :: tension => no_tension
-      procedure :: slipped => longer_path
+      procedure :: state_after_slip => longer_path
       procedure :: lift => no_lift
       procedure :: rise => no_rise
       procedure :: sliding_force => force_without_lift
@@ -105,7 +105,7 @@ module dda_joint_law
       procedure :: damage => same_damage
       procedure :: spent => nothing_spent
       procedure :: bond_energy => no_bond
-      procedure :: complete => complete_nothing
+      procedure :: check_and_derive => complete_nothing
    end type joint_law_type
 
    abstract interface
@@ -117,7 +117,7 @@ module dda_joint_law
          real(wp), intent(in) :: normal_force         !< compression positive, N/m
       end function strength_at
 
-      !> Names of the variables of &joint that divide all strength by a factor.
+      !> Strengths of a joint divided by a factor, as values of variables of &joint.
       pure function reduced_strength(law, joint, factor) result(strengths)
          import :: joint_law_type, joint_type, strength_type, wp
          class(joint_law_type), intent(in) :: law  !< of the joint

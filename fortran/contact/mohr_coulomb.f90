@@ -27,13 +27,13 @@ module dda_mohr_coulomb
       real(wp) :: dilation_slip = huge(1.0_wp)    !< s_max, m
    contains
       procedure :: strength
-      procedure :: reduced
+      procedure :: reduced_strengths
       procedure :: tension
-      procedure :: slipped
+      procedure :: state_after_slip
       procedure :: lift
       procedure :: rise
       procedure :: sliding_force
-      procedure :: complete
+      procedure :: check_and_derive
    end type mohr_coulomb_type
 
 contains
@@ -54,7 +54,7 @@ contains
    end function new_mohr_coulomb
 
    !> Check residual strength (at most the peak strength), weakening and dilation.
-   pure subroutine complete(law, joint, shear_ratio, wrong)
+   pure subroutine check_and_derive(law, joint, shear_ratio, wrong)
       class(mohr_coulomb_type), intent(in) :: law  !< of the joint
       type(joint_type), intent(inout) :: joint     !< input of the law
       real(wp), intent(in) :: shear_ratio          !< k_n/k_s
@@ -85,7 +85,7 @@ contains
             ': a joint does not grow stronger by failing'
       end function excess_text
 
-   end subroutine complete
+   end subroutine check_and_derive
 
    !> Interpolate between peak and residual value.
    pure real(wp) function weakened_value(values, weakened)
@@ -105,7 +105,7 @@ contains
    end function strength
 
    !> Divide tan φ, c, T and tan ψ by a reduction factor.
-   pure function reduced(law, joint, factor) result(strengths)
+   pure function reduced_strengths(law, joint, factor) result(strengths)
       class(mohr_coulomb_type), intent(in) :: law  !< of the joint
       type(joint_type), intent(in) :: joint        !< input of the law
       real(wp), intent(in) :: factor               !< above 0
@@ -119,7 +119,7 @@ contains
          strength_type('residual_cohesion', joint%residual_cohesion/factor), &
          strength_type('residual_tensile_strength', joint%residual_tensile_strength/factor), &
          strength_type('dilation_angle', reduced_angle(joint%dilation_angle, factor))]
-   end function reduced
+   end function reduced_strengths
 
    !> Largest tension of a bonded contact, N/m.
    pure real(wp) function tension(law, state)  ! total
@@ -130,7 +130,8 @@ contains
    end function tension
 
    !> Update the state after a slip: the contact weakens unless it is brittle.
-   pure type(joint_state_type) function slipped(law, state, slip, shear_force) result(after)
+   pure type(joint_state_type) function state_after_slip(law, state, slip, &
+      shear_force) result(after)
       class(mohr_coulomb_type), intent(in) :: law  !< of the joint
       type(joint_state_type), intent(in) :: state  !< before
       real(wp), intent(in) :: slip                 !< slip with its sign, m
@@ -140,7 +141,7 @@ contains
       after%memory(slip_path) = state%memory(slip_path) + abs(slip)
       if (law%weakening_slip > 0.0_wp) after%memory(weakened) = max(state%memory(weakened), &
          min(1.0_wp, after%memory(slip_path)/law%weakening_slip))
-   end function slipped
+   end function state_after_slip
 
    !> Lift of the contact by slip, m.
    pure real(wp) function lift(law, state)

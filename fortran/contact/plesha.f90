@@ -29,12 +29,12 @@ module dda_plesha
       real(wp) :: wear = 0.0_wp       !< c, m²/J
    contains
       procedure :: strength
-      procedure :: reduced
-      procedure :: slipped
+      procedure :: reduced_strengths
+      procedure :: state_after_slip
       procedure :: lift
       procedure :: rise
       procedure :: sliding_force
-      procedure :: complete
+      procedure :: check_and_derive
    end type plesha_type
 
 contains
@@ -52,7 +52,7 @@ contains
    end function new_plesha
 
    !> Check the asperities: slip can climb them and descends without a jump or spontaneous return.
-   pure subroutine complete(law, joint, shear_ratio, wrong)
+   pure subroutine check_and_derive(law, joint, shear_ratio, wrong)
       class(plesha_type), intent(in) :: law     !< of the joint
       type(joint_type), intent(inout) :: joint  !< input of the law
       real(wp), intent(in) :: shear_ratio       !< k_n/k_s, if the joint does not set its own
@@ -80,7 +80,7 @@ contains
                'give a larger shear_stiffness_per_area, or less asperity_angle'
          end if
       end associate
-   end subroutine complete
+   end subroutine check_and_derive
 
    !> Largest k_n/k_s at which slip back to the centre is stable for any wear.
    !> Beyond it, descent would reduce the normal force and the strength faster than the shear spring
@@ -113,7 +113,7 @@ contains
    end function strength
 
    !> Divide tan φ and tan α₀ by a reduction factor.
-   pure function reduced(law, joint, factor) result(strengths)
+   pure function reduced_strengths(law, joint, factor) result(strengths)
       class(plesha_type), intent(in) :: law   !< of the joint
       type(joint_type), intent(in) :: joint   !< input of the law
       real(wp), intent(in) :: factor          !< above 0
@@ -124,10 +124,11 @@ contains
       friction = reduced_angle(joint%friction_angle, factor)
       strengths = [strength_type('friction_angle', friction), strength_type('asperity_angle', &
          min(reduced_angle(joint%asperity_angle, factor), steepest_climb - friction))]
-   end function reduced
+   end function reduced_strengths
 
    !> Update the state after a slip, which moves the contact and wears the asperities.
-   pure type(joint_state_type) function slipped(law, state, slip, shear_force) result(after)
+   pure type(joint_state_type) function state_after_slip(law, state, slip, &
+      shear_force) result(after)
       class(plesha_type), intent(in) :: law        !< of the joint
       type(joint_state_type), intent(in) :: state  !< before
       real(wp), intent(in) :: slip                 !< slip with its sign, m
@@ -141,7 +142,7 @@ contains
          *(abs(after%memory(net_slip)) - abs(state%memory(net_slip)))
       after%memory(weakened) = 1.0_wp - (1.0_wp - state%memory(weakened)) &
          *exp(-law%wear*abs(shear_force*slip)/state%length)
-   end function slipped
+   end function state_after_slip
 
    !> Lift of the contact by slip, m.
    pure real(wp) function lift(law, state)

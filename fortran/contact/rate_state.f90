@@ -33,11 +33,11 @@ module dda_rate_state
       real(wp) :: first_age = 1.0_wp   !< θ at the start, s
    contains
       procedure :: strength
-      procedure :: reduced
+      procedure :: reduced_strengths
       procedure :: flow
       procedure :: expected_slip
-      procedure :: slipped
-      procedure :: complete
+      procedure :: state_after_slip
+      procedure :: check_and_derive
    end type rate_state_type
 
 contains
@@ -61,7 +61,7 @@ contains
    end function new_rate_state
 
    !> Set the initial velocity and state.
-   pure subroutine complete(law, joint, shear_ratio, wrong)
+   pure subroutine check_and_derive(law, joint, shear_ratio, wrong)
       class(rate_state_type), intent(in) :: law  !< of the joint
       type(joint_type), intent(inout) :: joint   !< input of the law
       real(wp), intent(in) :: shear_ratio        !< k_n/k_s
@@ -73,7 +73,7 @@ contains
          joint%reference_velocity = joint%threshold_velocity
       if (.not. joint%initial_age > 0.0_wp) &
          joint%initial_age = joint%state_distance/joint%reference_velocity
-   end subroutine complete
+   end subroutine check_and_derive
 
    !> Value of μ at u = v + v_c = 1 m/s, without the direct effect of velocity.
    pure real(wp) function slow_friction(law, state) result(friction)
@@ -105,7 +105,7 @@ contains
    end function strength
 
    !> Divide μ₀, a and b by a reduction factor.
-   pure function reduced(law, joint, factor) result(strengths)
+   pure function reduced_strengths(law, joint, factor) result(strengths)
       class(rate_state_type), intent(in) :: law  !< of the joint
       type(joint_type), intent(in) :: joint      !< input of the law
       real(wp), intent(in) :: factor             !< above 0
@@ -114,7 +114,7 @@ contains
       strengths = [strength_type('friction_angle', reduced_angle(joint%friction_angle, factor)), &
          strength_type('direct_effect', joint%direct_effect/factor), &
          strength_type('evolution_effect', joint%evolution_effect/factor)]
-   end function reduced
+   end function reduced_strengths
 
    !> Compute the shear force at the end of a step, and its slope.
    pure subroutine flow(law, state, normal_force, stretch, shear_force, tangent)
@@ -169,7 +169,8 @@ contains
    end function expected_slip
 
    !> Update the state after an inelastic slip: θ for constant velocity over the step.
-   pure type(joint_state_type) function slipped(law, state, slip, shear_force) result(after)
+   pure type(joint_state_type) function state_after_slip(law, state, slip, &
+      shear_force) result(after)
       class(rate_state_type), intent(in) :: law    !< of the joint
       type(joint_state_type), intent(in) :: state  !< before
       real(wp), intent(in) :: slip                 !< slip with its sign, m
@@ -186,6 +187,6 @@ contains
       decay = 1.0_wp - 0.5_wp*x*(1.0_wp - x/3.0_wp)  ! (1 − exp(−x))/x
       if (x > 1.0e-4_wp) decay = (1.0_wp - exp(-x))/x
       after%memory(age) = theta*exp(-x) + state%time_step*decay
-   end function slipped
+   end function state_after_slip
 
 end module dda_rate_state

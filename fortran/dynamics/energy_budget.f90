@@ -253,7 +253,8 @@ contains
          stretched = end_stretch(contacts, laws, c)
          slip = 0.0_wp
          if (slip_counts(contacts, laws, c)) slip = inelastic_slip(contacts, laws, c)
-         lift = law%lift(law%slipped(state, slip, contacts%shear_force(c))) - law%lift(state)
+         lift = law%lift(law%state_after_slip(state, slip, contacts%shear_force(c))) &
+            - law%lift(state)
          after = joint_energy(law, state, closure + contacts%gap(c) - contacts%new_gap(c) + lift, &
             stretched, contacts%normal_force(c) /= 0.0_wp .or. contacts%bonded(c))
       end associate

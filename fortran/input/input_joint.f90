@@ -43,7 +43,7 @@ contains
          'contact_points = '//to_text(new%contact_points)//' must be 2, 3, 5, 9 or 17')
       if (allocated(error)) return
       if (.not. given(group, 'friction_angle')) new%friction_angle = 0.0_wp  ! the weaker of two
-      call slot%law%complete(new, shear_ratio, wrong)
+      call slot%law%check_and_derive(new, shear_ratio, wrong)
       if (wrong /= '') call input_error(error, group, wrong)
    end subroutine read_joint
 
@@ -70,7 +70,7 @@ contains
       call read_joint(groups(1), any_ratio, joint, error)
       if (allocated(error)) return
       call new_joint_law(slot, joint, 1.0_wp, 1.0_wp)
-      strengths = slot%law%reduced(joint, factor)
+      strengths = slot%law%reduced_strengths(joint, factor)
    end subroutine reduced_strengths
 
 end module dda_input_joint

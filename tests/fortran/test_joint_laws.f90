@@ -131,10 +131,10 @@ contains
       call new_joint_law(slot, weakening(), 1.0e9_wp, 2.5_wp)
       call check(.not. slot%law%brittle, 'weakens by slip')
       associate (whole => state_of(0.0_wp, 0.0_wp))
-         state = slot%law%slipped(whole, -0.005_wp, 0.0_wp)
+         state = slot%law%state_after_slip(whole, -0.005_wp, 0.0_wp)
          w = state%memory(weakened)
          call check_close(w, 0.25_wp, 'a quarter of the slip')
-         state = slot%law%slipped(whole, 1.0_wp, 0.0_wp)
+         state = slot%law%state_after_slip(whole, 1.0_wp, 0.0_wp)
          call check_close(state%memory(weakened), 1.0_wp, 'all of it')
       end associate
       friction = 0.75_wp*tan(40*pi/180) + 0.25_wp*tan(25*pi/180)
@@ -160,7 +160,7 @@ contains
                force = law%sliding_force(state, 1.0e-3_wp, t)
                slip = t - law%strength(state, force)/law%shear_spring(state)
                call check_close(force, law%normal_force(state, 1.0e-3_wp &
-                  + law%lift(law%slipped(state, slip, 0.0_wp)) - law%lift(state)), &
+                  + law%lift(law%state_after_slip(state, slip, 0.0_wp)) - law%lift(state)), &
                   'normal force', 1.0e-12_wp)
             end associate
          end do
@@ -192,7 +192,7 @@ contains
             *tan((30 + way*15)*pi/180), 'strength', 1.0e-12_wp)
          force = slot%law%sliding_force(state, 1.5e-3_wp, 4.0e-3_wp)
          slip = 4.0e-3_wp - slot%law%strength(state, force)/slot%law%shear_spring(state)
-         after = slot%law%slipped(state, way*slip, slot%law%strength(state, force))
+         after = slot%law%state_after_slip(state, way*slip, slot%law%strength(state, force))
          call check_close(after%memory(lifted) - state%memory(lifted), way*tan(15*pi/180)*slip, &
             'lift', 1.0e-12_wp)
          call check_close(force, slot%law%normal_force(state, 1.5e-3_wp + after%memory(lifted) &
@@ -330,18 +330,19 @@ contains
             call check_close(law%tangent(state, x), merge(k_n, 0.0_wp, k_n*x < most), 'slope')
          end do
          state%closure = 3.0e-4_wp
-         state = law%slipped(state, 0.0_wp, 0.0_wp)
+         state = law%state_after_slip(state, 0.0_wp, 0.0_wp)
          call check_close(-law%lift(state), 3.0e-4_wp - most/k_n, 'plastic closure', 1.0e-12_wp)
          call check_close(law%normal_force(state, 1.0e-5_wp), k_n*1.0e-5_wp, 'unloads', 1.0e-12_wp)
          state%closure = 2.5e-4_wp
-         call check_close(law%lift(law%slipped(state, 0.0_wp, 0.0_wp)), law%lift(state), 'kept')
+         call check_close(law%lift(law%state_after_slip(state, 0.0_wp, 0.0_wp)), law%lift(state), &
+            'kept')
          state = joint_state_type(length)
          lost = 0.0_wp
          do i = 1, 10000
             before = -law%lift(state)
             state%closure = 1.0e-7_wp*i
             associate (force => law%normal_force(state, state%closure - before))
-               state = law%slipped(state, 0.0_wp, 0.0_wp)
+               state = law%state_after_slip(state, 0.0_wp, 0.0_wp)
                lost = lost - force*(law%lift(state) + before)
             end associate
          end do
@@ -387,7 +388,7 @@ contains
       state%stretch = part/slot%law%shear_spring(state)
       call slot%law%flow(state, force, state%stretch + slip, above, slope)
       call check_close(above, whole, 'two parts', 1.0e-12_wp)
-      turned = slot%law%slipped(state, slip - (above - part)/(1.0e10_wp*length), above)
+      turned = slot%law%state_after_slip(state, slip - (above - part)/(1.0e10_wp*length), above)
       turned%stretch = above/(1.0e10_wp*length)
       call slot%law%flow(turned, force, turned%stretch - 1.0e-12_wp, part, slope)
       call check_close(slope, 1.0e10_wp*length, 'elastic as it turns', 1.0e-6_wp)
@@ -425,7 +426,7 @@ contains
          call check_close(above, -shear, 'at a velocity', 1.0e-9_wp)
          call slot%law%flow(state, force, t*(1 + 1.0e-7_wp), shear, slope)
          call check_close((shear - above)/(1.0e-7_wp*t), slope, 'slope', 1.0e-3_wp)
-         after = slot%law%slipped(state, -v*step, above)
+         after = slot%law%state_after_slip(state, -v*step, above)
          age = 1.0e-4_wp/v + (2.0_wp - 1.0e-4_wp/v)*exp(-v*step/1.0e-4_wp)
          call check_close(after%memory(3), age, 'age', 1.0e-6_wp)
          call check_close(after%memory(4), -v, 'velocity', 1.0e-12_wp)
