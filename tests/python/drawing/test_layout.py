@@ -12,7 +12,7 @@ from matplotlib.transforms import Bbox
 from random_content import random_model
 
 import sitedda
-from sitedda.facade.page import _TABLES, _add_model, _group_table
+from sitedda.facade.page import _TABLES, _add_model_section, _group_table
 from sitedda.output.scene import Scene
 from sitedda.plot import run_picture
 from sitedda.report import Facts, Page
@@ -117,7 +117,7 @@ def test_tables_of_a_report_have_words_and_lists_that_wrap(runs):
 def test_facts_of_a_report_count_blocks_as_pictures_do_and_have_no_raw_words(runs):
     for seed, run in enumerate(runs[:14]):  # a run or two of each kind that settles
         page = Page(str(seed))
-        _add_model(page, scene := Scene.of(run))
+        _add_model_section(page, scene := Scene.of(run))
         facts = dict(next(p for p in page.sections[0].parts if isinstance(p, Facts)).lines)
         assert facts["blocks"].startswith(scene.size_words)
         assert ("cells" in facts["blocks"]) is (scene.bodies < scene.blocks), seed
