@@ -68,6 +68,8 @@ module dda_equilibrium
       integer :: releases = 0                   !< releases of such penetrations
       integer :: falling = 0                    !< number of blocks that fall without limit
       integer :: falls = 0                      !< the first of them
+      real(wp) :: most = huge(1.0_wp)           !< largest displacement of a centroid, m
+      real(wp) :: moved = 0.0_wp                !< its displacement beyond `most`, m; 0: within it
       character(len=:), allocatable :: words
    end type equilibrium_type
 
@@ -107,11 +109,12 @@ contains
 
    !> Find static equilibrium of a simulation; time, step count and settings are restored.
    !> The error names the blocks that do not stop moving.
-   subroutine equilibrate(simulation, equilibrium, error, budget)
+   subroutine equilibrate(simulation, equilibrium, error, budget, most)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(equilibrium_type), intent(out) :: equilibrium  !< record of the search
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer(long), intent(in), optional :: budget  !< open–close iterations at most
+      real(wp), intent(in), optional :: most  !< displacement of a centroid at which it fails, m
       type(simulation_type), allocatable :: start
       type(error_type), allocatable :: failure
       type(control_type) :: control
@@ -126,6 +129,7 @@ contains
       call begin_statics(simulation)
       equilibrium%budget = most_iterations
       if (present(budget)) equilibrium%budget = min(budget, most_iterations)
+      if (present(most)) equilibrium%most = most
       if (simulation%iteration%may_relax) start = simulation
       call step_to_rest(simulation, equilibrium, failure)
       if (allocated(start)) call search_again(simulation, start, equilibrium, failure)
@@ -164,7 +168,8 @@ contains
 
       associate (iteration => simulation%iteration)
          do search = 1, most_searches
-            if (equilibrium%at_rest .or. equilibrium%falling > 0) return
+            if (equilibrium%at_rest .or. equilibrium%falling > 0 .or. &
+               equilibrium%moved > 0.0_wp) return
             if (.not. iteration%may_relax .or. simulation%contacts(simulation%now)%n &
                <= many_changes) return
             if (allocated(error)) then
@@ -224,9 +229,11 @@ contains
       type(equilibrium_type), intent(inout) :: equilibrium  !< static equilibrium under gravity
       type(error_type), allocatable, intent(out) :: error  !< error of a step at the shortest Δt
       real(wp) :: first, way, least
+      real(wp), allocatable :: places(:,:)
       integer(long) :: iterations, gained
       integer :: in_vain
 
+      places = simulation%blocks%position(1:2, :)
       least = huge(1.0_wp)
       in_vain = 0
       first = simulation%time_step
@@ -263,8 +270,25 @@ contains
          end if
          equilibrium%steps = equilibrium%steps + 1
          way = way + farthest_move(simulation%blocks, simulation%system%d)
+         if (way > equilibrium%most) call limit_movement(simulation, equilibrium, places)
+         if (equilibrium%moved > 0.0_wp) return
       end do
    end subroutine step_to_rest
+
+   !> Record the block that has moved farthest, if it has moved by more than allowed.
+   subroutine limit_movement(simulation, equilibrium, places)
+      type(simulation_type), intent(in) :: simulation  !< between two steps
+      type(equilibrium_type), intent(inout) :: equilibrium  !< gets block and displacement
+      real(wp), intent(in) :: places(:,:)  !< [2,blocks] centroids at the beginning, m
+      real(wp) :: moved
+      integer :: block
+
+      call farthest_moved(simulation%blocks, places, block, moved)
+      if (moved <= equilibrium%most) return
+      equilibrium%at_rest = .false.
+      equilibrium%block = block
+      equilibrium%moved = moved
+   end subroutine limit_movement
 
    !> Perform one static step; if it fails, the blocks do not move and Δt is reduced.
    subroutine static_step(simulation, first, error)
@@ -495,6 +519,13 @@ contains
          equilibrium%words = equilibrium%words//': block '//block_name(simulation, &
             equilibrium%falls)//falling_text(equilibrium%falling - 1)//': no forces at the '// &
             'contacts there can balance the loads, and there is no block below'
+         return
+      end if
+      if (equilibrium%moved > 0.0_wp) then
+         equilibrium%words = equilibrium%words//': block '//block_name(simulation, &
+            equilibrium%block)//' has moved by '//short_text(equilibrium%moved)// &
+            ' m, displacement of &stage is '//short_text(equilibrium%most)//' m'// &
+            sliding_contact_text(simulation, equilibrium%block)
          return
       end if
       if (equilibrium%block > 0) equilibrium%words = equilibrium%words//': block '// &

@@ -393,7 +393,8 @@ contains
       before = simulation%energy
       broken = simulation%counters%broken
       places = simulation%blocks%position(1:2, :)
-      call equilibrate(simulation, equilibrium, error)
+      call equilibrate(simulation, equilibrium, error, &
+         most=simulation%model%stages(simulation%stage)%displacement)
       if (allocated(error)) return
       call accept_contacts(simulation%contacts(simulation%now), simulation%laws)
       broken = simulation%counters%broken - broken

@@ -154,6 +154,7 @@ contains
          stage%name = own%name
          stage%static = own%kind == 'static'
          stage%zero_displacements = own%zero_displacements
+         stage%displacement = value_or(own%displacement, huge(1.0_wp))
          call change_nothing(model, stage)
          call set_stepping(stage, own, model%control, group, error)
          call read_lists(model, group, own, stage, error)

@@ -213,8 +213,9 @@ class Simulation:
             A static stage computes an equilibrium; a dynamic one continues from the present state.
         **values
             Variables of &stage: ``remove``, ``release``, ``drop``, ``change_joints``,
-            ``change_materials``, ``zero_displacements``, ``duration`` or ``steps``, ``time_step``,
-            ``integration``, ``theta``.  Without a duration it lasts to the end of the run.
+            ``change_materials``, ``zero_displacements``, ``displacement``, ``duration`` or
+            ``steps``, ``time_step``, ``integration``, ``theta``.
+            Without a duration it lasts to the end of the run.
 
         Raises
         ------

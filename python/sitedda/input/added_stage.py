@@ -10,7 +10,7 @@ from .groups import checked, group_text
 from .input_text import find_groups
 
 ADDED = ("remove", "release", "drop", "change_joints", "change_materials", "zero_displacements",
-         "duration", "steps", "time_step", "integration", "theta")  # fmt: skip
+         "displacement", "duration", "steps", "time_step", "integration", "theta")  # fmt: skip
 _ROUNDING = 1e-9  # relative tolerance of times, in Δt, as in the engine
 
 

@@ -29,6 +29,7 @@ _UNDISTURBED = 0.1  # fraction of that displacement that is allowed before the m
 _SMALL = 0.01  # fraction of the area of the model below which a mechanism is called small
 _NAMED = 4  # largest number of blocks that a sentence names
 _TOLD = 1e-6  # fraction of the largest component below which 0 is shown
+_TOO_FAR = 2.0  # allowed displacements after which a static stage ends
 _STILL = 0.02  # fraction of the largest displacement below which a block is stable
 _TURNING = 0.03  # rotation × radius over displacement above which a block topples
 _STEP, _STEPS = 0.4, 3000  # time step of the motion, √(displacement / g), and its largest number
@@ -262,6 +263,7 @@ class _Trials:
         self.done: list[Rest] = []
         self.share = displacement
         self.reference: np.ndarray | None = None
+        self._end_early(_SETTLEMENT * self.bodies.radii.max())
 
     @property
     def ways(self) -> np.ndarray:
@@ -296,10 +298,17 @@ class _Trials:
             rest = Rest(factor, most <= allowed, words, rest.coordinates)
         if rest.stands and self.reference is None:
             self.reference = rest.coordinates
+            settled = self.moved(self.reference, self.start).max()
+            self._end_early(settled + self.ways.max())
         self.done.append(rest)
         if self.progress:
             self.progress(rest)
         return rest.stands
+
+    def _end_early(self, allowed: float) -> None:
+        """End static stages of trials that cannot stand: a block has moved twice too far."""
+        for stage in self.model.of_kind("stage"):
+            stage(displacement=float(_TOO_FAR * allowed))
 
     def find_reference(self, factor: float) -> float | None:
         """Find the first factor, from 1/4 downwards, at which the model reaches equilibrium."""
@@ -347,7 +356,7 @@ def safety(
     changes : mapping, optional
         Variables to change in the input, see `Simulation`.
     progress : callable, optional
-        Called with each trial.  Those that fail take longest.
+        Called with each trial.
 
     Raises
     ------

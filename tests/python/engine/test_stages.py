@@ -171,6 +171,22 @@ def test_what_does_not_come_to_rest_is_named(write_input, native):
     assert "not at rest after" in done.stderr
 
 
+def test_a_static_stage_fails_when_a_block_has_moved_too_far(write_input):
+    def rest(friction, **limit):
+        groups = changed(slope(friction=friction), "control", settle=None, steps=None)
+        stage = {"name": "rest", "kind": "static"} | limit
+        with sitedda.Simulation(write_input([*groups, ("stage", stage)])) as run:
+            return run.coordinates
+
+    words = "block .* has moved by .* m, displacement of &stage is {} m; .*joint"
+    with pytest.raises(sitedda.ConvergenceError, match=words.format("0.05")):
+        rest(20.0, displacement=0.05)
+    free = rest(38.0)
+    assert (rest(38.0, displacement=0.05) == free).all()
+    with pytest.raises(sitedda.ConvergenceError, match=words.format("1e-6")):
+        rest(38.0, displacement=1e-6)
+
+
 @pytest.mark.parametrize(("size", "turned"), [(300.0, 32.0), (1000.0, 45.0)])
 def test_a_small_block_that_slides_on_a_huge_base_is_not_at_rest(size, turned, write_input):
     """It is out of balance by less than 10⁻⁶ of all weight together."""
@@ -360,6 +376,11 @@ def test_motions_begin_with_their_stage(write_input):
             [{"name": "a", "kind": "static", "steps": 3}],
             {},
             "steps belongs to kind = 'dynamic', the kind here is 'static'",
+        ),
+        (
+            [{"name": "a", "steps": 3, "displacement": 1.0}],
+            {},
+            "displacement belongs to kind = 'static', the kind here is 'dynamic'",
         ),
         ([{"name": "a"}], {}, "give either duration or steps"),
         ([{"name": "a", "steps": 3}], {"steps": 3}, "with &stage groups, duration, steps"),

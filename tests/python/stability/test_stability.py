@@ -58,6 +58,7 @@ def test_factor_of_a_block_on_a_plane(slope, friction, cohesion, height):
     assert found.mechanism.verdicts == ("stable", "slides")
     assert found.mechanism.displacement[1, 0] > 0.0
     assert not found.warning
+    assert all("displacement of &stage" in one.words for one in trials if not one.stands)
     assert f"{found.factor:.4g}" in str(found)
 
 
