@@ -33,7 +33,7 @@ BELOW, ABOVE = 0.98, 1.02
 APART = 0.01  # of the upper limit: limits that leave something between them
 UNBALANCED = 2e-6  # of a block's weight; the engine allows half of it
 ROUNDING = 1e-12  # m, of places of some metres
-FALLEN = 0.05  # m, moved in slow loading
+FALLEN = 0.05  # m, moved
 RAMP, HOLD = 2.0, 2.0  # s
 
 
@@ -49,7 +49,7 @@ class Outcome:
 def static_outcome(assembly: Assembly, factor: float) -> Outcome:
     """Bring a model to rest, and prove rest from the output."""
     model = assembly.model(factor)
-    model.stage(name="rest", kind="static")
+    model.stage(name="rest", kind="static", displacement=FALLEN)
     begin = time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder) / "rest.nc"

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Options of scripts, which the usage at the head of each tells."""
+"""Options of scripts, which the usage at the head of each tells, and their loop over cases."""
 
 import argparse
+from collections.abc import Iterable
 from pathlib import Path
 
 
@@ -22,3 +23,13 @@ def asked(doc: str, *paths: str, **defaults) -> argparse.Namespace:
         option = "--" + name.replace("_", "-")
         parser.add_argument(option, default=None if kind is one else default, **more)
     return parser.parse_args()
+
+
+def count_wrong(cases: Iterable[tuple[str, bool]]) -> int:
+    """Print words on each case and whether it is right; return status 1 if one is wrong."""
+    right = []
+    for words, good in cases:
+        print(f"{words}: {'right' if good else 'WRONG'}", flush=True)
+        right.append(good)
+    print(f"{len(right)} cases, {right.count(False)} wrong")
+    return int(not all(right))

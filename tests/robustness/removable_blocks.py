@@ -18,7 +18,7 @@ import shapely
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from options import asked  # noqa: E402
+from options import asked, count_wrong  # noqa: E402
 
 import sitedda  # noqa: E402
 
@@ -112,13 +112,8 @@ def compare(number: int, seed: int = SEED) -> tuple[str, bool]:
 
 def main() -> int:
     """Status 1 if engine and search differ."""
-    options, bad = asked(__doc__, slopes=10, first=0, seed=SEED), 0
-    for number in range(options.first, options.slopes):
-        words, agree = compare(number, options.seed)
-        bad += not agree
-        print(words, "" if agree else "DIFFERS", flush=True)
-    print(f"{bad} of {options.slopes - options.first} slopes differ")
-    return int(bad > 0)
+    options = asked(__doc__, slopes=10, first=0, seed=SEED)
+    return count_wrong(compare(i, options.seed) for i in range(options.first, options.slopes))
 
 
 if __name__ == "__main__":
