@@ -212,7 +212,7 @@ class MasonryWall(schema.MasonryWallValues):
     def _stones_between(
         self, left: float, right: float, joints: np.ndarray
     ) -> list[tuple[float, float]]:
-        """Stones between two ends, none much shorter than the others."""
+        """Return the ends of stones that fill a course, none much shorter than the others."""
         if right - left <= _SAME * self.width:
             return []
         least, ends = _LEAST * self.stone * _BONDS[self.bond][0], [left]

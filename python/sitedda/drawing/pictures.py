@@ -353,7 +353,7 @@ def _cut_name(name: str) -> str:
 
 
 def _scale_norm(span: Limits) -> Normalize:
-    """Return a scale as a norm of matplotlib."""
+    """Return the norm of matplotlib that maps values to a colour scale."""
     if span.usual == span.most:
         return Normalize(span.low, span.high)
     values, places = span.nodes

@@ -145,7 +145,7 @@ class ColumnResponse(SiteResponse):
         return found[found < limit]
 
     def _integrate_motion(self, ratio, order: int, first: complex = 0.0) -> NDArray[np.float64]:
-        """Return histories of `ratio` times the motion over (iω)^order; `first` at 0 Hz."""
+        """Return histories of the motion × `ratio`/(iω)^order; `first` is the value at 0 Hz."""
         omega = 2j * np.pi * self._frequencies
         spectrum = self.motion.spectrum[1 : 1 + omega.size] / omega**order
         whole = np.zeros(self.motion.frequencies.size, dtype=complex)

@@ -170,7 +170,7 @@ def surface(
 
 
 def _column_motions(history: xr.Dataset, scene: Scene, place, felt, step: float) -> list:
-    """Compute accelerations of the columns below points under the reference motion, or None."""
+    """Return the accelerations of the soil columns below the points; None without a column."""
     length, scheme = fast_length(2 * felt.size), run_scheme(history)
     bins = np.fft.rfftfreq(length, step)[:-1]
     small = _TOUCHING * scene.size

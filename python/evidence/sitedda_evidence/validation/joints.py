@@ -124,7 +124,7 @@ def _incident_wave(bar: Bar, width: float):
 
 
 def _transmission(bar: Bar, width: float, joints: Sequence[int], stiffness: float):
-    """Angular frequencies (rad/s), T and R (complex) of elastic joints, and the history."""
+    """Return angular frequencies (rad/s), T and R (complex) of elastic joints, and the history."""
     way, spacing = _smooth_step(bar, width)
     time, before, after = _incident_wave(bar, width)
     stiff = {"normal_stiffness_per_area": stiffness, "shear_stiffness_per_area": stiffness}
