@@ -130,7 +130,7 @@ contains
       equilibrium%budget = most_iterations
       if (present(budget)) equilibrium%budget = min(budget, most_iterations)
       if (present(most)) equilibrium%most = most
-      if (simulation%iteration%may_relax) start = simulation
+      if (simulation%iteration%may_relax .and. .not. present(budget)) start = simulation
       call step_to_rest(simulation, equilibrium, failure)
       if (allocated(start)) call search_again(simulation, start, equilibrium, failure)
       call write_outcome(simulation, equilibrium, failure)
