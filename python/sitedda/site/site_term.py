@@ -182,7 +182,11 @@ def _estimate(found, control, own: int, level: float) -> dict[str, float]:
     scatter = float(rest @ rest) / free
     every = basis.T @ basis / len(basis)
     explained = float(slope @ every @ slope)
-    sampled = scatter * (1 / number + float(away @ inverse @ away))
+    weight = 1 / number - (here - away) @ inverse @ away
+    leverage = 1 / number + np.einsum("ij,jk,ik->i", here - away, inverse, here - away)
+    # of rests as they are, too (HC3, MacKinnon and White 1985): the relation may not be quadratic
+    sampled = max(scatter * float(weight @ weight),
+                  float(np.sum((weight * rest / np.maximum(1 - leverage, 1e-3)) ** 2)))  # fmt: skip
     plain = float(found.var(ddof=1))
     side = [float(stdtrit(one, (1 + level) / 2)) for one in (free, number - 1)]
     half = side[0] * np.sqrt(sampled + explained / len(basis))
