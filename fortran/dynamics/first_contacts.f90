@@ -171,15 +171,14 @@ contains
       type(blocks_type), intent(in) :: blocks            !< blocks in their present state
       real(wp), intent(in) :: time                       !< s
       real(wp) :: moved(2)
-      integer :: c
+      integer :: c, who(2)
 
       call find_pressed(first, contacts)
       do c = 1, size(first%vertex)
          moved = contact_movement(first, blocks, c)
-         associate (who => blocks%owner([first%vertex(c), first%edge(c)]))
-            call take(largest(of_slip), abs(moved(1)), time, who)
-            call take(largest(of_opening), max(0.0_wp, moved(2)), time, who)
-         end associate
+         who = blocks%owner([first%vertex(c), first%edge(c)])
+         call take(largest(of_slip), abs(moved(1)), time, who)
+         call take(largest(of_opening), max(0.0_wp, moved(2)), time, who)
       end do
    end subroutine scan_all
 
