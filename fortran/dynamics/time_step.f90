@@ -219,11 +219,15 @@ contains
    end function allowed_move
 
    !> Store the largest speed for the next search, and count steps beyond the maximum displacement.
+   !> In statics a step beyond it is shortened, so that the search need not reach farther.
    pure subroutine record_move(simulation, move)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       real(wp), intent(in) :: move  !< bound on the largest displacement of a vertex, m
+      real(wp) :: reached
 
-      simulation%speed = min(move, half_size(simulation%model%blocks))/simulation%time_step
+      reached = min(move, half_size(simulation%model%blocks))
+      if (simulation%resting) reached = min(move, allowed_move(simulation))
+      simulation%speed = reached/simulation%time_step
       if (move > allowed_move(simulation)) &
          simulation%counters%too_far = simulation%counters%too_far + 1
    end subroutine record_move

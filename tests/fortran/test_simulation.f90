@@ -217,6 +217,23 @@ contains
          absolute=1.0e-9_wp)
    end subroutine contacts_that_are_deeper_than_their_force_explains
 
+   !> Static steps in which a block falls are shortened; contacts are not searched so far away.
+   subroutine a_fall_in_statics_is_searched_nearby()
+      type(equilibrium_type) :: equilibrium
+
+      call begin(simulation, control_text(1.0e-3_wp, 10, gravity)//contact_text(1.0e9_wp, '') &
+         //rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
+         block_text('floor', rectangle(-2.0_wp, -1.0_wp, 2.0_wp, 0.0_wp))// &
+         block_text('b', rectangle(-0.5_wp, 0.2_wp, 0.5_wp, 1.2_wp))// &
+         ' &fixed_point x = -1.9 y = -0.9 / &fixed_point x = 1.9 y = -0.9 /')
+      call equilibrate(simulation, equilibrium, error)
+      call check_no_error(error, 'it falls and rests')
+      call check_close(simulation%blocks%position(2, 2) - simulation%blocks%position(2, 1), &
+         1.0_wp, 'it lies', absolute=1.0e-3_wp)
+      call check(simulation%counters%repeated > 0, 'long steps are shortened')
+      call check(simulation%neighbours%reach < 10*simulation%detection%least, 'its reach')
+   end subroutine a_fall_in_statics_is_searched_nearby
+
    !> Δt shrinks while a block falls fast, recovers when it lies, is told of, and the end is met
    !> exactly.
    subroutine adaptive_time_step()
