@@ -432,14 +432,17 @@ contains
       type(run_verdict_type), intent(inout) :: verdict   !< of all samples
       type(simulation_type), intent(in) :: simulation  !< simulation at the time of the last sample
       character(len=:), allocatable :: name
+      real(wp) :: least(size(verdict%joints, 2))
       integer :: i, k
 
       do i = 1, size(verdict%joints, 1)
          name = point_label(simulation%model%measured_joints(i)%name, i)
-         associate (last => verdict%joints(i, :), most => verdict%joints_most(i, :))
+         associate (last => verdict%joints(i, :), most => verdict%joints_most(i, :), &
+            variables => output_variables(out_joint_slip:out_joint_slip + size(least) - 1))
+            least = merge(least_movement(simulation), rounding*maxval(most, &
+               variables%units /= 'm'), variables%units == 'm')
             do k = 1, size(last)
-               call judge_joint(verdict, output_variables(out_joint_slip + k - 1), name, &
-                  [most(k), last(k)])
+               call judge_joint(verdict, variables(k), name, [most(k), last(k)], least(k))
             end do
             if (ieee_is_nan(last(1))) call tell(verdict, 'no contact is left at the joint '//name)
          end associate
@@ -447,13 +450,15 @@ contains
    end subroutine judge_joints
 
    !> Add a variable of a measured joint: its last value and, for lengths, the largest.
-   !> Components of forces are only in the samples.
-   subroutine judge_joint(verdict, variable, joint, most_and_last)
+   !> Values within rounding are 0.  Components of forces are only in the samples.
+   subroutine judge_joint(verdict, variable, joint, most_and_last, least)
       type(run_verdict_type), intent(inout) :: verdict       !< verdict; receives figures and values
       type(output_variable_type), intent(in) :: variable     !< of measured joints
       character(len=*), intent(in) :: joint                  !< its name
       real(wp), intent(in) :: most_and_last(2)  !< largest absolute value, last value; NaN: none
+      real(wp), intent(in) :: least             !< smallest value above rounding
       character(len=160) :: key(2)
+      real(wp) :: values(2)
       integer :: k
 
       if (index(variable%name, '_force_x') + index(variable%name, '_force_y') > 0) return
@@ -461,11 +466,12 @@ contains
       key(1) = 'largest_'//key(2)
       if (variable%units /= 'm') key(1) = ''
       if (ieee_is_nan(most_and_last(2))) key(2) = ''
+      values = merge(0.0_wp, most_and_last, abs(most_and_last) <= least)
       do k = 1, 2
-         if (key(k) /= '') call add_value(verdict, trim(key(k)), most_and_last(k))
+         if (key(k) /= '') call add_value(verdict, trim(key(k)), values(k))
       end do
       if (any(key /= '')) call add_figure(verdict, output_words(variable%name(len('joint_') &
-         + 1:)), key, most_and_last, trim(variable%units), joint)
+         + 1:)), key, values, trim(variable%units), joint)
    end subroutine judge_joint
 
    !> Text on the fraction of an intensity at higher frequencies, if it is large.

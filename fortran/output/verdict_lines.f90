@@ -97,7 +97,7 @@ contains
          key_type(trim(keys(2)))], shown, place, scale*value)]
    end subroutine add_figure
 
-   !> Unit for display of a value, and its factor.
+   !> Unit for display of a value, and its factor; 0 is shown in the unit itself.
    pure subroutine reader_unit(units, value, shown, scale)
       character(len=*), intent(in) :: units  !< units as in the list of maxima
       real(wp), intent(in) :: value          !< not negative
@@ -109,6 +109,7 @@ contains
       scale = 1.0_wp
       do i = 1, size(readers)
          if (readers(i)%units /= units .or. value < readers(i)%from) cycle
+         if (.not. value > 0.0_wp .and. any(units == ['m  ', 'N/m'])) return
          shown = trim(readers(i)%shown)
          scale = readers(i)%scale
          return

@@ -2,6 +2,7 @@
 """Slip, opening and force of named joints; the value of a parameter for a wanted result."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -91,6 +92,13 @@ def test_a_joint_goes_on_after_a_checkpoint(tmp_path, same_bits, in_parts):
     model.write(tmp_path / "a.nml")
     whole = sitedda.run(tmp_path / "a.nml", tmp_path / "whole.nc").history
     same_bits(whole, in_parts(tmp_path / "a.nml", 177))
+
+
+def test_a_joint_at_rest_has_no_slip_of_rounding():
+    run = slider(0.0, 35.0, 0.0, 0.1, 0.1).run()
+    assert 0 < abs(run.history.joint_slip.values).max() < 1e-9
+    assert run.verdict.values["largest_joint_slip_m[base]"] == 0
+    assert re.search(r"slip +0 m +0 m +base", str(run.verdict))
 
 
 @pytest.mark.parametrize(
