@@ -16,6 +16,8 @@ module dda_fixed_points
    private
    public :: fixed_points_type, new_fixed_points, new_spring_beds, reaction_of
 
+   real(wp), parameter :: stiffest = 1.0e10_wp  !< times the mass: six digits of the mass remain
+
    !> All fixed points of a model.
    type, extends(spring_element_type) :: fixed_points_type
       ! unsaved, the input: point
@@ -153,7 +155,8 @@ contains
       do i = 1, size(self%point)
          if (self%point(i)%block /= b) cycle
          call self%get_spring(i, blocks, spring)
-         weight = (1.0_wp - step%scheme%chi)*dashpots_of(self, spring, step)*step%time_step
+         weight = min(stiffest*blocks%mass(b), &
+            (1.0_wp - step%scheme%chi)*dashpots_of(self, spring, step)*step%time_step)
          do axis = 1, 2
             associate (row => spring%row(:, axis, 1), w => weight(axis))
                impulse = impulse + w*wanted(axis, i)*row

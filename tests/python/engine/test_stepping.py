@@ -2,6 +2,7 @@
 """What can be changed between two steps changes as closed forms say; nothing else can be set."""
 
 import math
+import resource
 
 import numpy as np
 import pytest
@@ -303,3 +304,19 @@ def test_a_floor_that_is_hit_in_each_step_stays_in_its_supports(write_input, res
     load = 1 + weights * len(heights) / (mass * G)  # over that of the floor alone
     assert -2 * load * sag <= min(height) < -1.5 * sag and max(height) < 0.1 * sag
     assert 0 < lost <= weights * sum(h + 2 * load * sag for h in heights.values())
+
+
+@pytest.mark.parametrize("step", [1e3, 1e5, 1e8])
+def test_a_step_of_days_ends_soon(step, write_input, native):
+    """A spectrum of such steps took hours, and velocities of supports were not finite."""
+    shaken = changed(flying_block(steps=4), "control", time_step=step)
+    values = [0.0, 1e-3 / step**2, -1e-3 / step**2, 0.0]
+    shaken += [
+        group("motion", name="q", time_step=step, values=values, quantity="acceleration",
+              drift_order=0),
+        *(group("fixed_point", x=x, y=0.5, motion_x="q") for x in (0.5, 1.5)),
+    ]  # fmt: skip
+    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+    done = native("run", write_input(shaken), "-q")
+    assert done.returncode == 0 and "point displacement" in done.stdout, done.stderr
+    assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before < 5.0
