@@ -182,7 +182,71 @@ def test_a_block_that_does_not_rest_without_slip_is_said_with_its_joint(write_in
         sitedda.run(write_input(groups), output=False)
 
 
-# --- Stages in which many contacts change ---
+# --- Steps and stages in which many contacts change ---
+
+
+def wall(model: sitedda.Model) -> list:
+    """68 bricks on a floor; its supports."""
+    model.layers(name="floor", left=-1.0, bottom=-0.5, width=6.8, thickness=0.5)
+    model.wall(brick_length=0.6, brick_height=0.25, bricks=8, courses=8)
+    return [(-0.9, -0.25), (5.7, -0.25)]
+
+
+def voussoirs(model: sitedda.Model) -> list:
+    """25 voussoirs between two abutments; supports of these."""
+    held = []
+    for stone in Arch(span=6.0, rise=3.0, thickness=0.7, voussoirs=25, abutment=2.0).blocks():
+        shape = np.array(stone.polygon)
+        model.block(shape, name=stone.name)
+        if stone.name.endswith(("left", "right")):
+            held += [*(shape + 0.01 * (shape.mean(axis=0) - shape))]
+    return held
+
+
+ROUGH = {"law": "barton_bandis", "friction_angle": 30.0, "jrc": 10.0, "jcs": 5e7}
+PER_AREA = {"friction_angle": 60.0, "shear_stiffness_per_area": 8e9}
+
+
+@pytest.mark.parametrize(
+    ("build", "joint"),
+    [(wall, ROUGH | {"max_closure": 5e-4}), (wall, PER_AREA), (voussoirs, PER_AREA)],
+    ids=["rough wall", "wall", "arch"],
+)
+def test_a_shaken_structure_runs_to_its_end_at_a_fixed_time_step(build, joint):
+    """Weight and 1 g at once: steps of the walls have up to 132 open–close iterations."""
+    model = sitedda.Model("Shaken", time_step=1e-3, gravity=(0.0, -GRAVITY), steps=120,
+                          max_displacement_ratio=0.02)  # fmt: skip
+    model.contact(normal_stiffness=5e9)
+    model.material("stone", density=2500.0, young_modulus=2e10, poisson_ratio=0.2)
+    model.joint("dry", normal_stiffness_per_area=2e10, **joint)
+    shake = GRAVITY * np.sin(0.04 * math.pi * np.arange(32))
+    model.motion("shake", values=shake.tolist(), time_step=0.005, quantity="acceleration",
+                 drift_order=0)  # fmt: skip
+    for x, y in build(model):
+        model.fixed_point(x, y, motion_x="shake")
+    with sitedda.Simulation(model) as run:
+        run.advance(120)
+        assert run.steps == 120
+        assert abs(run.energies["balance"]) < 1e-9 * run.energies["kinetic"]
+
+
+def test_sor_ends_in_bounded_sweeps():
+    """70 stones under sudden weight: as many open–close iterations as with a direct solver."""
+    found = {}
+    for solver in ("sor", "direct"):
+        model = sitedda.Model(time_step=5e-4, steps=6, gravity=(0.0, -GRAVITY), solver=solver)
+        model.material("rock", density=2475.0, young_modulus=1.362e10, poisson_ratio=0.267)
+        model.joint("dry", friction_angle=56.7)
+        model.layers(name="base", left=-1.0, bottom=-0.5, width=7.94, thickness=0.5)
+        model.masonry_wall(width=5.94, height=1.4, courses=4, stone=0.7, bond="header", seed=35)
+        model.boundary("ground", "fixed", side="bottom", blocks="base*")
+        with sitedda.Simulation(model) as run:
+            run.advance(6)
+            found[solver] = run.counts | run.energies
+    sor, direct = found["sor"], found["direct"]
+    assert sor["iterations"] == direct["iterations"] and sor["handed_over"] == 0
+    assert sor["contact"] == pytest.approx(direct["contact"], rel=1e-7)
+    assert sor["solver_iterations"] < 1500 * sor["solves"]
 
 
 @pytest.mark.parametrize("friction", [12.0, 35.0])
