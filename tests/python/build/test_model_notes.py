@@ -40,6 +40,19 @@ def notes_of(groups, write_input) -> list[str]:
         return run.notes.splitlines()
 
 
+def shaken(**motion) -> list:
+    """The pile in coordinates that move with a record."""
+    file = str(Path(__file__).parents[2] / "data/records/sine.at2")
+    return [*pile(base_motion_x="quake"), group("motion", name="quake", file=file, **motion)]
+
+
+SIDES = [
+    *without(pile(analysis="plane_strain", settle=True), "fixed_point"),
+    group("block", name="column", vertices=rectangle(-6.0, -1.0, 4.0, 1.0)),
+    group("boundary", kind="viscous", side="bottom"),
+    group("boundary", kind="free_field", side="left"),
+]
+YIELDING = {"law": "mohr_coulomb", "cohesion": 1e6, "friction_angle": 30.0}
 TWINS = [("twin", rectangle(x, 0.0, 0.5, 0.5)) for x in (0.0, 1.0)]
 HEAP = {"left": (-1.0, 2.0), "right": (0.0, 2.0), "upper": (-0.5, 3.0)}
 FALLING = [(name, rectangle(*place, 1.0, 1.0)) for name, place in HEAP.items()]
@@ -79,6 +92,7 @@ ODD = {
         pile(gravity=[0.0, -981.0]),
         r"gravity = 0, -981 m/s²: is it meant in cm/s",
     ),
+    "gravity in mm/s²": (pile(gravity=[0.0, -9810.0]), r"gravity = 0, -9810 m/s²: is it meant in"),
     "gravity sideways": (
         without(pile(gravity=[GRAVITY, 0.0], supports="xy"), "nothing"),
         r"gravity = 9.81, 0 m/s² acts along x alone; weight is the second value",
@@ -101,6 +115,23 @@ ODD = {
     "cohesion in kPa": (
         changed(pile(), "joint", cohesion=50.0),
         r"cohesion = 50 Pa of &joint 'dry' is almost zero: is it meant in kPa or MPa\?",
+    ),
+    "tensile strength in MPa": (
+        changed(pile(), "joint", tensile_strength=2.0),
+        r"tensile_strength = 2 Pa of &joint 'dry' is almost zero: is it meant in kPa or MPa\?",
+    ),
+    "record in gal": (
+        shaken(scale=100.0),
+        r"PGA = .* m/s² is .* g: is the record in gal \(cm/s²\), or scaled twice\?",
+    ),
+    "step of a record": (
+        changed(shaken(), "control", time_step=10.0),
+        r"motion 'quake' lasts .* s, fewer than ten steps of time_step = 10 s",
+    ),
+    "one side": (SIDES, r"only one side has a free field: give both sides one, or neither"),
+    "yielding of one block": (
+        changed(pile()[:5] + pile()[-2:], "material", **YIELDING),
+        r"&material 'rock' yields, and its block has uniform strain, so it yields as a whole",
     ),
     "few samples": (
         [*pile(), group("output", history_interval=500000)],
