@@ -561,18 +561,27 @@ contains
          c = merge(worst(1), worst(2), worst(1) > 0)
          if (c == 0) then
             if (worst(3) > 0) words = '; no contact slides; the largest contact force on it is '// &
-               short_text(contacts%normal_force(worst(3)))//' N/m on joint '// &
-               quoted(trim(joints(contacts%joint(worst(3)))%name))// &
+               short_text(contacts%normal_force(worst(3)))//' N/m on '// &
+               joint_label(joints(contacts%joint(worst(3)))%name)// &
                ': look at that joint, at supports and gaps'
             return
          end if
          words = '; '//counted(to_text(sliding), 'contact slides', 'contacts slide')//': block '// &
             block_name(simulation, contacts%block_v(c))//' slides on '// &
-            block_name(simulation, contacts%block_e(c))//' along joint '// &
-            quoted(trim(joints(contacts%joint(c))%name))//'; give it more friction, a '// &
+            block_name(simulation, contacts%block_e(c))//' along '// &
+            joint_label(joints(contacts%joint(c))%name)//'; give it more friction, a '// &
             'support or a bolt, or let it slide in a dynamic stage'
       end associate
    end function sliding_contact_text
+
+   !> Name of a joint material in a sentence.
+   pure function joint_label(name) result(label)
+      character(len=*), intent(in) :: name  !< as in the input; blank: none
+      character(len=:), allocatable :: label
+
+      label = 'joint '//quoted(trim(name))
+      if (name == '') label = 'the joint without a name'
+   end function joint_label
 
    !> Select the contact with the larger normal force; the second, if the first is 0.
    pure integer function larger_force(contacts, first, second)
