@@ -209,26 +209,25 @@ def calibrate(
         NOT_NEGATIVE.check("discrepancy", discrepancy)
     posterior = Posterior(family, observations, mean, deviation, discrepancy)
     posterior, peaks, error = _find_peaks(posterior, seed)
-    x = peaks[0][0]
     drawn, weights, *evidence = posterior.weighted(peaks, seed)
     picked = drawn[np.random.default_rng(seed).choice(len(drawn), samples, p=weights)]
     if sampler == "ensemble":
         drawn = picked = posterior.sampled(picked, samples, seed)
         weights = None
-    count = len(prior)
-    low, median, high = np.quantile(np.exp(drawn[:, :count]), (0.05, 0.5, 0.95), axis=0,
+    count, peak = len(prior), peaks[0][0]
+    low, median, high = np.quantile(posterior.values(drawn)[:, :count], (0.05, 0.5, 0.95), axis=0,
                                     method="inverted_cdf", weights=weights)  # fmt: skip
-    values, level = np.exp(picked[:, :count]), discrepancy
+    values, level = posterior.values(picked), discrepancy
     if level is None:
-        level = float(np.exp(np.median(picked[:, -1])))
-    squares, y, chosen = posterior.solved(np.vstack([x, picked]), shapes=False)
+        level = float(np.median(values[:, -1]))
+    values, best = values[:, :count], posterior.values(peak)[:count]
+    squares, y, chosen = posterior.solved(np.vstack([peak, picked]), shapes=False)
     frequencies = np.sqrt(np.take_along_axis(squares, chosen, 1)) / (2 * np.pi)
     bounds = np.percentile(frequencies[1:], (5, 95), axis=0)
     off = [np.log(one.frequency / f) / np.hypot(one.deviation / one.frequency, level)
            for one, f in zip(seen, frequencies[0], strict=True)]  # fmt: skip
-    macs = [posterior.mac(y[0], j, chosen[0, j]) if shape.size else np.nan
+    macs = [posterior.macs(y[0], j)[chosen[0, j]] if shape.size else np.nan
             for j, shape in enumerate(observations.shapes)]  # fmt: skip
-    best = np.exp(x[:count])
     at_best = changes | dict(zip(unknowns, best.tolist(), strict=True))
     shown = modes(model, int(chosen[0].max()) + 1, contacts, at_best)
     logs = np.log(values)
@@ -238,7 +237,7 @@ def calibrate(
         seen, chosen[0] + 1, frequencies[0], bounds[0], bounds[1],
         np.array(off), np.array(macs), shown, evidence[0], evidence[1], error, (),
     )  # fmt: skip
-    return replace(found, doubts=_find_warnings(found, x, mean, deviation, evidence[2], sampler))
+    return replace(found, doubts=_find_warnings(found, peak, deviation, evidence[2], sampler))
 
 
 def odds(calibrations: Mapping[str, Calibration]) -> dict[str, float]:
@@ -260,23 +259,19 @@ def _find_peaks(posterior: Posterior, seed: int) -> tuple[Posterior, list[tuple]
     The basis grows by exact modes at the peaks and two standard deviations away, until the
     frequencies there are exact.
     """
-    family, count = posterior.family, posterior.seen.count
-    width, peaks = len(family.parts), []
+    family, count, size = posterior.family, posterior.seen.count, posterior.mean.size
 
-    def solve(x, axes):
-        steps = np.vstack([np.zeros_like(axes[:1]), axes, -axes])
-        return [(one, *family.modes(np.exp(one[:width]), count + 2)) for one in x + steps]
+    def solve(z, axes):
+        steps = z + np.vstack([0 * z, axes, -axes])
+        theta = posterior.values(steps)[:, : len(family.parts)]
+        return [(one, *family.modes(t, count + 2)) for one, t in zip(steps, theta, strict=True)]
 
-    axes = BAND * np.diag(posterior.deviation)[:width]
-    vectors = [y for *_, y in solve(posterior.mean, axes)]
+    vectors, found = [y for *_, y in solve(np.zeros(size), BAND * np.eye(size))], []
     for _ in range(_ROUNDS):
         posterior = replace(posterior, family=family.reduced(np.hstack(vectors)))
-        peaks = [posterior.best(x) for x in peaks] or posterior.peaks(seed)
-        peaks.sort(key=lambda x: -posterior.log(x[None])[0])
-        found, error = [(x, posterior.covariance(x)) for x in peaks], 0.0
-        for x, covariance in found:
-            values, turns = np.linalg.eigh(covariance)
-            for one, squares, y in solve(x, 2 * (turns * np.sqrt(values)).T):
+        found, error = posterior.peaks([z for z, _ in found] or posterior.starts(seed)), 0.0
+        for z, covariance in found:
+            for one, squares, y in solve(z, 2 * np.linalg.cholesky(covariance).T):
                 near = posterior.solved(one[None])[0][0, :count]
                 error = max(error, float(np.max(abs(near / squares[:count] - 1))) / 2)
                 vectors.append(y)
@@ -299,7 +294,7 @@ def _check_priors(unknowns: Mapping) -> np.ndarray:
     return np.array(list(unknowns.values()), dtype=float)
 
 
-def _find_warnings(found: Calibration, x, mean, deviation, counting: float, sampler: str) -> tuple:
+def _find_warnings(found: Calibration, peak, deviation, counting: float, sampler: str) -> tuple:
     """Return warnings on modes that do not fit and unknowns that are not determined."""
     words = [
         f"mode {n} cannot be fitted: {number(one.frequency)} Hz is {abs(off):.1f} deviations from "
@@ -310,7 +305,7 @@ def _find_warnings(found: Calibration, x, mean, deviation, counting: float, samp
     for i, name in enumerate(found.names):
         if found.deviation[i] > _WIDE * deviation[i]:
             words.append(f"the modes do not determine {name}: its range equals its prior range")
-        if abs(x[i] - mean[i]) > _FAR * deviation[i]:
+        if abs(peak[i]) > _FAR:
             words.append(f"the modes are fitted best with {name} outside its prior range")
         words += [f"only a combination of {name} and {other} is determined (correlation "
                   f"{found.correlation[i, j]:.2f})" for j, other in enumerate(found.names[:i])

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The posterior probability of unknown stiffnesses given measured modes.
 
-The unknowns are x = ln θ, with Gaussian priors.  With the relative error σⱼ of a frequency and the
-discrepancy δ, a relative error of the model itself (Kennedy and O'Hagan 2001),
+The unknowns θ have log-normal priors: z = (ln θ − m) / s is standard normal.  With the relative
+error σⱼ of a frequency and the discrepancy δ, a relative error of the model itself (Kennedy and
+O'Hagan 2001),
 
-    ln p(x) = Σ ln N(xᵢ; mᵢ, sᵢ) + Σ ln N(ln fⱼ − ln fⱼ(x); 0, √(σⱼ² + δ²)) + shapes,       (1)
+    ln p(z) = Σ ln N(zᵢ; 0, 1) + Σ ln N(ln fⱼ − ln fⱼ(z); 0, √(σⱼ² + δ²)) + shapes,         (1)
 
 and a shape of n components and unit length adds n − 1 independent errors whose squares sum to
 1 − MAC.  An unknown δ is one more unknown.
@@ -16,7 +17,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment, minimize
+from scipy.optimize import least_squares, linear_sum_assignment
 from scipy.special import logsumexp, softmax
 from scipy.stats import multivariate_t
 
@@ -24,12 +25,12 @@ from ..base.errors import ConvergenceError, MissingLibrary
 from .family import Family
 from .measured import Observations
 
-_STEP, _WIDTHS = 1e-2, 4  # first step of differences of gradients, prior deviations; iterations
+_STEP, _WIDTHS = 1e-2, 4  # first step of differences, prior deviations; iterations
 _STILL = 1e-10  # fraction of the largest square of a shape at its points that counts as 0
 _PRIOR, _STARTS = 200, 5  # draws of the prior, and starts of the search of peaks
 _MOST, _LOWEST = 8, 7.0  # kept peaks: largest number, and largest difference to the highest in ln p
 _FARTHEST = 8.0  # search range in standard deviations of the prior
-_LARGEST = 200.0  # bound on x, so that the stiffnesses of extreme draws are finite
+_LARGEST = 200.0  # bound on ln θ, so that the stiffnesses of extreme draws are finite
 _DRAWS = 2000  # draws per round of the integral of the evidence
 _WIDER = 3.0  # width of the wider proposal of a peak over the other one
 _FREEDOM = 6  # degrees of freedom of the proposals, whose tails are wider than Gaussian
@@ -49,7 +50,7 @@ class Posterior:
         Dense and small.
     seen : Observations
     mean, deviation : ndarray
-        Priors of x; the last is that of ln δ, if `discrepancy` is None.
+        Priors of ln θ; the last is that of ln δ, if `discrepancy` is None.
     discrepancy : float or None
         δ; None: unknown.
     """
@@ -60,26 +61,32 @@ class Posterior:
     deviation: np.ndarray
     discrepancy: float | None
 
-    def solved(self, x: np.ndarray, shapes: bool = True) -> tuple:
-        """Return all ω² and modes of the family at rows of x, and the measured modes.
+    def values(self, z: np.ndarray) -> np.ndarray:
+        """Return the unknowns θ, and δ if it is unknown, at rows of z."""
+        return np.exp(np.clip(self.mean + self.deviation * z, -_LARGEST, _LARGEST))
+
+    def solved(self, z: np.ndarray, shapes: bool = True) -> tuple:
+        """Return all ω² and modes of the family at rows of z, and the measured modes.
 
         The modes can be omitted if no shape was measured.
         """
-        theta = np.exp(np.clip(x[:, : len(self.family.parts)], -_LARGEST, _LARGEST))
+        theta = self.values(z)[:, : len(self.family.parts)]
         stiffness = self.family.fixed + np.tensordot(theta, self.family.parts, 1)
         if shapes or any(shape.size for shape in self.seen.shapes):
             squares, y = np.linalg.eigh(stiffness)
         else:
             squares, y = np.linalg.eigvalsh(stiffness), None
         squares = np.maximum(squares, 1e-30)
-        chosen = np.tile(self.seen.number, (len(x), 1))
+        chosen = np.tile(self.seen.number, (len(z), 1))
         if np.any(self.seen.number < 0):
-            for one, s, shapes, d in zip(chosen, squares, y, self._discrepancy(x), strict=True):
+            for one, s, shapes, d in zip(chosen, squares, y, self._discrepancy(z), strict=True):
                 self._match_modes(one, s, shapes, d)
         return squares, y, chosen
 
-    def _discrepancy(self, x: np.ndarray) -> np.ndarray:
-        return np.exp(x[:, -1]) if self.discrepancy is None else np.full(len(x), self.discrepancy)
+    def _discrepancy(self, z: np.ndarray) -> np.ndarray:
+        return np.broadcast_to(
+            self.values(z)[:, -1] if self.discrepancy is None else self.discrepancy, len(z)
+        )
 
     def _match_modes(self, chosen, squares, y, delta) -> None:
         """Assign to each measured shape the mode that fits shape and frequency best."""
@@ -88,119 +95,93 @@ class Posterior:
         cost = np.empty((free.size, others.size))
         for row, j in zip(cost, free, strict=True):
             one = self.seen.modes[j]
-            macs = np.array([self.mac(y, j, k) for k in others])
             off = np.log(2 * np.pi * one.frequency) - np.log(squares[others]) / 2
-            row[:] = (1 - macs) / (one.shape_deviation**2 + delta**2)
+            row[:] = (1 - self.macs(y[:, others], j)) / (one.shape_deviation**2 + delta**2)
             row += off**2 / ((one.deviation / one.frequency) ** 2 + delta**2)
         rows, columns = linear_sum_assignment(cost)
         chosen[free[rows]] = others[columns]
 
-    def shape(self, y: np.ndarray, j: int, mode: int) -> np.ndarray:
-        """Return a mode at the points where the measured shape has components."""
-        return self.family.points[self.seen.rows[j]] @ y[:, mode]
+    def _along(self, y: np.ndarray, j: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return modes, as columns, at the points of a measured shape, and their parts along it.
 
-    def _shape_round_off(self, j: int) -> float:
-        """Return the squared shape at measured points below which it is round-off, 1/kg."""
-        return _STILL * float(np.sum(self.family.points[self.seen.rows[j]] ** 2))
+        They have unit length and point its way; their last component is round-off, so that none
+        vanishes.
+        """
+        points = self.family.points[self.seen.rows[j]]
+        still = np.full((1, y.shape[1]), math.sqrt(_STILL) * np.linalg.norm(points))
+        shapes = np.vstack([points @ y, still])
+        along = self.seen.shapes[j] @ shapes[:-1]
+        size = np.copysign(np.linalg.norm(shapes, axis=0), along)
+        return shapes / size, along / size
 
-    def mac(self, y: np.ndarray, j: int, mode: int) -> float:
-        """Return the modal assurance criterion: 1 if a mode is proportional to the measured one."""
-        shape = self.shape(y, j, mode)
-        return float(
-            (self.seen.shapes[j] @ shape) ** 2 / (shape @ shape + self._shape_round_off(j))
-        )
+    def macs(self, y: np.ndarray, j: int) -> np.ndarray:
+        """Return the modal assurance criterion of modes: 1 if one is proportional to a shape."""
+        return self._along(y, j)[1] ** 2
 
-    def log(self, x: np.ndarray, solved=None) -> np.ndarray:
-        """Return ln p of rows of x."""
-        z = (x - self.mean) / self.deviation
-        total = -0.5 * np.sum(z**2 + np.log(2 * np.pi * self.deviation**2), axis=1)
-        squares, y, chosen = solved or self.solved(x, shapes=False)
-        delta, rows = self._discrepancy(x), np.arange(len(x))
+    def residuals(self, z: np.ndarray) -> np.ndarray:
+        """Return errors over their deviations at rows of z, whose squares sum to −2 ln p + c.
+
+        If δ adds to the variance of an error, the change of c is the square of one more.
+        """
+        squares, y, chosen = self.solved(z, shapes=False)
+        delta, rows, found = self._discrepancy(z), np.arange(len(z)), [z.T]
         for j, one in enumerate(self.seen.modes):
             off = np.log(2 * np.pi * one.frequency) - np.log(squares[rows, chosen[:, j]]) / 2
-            total += _log_gaussian(off**2, (one.deviation / one.frequency) ** 2 + delta**2)
-            if self.seen.shapes[j].size:
-                shapes = self.family.points[self.seen.rows[j]] @ y[rows, :, chosen[:, j]].T
-                along = self.seen.shapes[j] @ shapes
-                rest = 1 - along**2 / (np.sum(shapes**2, axis=0) + self._shape_round_off(j))
-                total += _log_gaussian(rest, one.shape_deviation**2 + delta**2, shapes.shape[0] - 1)
-        return total
-
-    def minus_log(self, x: np.ndarray) -> tuple[float, np.ndarray]:
-        """Return −ln p at x, and its gradient."""
-        family = self.family
-        slope = -(x - self.mean) / self.deviation**2
-        solved = self.solved(x[None])
-        squares, y, chosen = (values[0] for values in solved)
-        delta = float(self._discrepancy(x[None])[0])
-        theta = np.exp(x[: len(family.parts)])
-        moved = [t * (y.T @ part @ y) for t, part in zip(theta, family.parts, strict=True)]
-        for j, one in enumerate(self.seen.modes):
-            mode = chosen[j]
-            off = np.log(2 * np.pi * one.frequency) - np.log(squares[mode]) / 2
-            variance = (one.deviation / one.frequency) ** 2 + delta**2
-            for i, change in enumerate(moved):
-                slope[i] += off / variance * change[mode, mode] / (2 * squares[mode])
-            spread = [(off**2, variance, 1)]
+            errors = [(off[None], one.deviation / one.frequency, 1)]
             if (seen := self.seen.shapes[j]).size:
-                shape, variance = self.shape(y, j, mode), one.shape_deviation**2 + delta**2
-                gaps = squares[mode] - squares
-                gaps[mode] = np.inf
-                for i, change in enumerate(moved):
-                    turned = family.points[self.seen.rows[j]] @ (y @ (change[:, mode] / gaps))
-                    along, length = seen @ shape, shape @ shape + self._shape_round_off(j)
-                    more = along * (seen @ turned) / length
-                    slope[i] += (more - along**2 * (shape @ turned) / length**2) / variance
-                spread.append((1 - self.mac(y, j, mode), variance, seen.size - 1))
-            if self.discrepancy is None:
-                slope[-1] += sum(delta**2 * (r / v**2 - n / v) for r, v, n in spread)
-        return -float(self.log(x[None], solved)[0]), -slope
+                shapes, along = self._along(y[rows, :, chosen[:, j]].T, j)
+                shapes[:-1] -= np.outer(seen, along)
+                errors.append((shapes, one.shape_deviation, seen.size - 1))
+            for error, deviation, count in errors:
+                found += [error / np.hypot(deviation, delta),
+                          np.sqrt(count * np.log1p((delta / deviation) ** 2))[None]]  # fmt: skip
+        return np.vstack(found).T
 
-    def peaks(self, seed: int) -> list[np.ndarray]:
-        """Find local maxima of p from the most probable draws of the prior, the largest first.
+    def log(self, z: np.ndarray) -> np.ndarray:
+        """Return ln p of rows of z."""
+        scales = np.ones(self.mean.size).tolist()
+        for one, shape in zip(self.seen.modes, self.seen.shapes, strict=True):
+            scales += [one.deviation / one.frequency]
+            scales += [one.shape_deviation] * (shape.size - 1)
+        constant = np.sum(np.log(math.sqrt(2 * np.pi) * np.array(scales)))
+        return -np.sum(self.residuals(z) ** 2, axis=1) / 2 - constant
+
+    def starts(self, seed: int) -> list[np.ndarray]:
+        """Return the most probable of random draws of the prior, from which to search peaks."""
+        draws = np.random.default_rng(seed).standard_normal((_PRIOR, self.mean.size))
+        draws = np.vstack([0 * self.mean, draws[np.argsort(-self.log(draws))]])
+        return [draws[i] for i in _apart(draws, 1.0)[:_STARTS]]
+
+    def peaks(self, starts: list[np.ndarray]) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Return local maxima of p, the largest first, with covariances (Laplace).
 
         Several sets of stiffnesses may have the same frequencies.
         """
-        draws = np.random.default_rng(seed).standard_normal((_PRIOR, self.mean.size))
-        order = np.argsort(-self.log(self.mean + self.deviation * draws))
-        starts = _select_apart([np.zeros(self.mean.size), *draws[order]], 1.0)[:_STARTS]
-        found = sorted((self._maximise(z) for z in starts), key=lambda one: one.fun)
-        near = [one.x for one in found if one.fun < found[0].fun + _LOWEST]
-        return [self.mean + self.deviation * z for z in _select_apart(near, 0.05)]
+        ends = [least_squares(lambda z: self.residuals(z[None])[0], start,
+                              bounds=(-_FARTHEST, _FARTHEST)) for start in starts]  # fmt: skip
+        ends.sort(key=lambda one: one.cost)
+        kept = [ends[i] for i in _apart([one.x for one in ends], 0.05)]
+        return [(one.x, self.covariance(one.x)) for one in kept
+                if one.cost < ends[0].cost + _LOWEST]  # fmt: skip
 
-    def best(self, start: np.ndarray) -> np.ndarray:
-        """Return the local maximum of p that is reached from a start."""
-        return self.mean + self.deviation * self._maximise((start - self.mean) / self.deviation).x
+    def covariance(self, z: np.ndarray) -> np.ndarray:
+        """Return the inverse of the Hessian of −ln p at a maximum (Laplace), by Gauss and Newton.
 
-    def _maximise(self, z: np.ndarray):
-        bounds = [(-_FARTHEST, _FARTHEST)] * z.size
-        return minimize(self._objective_and_slope, z, jac=True, bounds=bounds)
-
-    def _objective_and_slope(self, z: np.ndarray) -> tuple[float, np.ndarray]:
-        value, slope = self.minus_log(self.mean + self.deviation * z)
-        return value, slope * self.deviation
-
-    def covariance(self, x: np.ndarray) -> np.ndarray:
-        """Return the inverse of the Hessian of −ln p at its minimum (Laplace).
-
-        Gradients are compared one standard deviation away along each principal axis, found by
-        iteration: where modes cross, ln p has a kink, and its width there is no local curvature.
+        Slopes are differences over two standard deviations along the principal axes, which
+        iteration finds: where modes cross, residuals have kinks and no local slope.
         """
-        steps = _STEP * np.eye(x.size)
+        steps = _STEP * np.eye(z.size)
         for _ in range(_WIDTHS):
-            ends = [x + sign * steps * self.deviation for sign in (1, -1)]
-            high, low = (np.array([self.minus_log(one)[1] for one in end]) for end in ends)
-            scaled = np.linalg.solve(steps, (high - low) / 2 * self.deviation)
-            values, axes = np.linalg.eigh((scaled + scaled.T) / 2)
-            # Data seldom widen a prior: a flatter direction is also a kink.
-            steps = (axes / np.sqrt(np.maximum(values, 0.25))).T
-        return steps.T @ steps * np.outer(self.deviation, self.deviation)
+            high, low = np.split(self.residuals(np.vstack([z + steps, z - steps])), 2)
+            _, sizes, axes = np.linalg.svd(np.linalg.solve(2 * steps, high - low).T)
+            steps = axes / sizes[:, None]
+        return steps.T @ steps
 
     def weighted(self, peaks: list[tuple], seed: int) -> tuple:
         """Return draws, weights, ln of the integral of p, its error, and effective fraction.
 
         Importance sampling draws from a mixture of multivariate t distributions: one about each
-        peak, given by x and covariance, and a wider one that covers its surroundings.  If few
+        peak, given by z and covariance, and a wider one that covers its surroundings.  If few
         draws have weight, p is not Gaussian, and the mixture is fitted to the weighted draws
         (population Monte Carlo: Cappé et al. 2008).
 
@@ -210,14 +191,14 @@ class Posterior:
             If p is not finite, or far narrower along some unknowns than along others.
         """
         generator = np.random.default_rng(seed)
-        parts = [(x, f**2 * covariance) for x, covariance in peaks for f in (1.0, _WIDER)]
+        parts = [(z, f**2 * covariance) for z, covariance in peaks for f in (1.0, _WIDER)]
         shares = np.tile([0.75, 0.25], len(peaks)) / len(peaks)
         best = (0.0,)
         trouble = ConvergenceError("the probability of the measured modes cannot be integrated: "
                                    "check their deviations, and narrow the ranges")  # fmt: skip
         for _ in range(_ROUNDS):
             try:
-                mixture = [multivariate_t(x, shape, _FREEDOM) for x, shape in parts]
+                mixture = [multivariate_t(z, shape, _FREEDOM) for z, shape in parts]
             except np.linalg.LinAlgError:
                 raise trouble from None
             counts = generator.multinomial(_DRAWS, shares)
@@ -243,7 +224,7 @@ class Posterior:
         return *best[1:], best[0]
 
     def sampled(self, first: np.ndarray, count: int, seed: int) -> np.ndarray:
-        """Sample x by the affine-invariant ensemble of `emcee`, shape (count, unknowns).
+        """Sample z by the affine-invariant ensemble of `emcee`, shape (count, unknowns).
 
         Raises
         ------
@@ -271,15 +252,10 @@ class Posterior:
                                "narrow the priors, or drop unknowns")  # fmt: skip
 
 
-def _select_apart(points: list[np.ndarray], distance: float) -> list[np.ndarray]:
-    """Select points that are farther than a distance from all selected before."""
-    kept: list[np.ndarray] = []
-    for point in points:
-        if len(kept) < _MOST and all(np.linalg.norm(point - one) > distance for one in kept):
-            kept.append(point)
+def _apart(points, distance: float) -> list[int]:
+    """Return indices of points that are farther than a distance from all selected before."""
+    kept: list[int] = []
+    for i, point in enumerate(points):
+        if len(kept) < _MOST and all(np.linalg.norm(point - points[k]) > distance for k in kept):
+            kept.append(i)
     return kept
-
-
-def _log_gaussian(square, variance, count: int = 1):
-    """Return ln of the density of `count` Gaussian errors with a sum of squares."""
-    return -0.5 * (square / variance + count * np.log(2 * np.pi * variance))

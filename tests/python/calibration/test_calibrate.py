@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Stiffnesses from measured modes: derivatives, recovery, doubts, files."""
 
+import re
+import shlex
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import sitedda
-from sitedda.calibration import MeasuredMode, calibrate, family_of, measured_modes, odds
+from sitedda.calibration import MeasuredMode, calibrate, family_of, measured_modes, modes_csv, odds
 from sitedda.checking import matrices
 from sitedda.command import main
 from sitedda.errors import ConvergenceError, InputError
@@ -110,23 +114,6 @@ def test_shapes_say_which_mode_it_is():
     assert found.best == pytest.approx([0.9e9, 3.1e9], rel=0.02)
 
 
-def test_gradient_of_the_posterior():
-    from sitedda.calibration.measured import Observations
-    from sitedda.calibration.posterior import Posterior
-
-    family = family_of(column(), CENTRE)
-    y = np.hstack([family.modes(np.array(list(CENTRE.values())) * s, 8)[1] for s in (0.5, 1, 2)])
-    *_, names = matrices(column())
-    observations = Observations.of(seen(truth(), 3, 0.02, shapes=True), names)
-    mean = np.append(np.log(list(CENTRE.values())), np.log(0.02))
-    posterior = Posterior(family.reduced(y), observations, mean, np.ones(5), None)
-    x = mean + [0.1, -0.2, 0.3, 0.05, 0.4]
-    _, slope = posterior.minus_log(x)
-    for i, h in enumerate(1e-5 * np.eye(5)):
-        high, low = posterior.log((x + h)[None]), posterior.log((x - h)[None])
-        assert slope[i] == pytest.approx(float((low - high)[0]) / 2e-5, rel=1e-5, abs=1e-5)
-
-
 def test_says_what_cannot_be_met_or_known():
     modes = seen(truth(), noise=0.02)
     wrong = [modes[0], MeasuredMode(1.5 * modes[0].frequency, 0.01 * modes[0].frequency)]
@@ -152,15 +139,15 @@ def test_probability_where_modes_cross():
     family = family_of(model, dict(zip(priors, np.exp(mean), strict=True)))
     posterior = Posterior(family, Observations.of(modes, []), mean, np.full(4, spread), 0.0)
     z = np.random.default_rng(0).standard_normal((20000, 4))
-    prior = -np.sum(z**2, axis=1) / 2 - 4 * np.log(spread * np.sqrt(2 * np.pi))
-    weights = np.exp(posterior.log(mean + spread * z) - prior)
+    prior = -np.sum(z**2, axis=1) / 2 - 2 * np.log(2 * np.pi)
+    weights = np.exp(posterior.log(z) - prior)
     error = weights.std() / weights.mean() / np.sqrt(len(z))
     assert found.evidence == pytest.approx(np.log(weights.mean()), abs=4 * error)
     assert error < 0.2
-    far = [(mean + 1e4, np.eye(4))]  # stiffnesses overflow there
+    far = [(np.full(4, 1e4), np.eye(4))]  # stiffnesses overflow there
     assert np.all(np.isfinite(posterior.weighted(far, 0)[1]))
     with pytest.raises(ConvergenceError, match="cannot be integrated"):
-        posterior.weighted([(mean, np.diag([1, 1, 1, 1e-12]))], 0)
+        posterior.weighted([(np.zeros(4), np.diag([1, 1, 1, 1e-12]))], 0)
 
 
 def refused(unknowns, measured=None, model=None):
@@ -215,11 +202,8 @@ def test_command_and_study(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     model = truth()
     model.write("column.nml")
-    rows = [f"{m.frequency},{m.deviation},{m.shape['p0_0.x']},{m.shape['p0_3.x']},0.02"
-            for m in seen(model, 2, shapes=True)]  # fmt: skip
-    (tmp_path / "modes.csv").write_text(
-        "\n".join(["frequency,deviation,p0_0.x,p0_3.x,damping", *rows])
-    )
+    modes = [replace(one, damping=0.02) for one in seen(model, 2, shapes=True)]
+    (tmp_path / "modes.csv").write_text(modes_csv(modes))
     command = ["calibrate", "column.nml", "modes.csv", "--samples", "50",
                "--unknown", f"{SHEAR}=3e8:3e9", "--unknown", f"{BED}=1e9:1e10"]  # fmt: skip
     assert main(command) == 0 and main(command) == 0  # it replaces its own files
@@ -240,3 +224,15 @@ def test_command_and_study(tmp_path, capsys, monkeypatch):
         assert table.sizes["sample"] == 3 and np.ptp(table.friction_angle.values) > 0
         read = np.loadtxt("column_calibration.csv", delimiter=",", skiprows=2, max_rows=3)
         assert np.array_equal(table.shear_stiffness_per_area, read[:, 0])
+
+
+def test_the_column_of_the_gallery(root, capsys, tmp_path):
+    """Its command finds stiffnesses that meet both frequencies, and one combination of them."""
+    text = (root / "docs/gallery.md").read_text()
+    words = shlex.split(re.search(r"^sitedda (calibrate .*) -o", text, re.M)[1])
+    words[1:3] = [str(root / file) for file in words[1:3]]
+    assert main([*words, "-o", str(tmp_path / "modes.png")]) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    found = [float(f) for f in re.findall(r"measured, (\S+) Hz by the model", printed)]
+    assert found == pytest.approx([1.27, 6.5], rel=0.005)
+    assert "only a combination of boundary[ground]" in printed
