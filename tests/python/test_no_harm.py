@@ -499,7 +499,8 @@ def test_good_figures_are_taken(here, root):
 @pytest.mark.parametrize("part", ["model", "dims", "coordinates", "cases", "quantities"])
 def test_a_damaged_study_is_refused_with_the_part(main, here, part):
     (here / "s.toml").write_text(STUDY)
-    main.ok("study", "plan", "s.toml", "--folder", "st", folder=here)
+    done = main.ok("study", "plan", "s.toml", "--folder", "st", folder=here)
+    assert "then: sitedda study collect s.toml --folder st\n" in done.stdout
     manifest = json.loads((here / "st" / "study.json").read_text())
     for wrong in (None, 3, [1], {"x": "y"}):
         (here / "st" / "study.json").write_text(json.dumps(manifest | {part: wrong}))

@@ -130,15 +130,21 @@ def _plan_study(options: argparse.Namespace) -> int:
     script = _write_script(settings, options)
     print(f"{counted(settings.plan.count, 'case', 'cases')} in {settings.plan.folder}")
     print(f"submit: sbatch {shlex.quote(str(script))}")
-    print(f"then: sitedda study collect {shlex.quote(str(options.file))}")
+    print(f"then: {_collect_command(options)}")
     return 0
 
 
 def _submit_script(settings: Settings, options: argparse.Namespace) -> int:
     script = _write_script(settings, options)
     print(submit(script))
-    print(f"when it is done: sitedda study collect {shlex.quote(str(options.file))}")
+    print(f"when it is done: {_collect_command(options)}")
     return 0
+
+
+def _collect_command(options: argparse.Namespace) -> str:
+    """Return the command that collects the same cases."""
+    folder = ["--folder", str(options.folder)] if options.folder else []
+    return shlex.join(["sitedda", "study", "collect", str(options.file), *folder])
 
 
 def _write_script(settings: Settings, options: argparse.Namespace) -> Path:
