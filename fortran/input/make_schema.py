@@ -553,7 +553,7 @@ def page(groups: list[Group]) -> str:
 
 def section(group: Group) -> str:
     """Generate a section: heading, example, table, and links to shared variables."""
-    needs = f" Needs {group.needs}." if group.needs else ""
+    needs = f" Requires {group.needs}." if group.needs else ""
     parts = {
         part: ", ".join(f"`{v.name}`" for v in variables)
         for part, variables in groupby(group.variables, lambda v: v.part)
@@ -567,7 +567,7 @@ def section(group: Group) -> str:
         f"{group.meaning[0].upper()}{group.meaning[1:]}.{needs}\n\n"
         f"    {group.example}\n\n{HEAD}"
         f"{''.join(row(v) for v in group.variables if v.part not in PARTS)}"
-        + (f"\nAlso {'; '.join(links)}.\n" if links else "")
+        + (f"\nShared variables: {'; '.join(links)}.\n" if links else "")
     )
 
 
