@@ -20,7 +20,7 @@ class PeakWarning(UserWarning):
 
 
 class RestWarning(UserWarning):
-    """A model that does not come to rest is shown as its input draws it."""
+    """The model does not reach static equilibrium and is drawn as in its input."""
 
 
 class SiteddaError(Exception):

@@ -39,7 +39,7 @@ class Interruption:
         return self
 
     def __exit__(self, *_) -> None:
-        """Leave the signals as they were."""
+        """Restore the previous signal handlers."""
         self._cancel_timers()
         sys.unraisablehook = self._report
         _restore_handlers(self._before)
@@ -77,7 +77,7 @@ class Interruption:
 
 
 class Stop:
-    """Context in which a signal sets `asked`, here and in the engine; the step ends first.
+    """Context in which a signal requests a stop at the end of the present step.
 
     Only the main thread can receive signals.  Handlers set by an application stay.  Handlers of
     `Interruption` are replaced only if the program exists for this run.
@@ -89,12 +89,12 @@ class Stop:
         self._before = {}
 
     def __enter__(self) -> "Stop":
-        """Watch the signals."""
+        """Install the signal handlers."""
         self._before = _install_handler(self.signals, self._request_stop, self.program)
         return self
 
     def __exit__(self, *_) -> None:
-        """Leave the signals as they were."""
+        """Restore the previous signal handlers."""
         if self.asked:
             _forward_to_engine(0)
         _restore_handlers(self._before)

@@ -86,7 +86,7 @@ def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
         refuse_far_too_many(parts["region"], meshes, _materials_by_name(groups), located)
     if any(parts.values()):
         try:
-            cut = _add_cut(built, parts, next(iter(names["joint"]), ""), bool(meshes))
+            cut = _cut_regions(built, parts, next(iter(names["joint"]), ""), bool(meshes))
         except InputError as error:
             with located(places.get(id(error.cause), first)):
                 raise
@@ -210,7 +210,7 @@ def _read_objects(name: str, values: dict, folder) -> list:
         Path(folder) / values.pop("file"), values.pop("layer", None), values.pop("scale", None)
     )
     if name != "joint_line" and len(outlines) != 1:
-        raise InputError(f"the file holds {len(outlines)} lines 1 expected; give its layer")
+        raise InputError(f"the file contains {len(outlines)} lines, not one; give the layer")
     return [
         _make_object(name, values | {points: outline.closed_points(name)}) for outline in outlines
     ]
@@ -238,7 +238,7 @@ def _import_blocks(values: dict, folder) -> list[dict]:
     ]
 
 
-def _add_cut(built: Built, parts: dict[str, list], first_joint: str, rings: bool):
+def _cut_regions(built: Built, parts: dict[str, list], first_joint: str, rings: bool):
     """Cut the regions; edges without a joint get the first joint."""
     from .cutting import cut
 

@@ -25,7 +25,7 @@ class Ground(schema.GroundValues):
             raise InputError(f"right = {self.right:g} must be above left = {self.left:g}")
         self.outline = self._core_outline()
         if self.outline is None and not len(self.surface):
-            raise InputError("give core, or the surface of ground without one")
+            raise InputError("give core, or the surface of ground without a core")
         if len(self.surface) and (np.diff(self.surface[:, 0]) <= 0).any():
             raise InputError("surface: x must grow from point to point")
 

@@ -116,7 +116,7 @@ def read_outlines(
 
 
 def _check_lines(file: Path, lines) -> Iterator[Outline]:
-    """Check that lines are finite and not too many; drop the last point of closed ones."""
+    """Check the points and their number; drop the repeated last point of closed lines."""
     total = 0
     for count, (points, closed, name, layer) in enumerate(lines, 1):
         total += len(points)
@@ -274,7 +274,7 @@ def _read_dxf(file: Path, scale):
 
 
 def _entity_lines(file: Path, entity, budget: list[int], depth: int):
-    """Yield the lines of an entity; of inserted blocks with bounded nesting."""
+    """Yield the lines of an entity and of the blocks it inserts, with bounded nesting."""
     from ezdxf import path
 
     budget[0] -= 1

@@ -52,7 +52,7 @@ class LayeredGround(schema.ProfileValues):
             notes = [f"{self.file} ends without a half-space, so its base is rigid and sends all "
                      "waves back; a last row without thickness, or base = 'fixed'"]  # fmt: skip
         if self.law == "linear" and any(layer.curve for layer in profile.layers):
-            notes += [f"the curves of {self.file} do not act in blocks, which are linear: "
+            notes += [f"the curves of {self.file} have no effect, as blocks are linear: "
                      "law = 'hysteretic' lets them"]  # fmt: skip
         return found + (self._measured_points(profile) if self.points else []), notes
 

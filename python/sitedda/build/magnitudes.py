@@ -21,10 +21,10 @@ def doubtful_sizes(groups: Sequence[tuple[str, dict, str]]) -> list[str]:
     for kind, values, place in groups:
         size, fine, spacing = (values.get(name) for name in ("size", "fine_size", "spacing"))
         if kind in ("mesh", "ground") and size and fine and fine > size:
-            words = f"fine_size = {fine:g} m is above size = {size:g} m: no cells are finer by it"
+            words = f"fine_size = {fine:g} m is above size = {size:g} m: it refines no cells"
         elif kind == "joint_set" and spacing and spacing > width:
             words = (f"spacing = {spacing:g} m is more than the {width:.4g} m that the regions "
-                     "measure across: hardly a joint cuts them; is it meant in mm?")  # fmt: skip
+                     "measure across, so that few joints cut them; is it in mm?")  # fmt: skip
         else:
             continue
         found.append(f"{place}: {words}".removeprefix(": "))

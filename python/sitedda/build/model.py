@@ -31,7 +31,7 @@ from ..input.source import blocks_text, read_input
 from .building import block_writer, build_blocks
 
 _UNIQUE = ("material", "joint", "motion", "measured_point")
-_LONGEST = 4096  # values of a motion that stand in the input itself
+_LONGEST = 4096  # largest number of values of a motion within the input itself
 
 
 class Group:
@@ -92,11 +92,11 @@ class Group:
         self(**{name: value})
 
     def __dir__(self):
-        """The variables."""
+        """Return the names of attributes and variables."""
         return [*super().__dir__(), *variables()[self._name]]
 
     def __eq__(self, other) -> bool:
-        """Of the same name, with the same values."""
+        """Return whether another group has the same name and values."""
         if not isinstance(other, Group):
             return NotImplemented
         mine, theirs = self._values, other._values
@@ -106,12 +106,12 @@ class Group:
     __hash__ = None
 
     def __repr__(self) -> str:
-        """As it stands in a namelist, shortened."""
+        """Return the namelist text of the group, shortened."""
         text = group_text(self._name, self._values).strip()
         return text if len(text) < 120 else text[:116] + " …"
 
     def as_dict(self) -> dict:
-        """The variables that are set, and their values."""
+        """Return the variables that are set, and their values."""
         return dict(self._values)
 
 
@@ -146,7 +146,7 @@ class Model(Groups):
 
     __slots__ = ("groups", "folder", "_once", "__weakref__")
     groups: list[Group]
-    folder: Path  # that file names are relative to
+    folder: Path  # to which relative file names refer
 
     def __init__(self, title: str | None = None, **control):
         once = {name: Group(name) for name in single_groups()}
@@ -214,11 +214,11 @@ class Model(Groups):
         raise AttributeError(f"a model has no attribute {name!r} to set{hint}")
 
     def of_kind(self, kind: str) -> list[Group]:
-        """The groups of a kind that a model may have several of."""
+        """Return the groups of a repeatable kind."""
         return [group for group in self.groups if group._name == kind]
 
     def __getitem__(self, path: str) -> list[Group] | Group:
-        """The groups of a kind, or ``kind.name``: one of them."""
+        """Return the groups of a kind, or the group ``kind.name``."""
         kind, dot, name = path.partition(".")
         known_group(kind)
         if kind in single_groups():
@@ -234,20 +234,20 @@ class Model(Groups):
         return named[name]
 
     def remove(self, group: Group) -> None:
-        """Take a group out."""
+        """Remove a group."""
         at = [i for i, one in enumerate(self.groups) if one is group]
         if not at:
             raise ValueError("this group is not in the model")
         del self.groups[at[0]]
 
     def clear(self, kind: str) -> None:
-        """Take all groups of a kind out; one that a model has once loses its variables."""
+        """Remove all groups of a kind; a group that occurs once loses its variables."""
         if known_group(kind) in single_groups():
             self._once[kind] = Group(kind)
         self.groups[:] = [group for group in self.groups if group._name != kind]
 
     def copy(self) -> "Model":
-        """A model of its own with the same groups."""
+        """Return an independent model with the same groups."""
         model = type(self)()
         model.folder = self.folder
         for name, group in self._once.items():
@@ -259,7 +259,7 @@ class Model(Groups):
 
     @property
     def counts(self) -> dict[str, int]:
-        """Number of groups of each repeatable kind."""
+        """Return the number of groups of each repeatable kind."""
         return Counter(group._name for group in self.groups)
 
     def add_blocks(self, polygons, names=None, **values) -> list[Group]:
@@ -283,12 +283,12 @@ class Model(Groups):
         ]
 
     def __repr__(self) -> str:
-        """One line."""
+        """Return title and numbers of groups in one line."""
         counts = ", ".join(f"{count} {kind}" for kind, count in self.counts.items())
         return f"<sitedda.Model {self.title!r}: {counts or 'empty'}>"
 
     def __eq__(self, other) -> bool:
-        """The same groups in the same order."""
+        """Return whether another model has the same groups in the same order."""
         if not isinstance(other, Model):
             return NotImplemented
         return self._once == other._once and self.groups == other.groups
@@ -299,7 +299,7 @@ class Model(Groups):
 
     @classmethod
     def read(cls, file) -> "Model":
-        """The model of a namelist file."""
+        """Return the model of a namelist file."""
         return cls.from_namelist(read_input(Path(file)), file)
 
     @classmethod
@@ -330,12 +330,12 @@ class Model(Groups):
         return model
 
     def to_namelist(self) -> str:
-        """The model as a namelist text."""
+        """Return the model as a namelist text."""
         for group in self.of_kind("motion"):
             if (count := len(group._values.get("values", ()))) > _LONGEST:
                 raise InputError(
-                    f"motion {group.name!r} has {count} values, more than the {_LONGEST} that an "
-                    "input holds; write(file) puts them into a file of their own"
+                    f"motion {group.name!r} has {count} values, more than the {_LONGEST} that fit "
+                    "into an input; write(file) puts them into a separate file"
                 )
         return self._to_text()
 
@@ -367,12 +367,12 @@ class Model(Groups):
         return write(file, f"! written by sitedda\n{text}", OWN_INPUT)
 
     def _named_files(self) -> list[Path]:
-        """The files that groups name."""
+        """Return the files that groups name."""
         groups = [*self["motion"], *self["blocks"]]
         return [self.folder / group.file for group in groups if group.file]
 
     def _renamed_files(self, folder: Path, prefix: str) -> dict[int, dict]:
-        """Return the variables of groups whose files have other names relative to a folder."""
+        """Return, by group, its variables if its file name changes relative to a folder."""
         found = {}
         for group in [*self["motion"], *self["blocks"]]:
             values = dict(group._values)
@@ -393,7 +393,7 @@ class Model(Groups):
     # --- Use -------------------------------------------------------------------------------------
 
     def build(self) -> "Model":
-        """A model in which joints, regions and masonry have become blocks."""
+        """Return a model in which joints, regions and masonry are converted into blocks."""
         given = [group for group in (*self.groups, self._once["cutting"]) if group._values]
         parts = [(group._name, group._values, group._place or f"&{group._name}") for group in given]
         built = build_blocks(parts, self.folder)
@@ -410,7 +410,7 @@ class Model(Groups):
 
     @contextmanager
     def opened(self) -> Iterator[tuple[Path, str]]:
-        """A file name and a text that can be run while this lasts."""
+        """Yield a file name and a text that can be run within the context."""
         with tempfile.TemporaryDirectory() as folder:
             moved = self._renamed_files(Path(folder), "motion.")
             for values in moved.values():
@@ -427,8 +427,8 @@ class Model(Groups):
         groups = [one for one in self._once.values() if one._values] + self.groups
 
         def place(kind: str, line: int) -> str:
-            if line > len(groups):  # each is on its own line, generated groups below
-                return f"a &{kind} that another group stands for"
+            if line > len(groups):  # groups have one line each, generated ones follow
+                return f"a &{kind} generated from another group"
             group = groups[line - 1]
             same = [one for one in groups if one._name == group._name]
             number = next(i for i, one in enumerate(same, 1) if one is group)

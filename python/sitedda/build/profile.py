@@ -12,7 +12,7 @@ import numpy as np
 from ..base.errors import InputError
 from ..base.reading import read_bounded
 
-GRAVITY = 9.80665  # m/s², in unit weights and stresses
+GRAVITY = 9.80665  # m/s², for unit weights and stresses
 _LARGEST = 2**24  # bytes of a file
 _MOST = 10_000  # rows
 _FOOT = 0.3048  # m
@@ -86,7 +86,7 @@ class Ground:
     friction_angle: float = math.nan
 
     def values(self) -> dict[str, float]:
-        """Its values for `Layer` and `HalfSpace`."""
+        """Return its values for `Layer` and `HalfSpace`."""
         return {
             "density": self.density,
             "shear_velocity": self.shear_velocity,
@@ -112,16 +112,16 @@ class SoilProfile:
 
     @property
     def depth(self) -> float:
-        """Of the lowest layer's bottom, m."""
+        """Return the depth of the bottom of the lowest layer, m."""
         return float(sum(layer.thickness for layer in self.layers))
 
     @property
     def tops(self) -> np.ndarray:
-        """Depth of the top of each layer and of the bottom, shape (layers + 1,), m."""
+        """Return the depths of the layer tops and of the bottom, shape (layers + 1,), m."""
         return np.cumsum([0.0, *(layer.thickness for layer in self.layers)])
 
     def mean_velocity(self, depth: float = 30.0) -> float:
-        """Depth over the travel time of S waves through it, m/s: V_s30 for 30 m.
+        """Return a depth over the travel time of S waves through it, m/s: V_s30 for 30 m.
 
         Its half-space, or its last layer, continues below the file.
         """
@@ -134,7 +134,7 @@ class SoilProfile:
     def mean_stresses(
         self, water_table: float = math.inf, pressure_at_rest: float = 0.5
     ) -> list[float]:
-        """Mean effective stress in the middle of each layer, Pa.
+        """Return the mean effective stress in the middle of each layer, Pa.
 
         Parameters
         ----------
@@ -154,7 +154,7 @@ class SoilProfile:
     def strengths(
         self, water_table: float = math.inf, pressure_at_rest: float = 0.5
     ) -> list[float]:
-        """Shear strength that the file gives each layer, s_u or s_u + σ'_v tan φ', Pa; else NaN.
+        """Return the shear strength of each layer in the file, s_u + σ'_v tan φ', Pa; NaN if none.
 
         Parameters
         ----------
@@ -171,7 +171,7 @@ class SoilProfile:
         return found
 
     def __str__(self) -> str:
-        """The layers as a table, and the mean velocity of 30 m."""
+        """Return the layers as a table, and the mean velocity of 30 m."""
         head = f"{'depth (m)':>15}{'V_s (m/s)':>11}{'V_p (m/s)':>11}{'ρ (kg/m³)':>11}{'D (%)':>8}"
         rows = [head + "  curve"]
         tops = self.tops

@@ -15,9 +15,9 @@ from .cutting.distributions import uniform
 from .masonry import MOST_BLOCKS, rectangle
 
 _BONDS = {"running": (1.0, 0.5), "header": (0.5, 0.25), "rubble": (1.0, 0.5)}
-_LEAST = 0.3  # of a stone: length of the parts at ends and jambs
-_OVERLAP = 0.2  # of a stone, between upright joints of rubble above each other
-_SAME = 1e-9  # of the wall: levels closer than this are one
+_LEAST = 0.3  # shortest stone at ends and jambs over the size of a stone
+_OVERLAP = 0.2  # offset of head joints of successive rubble courses over a stone
+_SAME = 1e-9  # levels closer than this fraction of the wall are equal
 _HEIGHT, _LENGTH = 1, 2  # streams of random numbers
 
 
@@ -25,7 +25,7 @@ class Opening(schema.OpeningValues):
     """A door, a window or a niche in a wall."""
 
     def groups(self, folder, others) -> tuple[list[tuple[str, dict]], list[str]]:
-        """Nothing: an opening is part of its wall, which must exist.
+        """Check that the wall exists; the opening adds no groups of its own.
 
         Parameters
         ----------
@@ -40,7 +40,7 @@ class Opening(schema.OpeningValues):
         return [], []
 
     def fitted(self, wall: MasonryWall) -> Opening:
-        """With the values from its wall; refused if it is not within it."""
+        """Return the opening with missing values from its wall; reject it outside the wall."""
         values = dict(vars(self))
         course, stone = wall.height / wall.courses, wall.stone
         values["depth"] = course if self.depth is None else self.depth
@@ -53,7 +53,7 @@ class Opening(schema.OpeningValues):
         return found
 
     def check(self, wall: MasonryWall) -> None:
-        """Refuse an opening outside the wall, or without size."""
+        """Reject an opening outside the wall, or without size."""
         if self.head == "arch" and self.rise > 0.5 * self.width * (1 + 1e-12):
             raise InputError(f"rise = {self.rise:g} is above half of the width")
         if self.head == "arch" and self.rise >= self.height:
@@ -68,22 +68,22 @@ class Opening(schema.OpeningValues):
 
     @property
     def springing(self) -> float:
-        """Level at which its head begins, m."""
+        """Return the level at which its head begins, m."""
         return self.bottom + self.height - (self.rise if self.head == "arch" else 0.0)
 
     @property
     def top(self) -> float:
-        """Level of the upper side of its head, m."""
+        """Return the level of the upper side of its head, m."""
         return self.bottom + self.height + (0.0 if self.head == "none" else self.depth)
 
     @property
     def box(self) -> tuple[float, float, float, float]:
-        """Left, bottom, right and top with its head, m."""
+        """Return left, bottom, right and top of the opening with its head, m."""
         beyond = 0.0 if self.head == "none" else self.bearing
         return self.left - beyond, self.bottom, self.left + self.width + beyond, self.top
 
     def gaps(self) -> list[tuple[float, float, float, float]]:
-        """Rectangles that courses leave out: left, bottom, right, top."""
+        """Return the rectangles that courses leave out: left, bottom, right, top."""
         right = self.left + self.width
         found = [(self.left, self.bottom, right, self.springing)]
         if self.head != "none":
@@ -91,7 +91,7 @@ class Opening(schema.OpeningValues):
         return found
 
     def blocks(self) -> list[tuple[str, np.ndarray]]:
-        """Lintel, or voussoirs from the right and what they spring from: names and corners, m."""
+        """Return names and corners (m) of the lintel, or of voussoirs and springers."""
         if self.head == "none":
             return []
         _, box = self.gaps()
@@ -131,7 +131,7 @@ class MasonryWall(schema.MasonryWallValues):
             raise InputError(f"courses = {self.courses}: more than {MOST_BLOCKS} blocks")
 
     def groups(self, folder, others) -> tuple[list[tuple[str, dict]], list[str]]:
-        """Its blocks and tie rods: names and variables of groups; no notes.
+        """Return groups of its blocks and tie rods (names, variables), and no notes.
 
         Parameters
         ----------
@@ -222,7 +222,7 @@ class MasonryWall(schema.MasonryWallValues):
         return list(pairwise([*ends, right]))
 
     def _tie_rods(self, stones: list[tuple]) -> list[tuple[str, dict]]:
-        """Tie rods between the outermost stones at their levels."""
+        """Return tie rods between the outermost stones at their levels."""
         found = []
         for number, level in enumerate(() if self.ties is None else self.ties, 1):
             across = [(corners, name) for name, corners, *_ in stones

@@ -61,7 +61,7 @@ def draw_boundaries(axes: Axes, scene: Scene, frame: int) -> list:
             continue
         if boundary["moved"]:
             held = color == HELD
-            words += ", moved" if held else ", a wave comes in"
+            words += ", moved" if held else ", incoming wave"
             color = MOVED if held else color
         look = {"colors": color, "capstyle": "round", "zorder": 5}
         axes.add_collection(LineCollection(edges, linewidths=2.2, **look))

@@ -207,7 +207,7 @@ class BlockPicture:
         self.lines += draw_flow(self.axes, scene, frame)
         if self.stress > 0:
             self.lines += draw_crosses(self.axes, scene, frame, self.deformation, self.stress)
-        self.head.show(self._words(frame))
+        self.head.show(self._text_with_notes(frame))
 
     def _draw_first_frame(self, frame: int, vertices) -> None:
         scene, axes = self.scene, self.axes
@@ -215,7 +215,7 @@ class BlockPicture:
         if scene.frames > 1 and (frame or self.frames) and scene.blocks <= _MOST_DRAWN_OUTLINES:
             look = {"facecolors": "none", "edgecolors": RULE, "linewidths": 0.5, "zorder": 1}
             axes.add_collection(PolyCollection(scene.polygons(0), **look))
-        handles = self._start_blocks(frame, vertices, frames)
+        handles = self._add_blocks(frame, vertices, frames)
         if self.color == "material" and not self.contacts:
             handles += _draw_joints(axes, scene, frame, self.deformation)
         if self.color in ("compression", "tension") and (scene.body > 0).any():
@@ -229,7 +229,7 @@ class BlockPicture:
         if scene.before or self.color == "material":
             seen += [tail for tail, _, _ in load_arrows(scene)]
         _set_view(axes, scene, np.vstack([vertices, *seen]))
-        self.head = Head(axes, self.title, [self._words(one) for one in frames])
+        self.head = Head(axes, self.title, [self._text_with_notes(one) for one in frames])
         if self.legend:
             self._stack_keys(handles)
         if self.alone:
@@ -246,7 +246,7 @@ class BlockPicture:
         if handles:
             self.keys.legend(handles)
 
-    def _start_blocks(self, frame: int, vertices, frames: list[int]) -> list:
+    def _add_blocks(self, frame: int, vertices, frames: list[int]) -> list:
         """Draw the blocks in their colours; return handles for the legend."""
         scene, edge = self.scene, _line_width(self.scene)
         look = {"edgecolors": EDGE, "linewidths": edge}
@@ -331,9 +331,9 @@ class BlockPicture:
                                    self.arrow)  # fmt: skip
         return found
 
-    def _words(self, frame: int) -> str:
-        """Write the text on the picture, and below it the note on blocks out of view."""
-        lines = [_words(self.scene, frame, self.deformation), *self.rests]
+    def _text_with_notes(self, frame: int) -> str:
+        """Return the text on the picture, with notes on blocks out of view and large values."""
+        lines = [_picture_text(self.scene, frame, self.deformation), *self.rests]
         if self.scene.origin and (self.arrows == "displacement" or "displacement" in self.color):
             lines.append(f"displacements {self.scene.origin}")
         if self.limits.most > self.limits.usual:
@@ -550,7 +550,7 @@ def _set_view(axes: Axes, scene: Scene, vertices) -> None:
     axes.tick_params(color=FAINT, labelcolor=INK)
 
 
-def _words(scene: Scene, frame: int, deformation: float) -> str:
+def _picture_text(scene: Scene, frame: int, deformation: float) -> str:
     """Return the text on the picture: time, blocks, factor, and blocks out of view."""
     parts = [scene.size_words]
     if not scene.before:

@@ -19,7 +19,7 @@ _SIDES = [(1.5 * x, 1.2 * y, "left" if x > 0 else "right", "bottom" if y > 0 els
     (0, 2.2, "center", "bottom"), (0, -2.2, "center", "top"),
     (2.2, 0, "left", "center"), (-2.2, 0, "right", "center"),
 ]  # fmt: skip
-_RINGS = (1.0, 3.0, 5.0, 8.0, 12.0)  # factors on these offsets; from the second on with a line
+_RINGS = (1.0, 3.0, 5.0, 8.0, 12.0)  # factors on these offsets; all but 1 need a line
 _RADIUS = 4.0  # radius of a mark, points
 
 
@@ -48,7 +48,7 @@ class PointNames(Artist):
                       for name, place in zip(names, places, strict=True)]  # fmt: skip
         for name in self.names:
             name.set_in_layout(False)
-        self.set(zorder=0, in_layout=False)  # drawn first, to find the positions of names
+        self.set(zorder=0, in_layout=False)  # drawn first, because it places the names
         axes.add_artist(self)
 
     def draw(self, renderer) -> None:

@@ -74,7 +74,7 @@ class Report:
     seconds: float
 
     def __str__(self) -> str:
-        """The report for a screen."""
+        """Return the report as text for a screen."""
         return self.text
 
     @property
@@ -156,7 +156,7 @@ class Modes:
     words: str
 
     def __repr__(self) -> str:
-        """Frequencies and damping."""
+        """Return frequencies and damping in one line."""
         pairs = zip(self.frequency, self.damping, strict=True)
         return f"<sitedda.Modes {', '.join(f'{f:.4g} Hz ({100 * d:.2g} %)' for f, d in pairs)}>"
 
@@ -198,7 +198,7 @@ def _round_numbers(text: str) -> str:
 
 
 @contextmanager
-def _opened(model, changes: Mapping | None, more: dict) -> Iterator[Simulation]:
+def _open_model(model, changes: Mapping | None, more: dict) -> Iterator[Simulation]:
     """Yield an open simulation, or one with changes that is closed afterwards."""
     changes = dict(changes or {}) | more
     if not isinstance(model, Simulation):
@@ -220,7 +220,7 @@ def check(model, changes: Mapping | None = None, **more) -> Report:
     changes, **more
         Variables to change in the input, see `Simulation`.
     """
-    with _opened(model, changes, more) as simulation:
+    with _open_model(model, changes, more) as simulation:
         text, worst, numbers = simulation._call_engine("check_run")
     return Report(
         text.decode("utf-8", "replace").rstrip(),
@@ -251,7 +251,7 @@ def modes(
     changes, **more
         Variables to change in the input, see `Simulation`.
     """
-    with _opened(model, changes, more) as simulation:
+    with _open_model(model, changes, more) as simulation:
         blocks = len(simulation.coordinates)
         found, values, shapes, words = simulation._call_engine(
             "mode_shapes", contacts, blocks, count
@@ -287,7 +287,7 @@ def matrices(model, contacts: str = "auto", changes: Mapping | None = None, **mo
     """
     from scipy import sparse
 
-    with _opened(model, changes, more) as simulation:
+    with _open_model(model, changes, more) as simulation:
         sizes = simulation._call_engine("make_matrices", contacts)
         which, row, column, value = api.read_table(simulation._handle, *sizes)
         names = simulation.point_names
@@ -338,7 +338,7 @@ def transfer(
     """
     frequencies = np.ascontiguousarray(np.atleast_1d(frequencies), dtype=float)
     axis = ("x", "y").index(direction) + 1
-    with _opened(model, changes, more) as simulation:
+    with _open_model(model, changes, more) as simulation:
         names = simulation.point_names
         for name in (surface, base):
             if name is not None and name not in names:
@@ -353,7 +353,7 @@ def penalty_for_frequency(
     model, frequency: float, contacts: str = "auto", changes: Mapping | None = None, **more
 ) -> Penalty:
     """Find the normal stiffness with which the first mode has a measured frequency (Hz)."""
-    with _opened(model, changes, more) as simulation:
+    with _open_model(model, changes, more) as simulation:
         return Penalty(
             *map(float, simulation._call_engine("penalty_for", contacts, "frequency", frequency))
         )
@@ -389,7 +389,7 @@ def penalty_for(
     SiteddaError
         If the share is out of range, or no penalty changes the first frequency.
     """
-    with _opened(model, changes, more) as simulation:
+    with _open_model(model, changes, more) as simulation:
         return Penalty(
             *map(float, simulation._call_engine("penalty_for", contacts, "shift", 100 * accuracy))
         )

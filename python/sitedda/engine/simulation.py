@@ -85,7 +85,7 @@ class Simulation:
         changes = dict(changes or {}) | more
         named = dict(flat_changes(changes)).get("output.file")
         if output is True and isinstance(named, str | os.PathLike):
-            output = named  # the caller may name any path
+            output = named  # a caller may name any path, unlike an input
         target = b"" if output in (None, True) else os.fsencode(output)
         self._writes = output is not None
         self._one = threading.RLock()  # locked while the engine works on this simulation

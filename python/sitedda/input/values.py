@@ -70,7 +70,7 @@ class Values:
         self._check_values()
 
     def __repr__(self) -> str:
-        """Its values."""
+        """Return name and values as text."""
         values = ", ".join(f"{name}={value!r}" for name, value in vars(self).items())
         return f"{type(self).__name__}({values})"
 

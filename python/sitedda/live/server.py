@@ -43,7 +43,7 @@ from .starts import Shipped
 
 _WAITING = 40_000_000  # unsent bytes of a page above which it receives no frames
 _PAGES = 16  # largest number of open pages
-_COLLECT = (50_000, 20, 100)  # of the garbage collector, which took 1/6 of the time of cutting
+_COLLECT = (50_000, 20, 100)  # thresholds of the garbage collector
 _PAGE_FILES = ("main", "socket", "start", "forms", "text", "live_view", "run", "save", "parts")
 _SOURCES = {
     "/": (("live", "page", "index.html"), "text/html"),

@@ -24,12 +24,12 @@ class NamedArray:
 
     @property
     def dtype(self) -> np.dtype:
-        """Of the values."""
+        """Return the type of the values."""
         return self.values.dtype
 
     @property
     def nbytes(self) -> int:
-        """Of the values."""
+        """Return the number of bytes of the values."""
         return self.values.nbytes
 
     def __getitem__(self, which: int | slice | EllipsisType) -> NamedArray:

@@ -309,12 +309,12 @@ class Scene:
         return 0.5 * np.add.reduceat(cross, self.first[:-1])
 
     def slivers(self) -> np.ndarray:
-        """Return blocks with an area tiny relative to other blocks or to their outline squared."""
+        """Return blocks whose area is tiny relative to others or to their squared perimeter."""
         places = self.vertices(0)
         side = np.linalg.norm(places[self.next_vertex] - places, axis=1)
         outline = np.add.reduceat(side, self.first[:-1])
         area = self.areas()
-        thin = area < 0.001 * outline**2  # area over outline squared of a rectangle of 1 : 250
+        thin = area < 0.001 * outline**2  # as for a rectangle with sides 1 : 250
         return np.flatnonzero(thin | (area < 1e-3 * np.median(area)))
 
     def lost(self, frame: int) -> np.ndarray:

@@ -32,7 +32,7 @@ class Doubt(NamedTuple):
 
     @property
     def of_check(self) -> bool:
-        """Return whether the check of the model has reported it."""
+        """Return whether the check of the model has reported this warning."""
         return self.topic == "check"
 
     def __str__(self) -> str:
@@ -113,9 +113,9 @@ class Verdict:
     def rows(self) -> list[tuple[str, ...]]:
         """Return the table of results as texts, with its header first."""
         return [_HEADS, *((line.name, self._format_value(line.largest, line.unit),
-                           self._at_end(line), line.place) for line in self.figures)]  # fmt: skip
+                           self._end_text(line), line.place) for line in self.figures)]  # fmt: skip
 
-    def _at_end(self, line: FigureLine) -> str:
+    def _end_text(self, line: FigureLine) -> str:
         end, largest = (abs(self.values.get(key, math.nan)) for key in (line.end, line.largest))
         if end < _DIED_OUT * largest:
             return f"0 {line.unit}".strip()

@@ -16,7 +16,7 @@ def provenance(**more: str) -> list[tuple[str, str]]:
     lines = [(name.replace("_", " "), value) for name, value in more.items() if value]
     program, made_of = f"sitedda {version()}", commit()
     whole = f"{program}, commit {made_of}" if made_of else program
-    said = more.get("computed_by")  # does not repeat the name
+    said = more.get("computed_by")  # avoids a second line with the same program
     if said not in (whole, program):
         lines.append(("program", program))
     if made_of and said != whole:

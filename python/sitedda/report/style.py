@@ -46,7 +46,7 @@ EDGE = "#22262b"  # edges of blocks in all schemes, because the faces are the sa
 RESTING = "#c3c8ce"  # colour of blocks whose value is round-off
 BOLT, WATER = PURPLE, "#2f7fb8"
 JOINTS = ("#4a4f57", BLUE, ORANGE, GREEN, PINK, GOLD)
-_LAYOUTS, _STAYS = 20, 5e-4  # most passes, tolerance of axes over the figure
+_LAYOUTS, _STAYS = 20, 5e-4  # most layout passes, tolerance of axis positions
 MAGNITUDE, SIGNED = "viridis", "PuOr"
 # From light to strong; lighter than outlines of blocks, and with another hue than `MAGNITUDE`.
 JOINT_MAP = LinearSegmentedColormap.from_list(

@@ -165,7 +165,7 @@ def take_output(folder: Path, output: Path) -> None:
     """Use the complete output of a run of this build for a case with the same input."""
     if not (folder / WORDS).exists():
         shutil.copyfile(output, folder / OUTPUT)
-        write_whole(folder / WORDS, "")  # its warnings are in the output
+        write_whole(folder / WORDS, "")  # the output contains the warnings
 
 
 def _obtain_result(work: Work, folder: Path) -> dict:

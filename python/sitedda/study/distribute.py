@@ -11,7 +11,7 @@ from .case import Work, carry_out, check_first, finished
 from .store import case_folder, locked
 from .workers import TaskTooLong, WorkerDied
 
-_DEATHS = 3  # deaths of its process after which a case has failed
+_DEATHS = 3  # number of lost worker processes after which a case has failed
 _WINDOW = 256  # number of submitted cases if the number of workers is unknown
 
 

@@ -44,8 +44,8 @@ class PushTo:
         from ..stability.pushover import LOADS
 
         if self.load not in LOADS or self.sense not in (1, -1):
-            raise InputError(f"[pushover] load = {self.load!r}, sense = {self.sense!r}: use "
-                             f"{', '.join(LOADS)}; 1 or -1")  # fmt: skip
+            raise InputError(f"[pushover] load = {self.load!r}, sense = {self.sense!r}: load "
+                             f"must be {' or '.join(LOADS)}, and sense 1 or -1")  # fmt: skip
         COUNT.check("[pushover] steps", self.steps)
         if self.displacement is not None:
             POSITIVE.check("[pushover] displacement", self.displacement)

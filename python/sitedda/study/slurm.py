@@ -24,7 +24,7 @@ _MOST_TASKS = 1000  # largest size of a job array with Slurm's default MaxArrayS
 _MIB = 2**20  # bytes
 _BASE = 200.0  # MiB of the executable and its libraries
 _OPTION = re.compile(r"--[a-z][a-z0-9-]*(=.*)?")
-# Options of sbatch permitted in a study: place and time of tasks, and mail, but no files to read, #
+# Options of sbatch permitted in a study: place and time of tasks, and mail, but no files to read,
 # write or execute.
 _HARMLESS = frozenset(
     "account begin clusters comment constraint contiguous cores-per-socket cpu-freq "

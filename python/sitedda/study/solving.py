@@ -255,7 +255,7 @@ class _Bracket:
             return trials.failure("flat", words)
         side = "above" if trials.target > most else "below"
         words = (f"{trials.name} lies between {least:g} and {most:g} {where}; the target "
-                 f"{trials.target:g} is {side} all of them")  # fmt: skip
+                 f"{trials.target:g} is {side} all these values")  # fmt: skip
         return trials.failure("outside", words)
 
     def take_value(self, value: float) -> None:

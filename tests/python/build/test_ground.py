@@ -150,5 +150,5 @@ def test_what_is_refused(values, words):
 
 def test_an_error_in_what_is_made_is_said_without_a_line():
     model = ground(core=CORE, sides="tied", base="fixed", motion_x="none")
-    with pytest.raises(sitedda.InputError, match="a &boundary that another group stands for"):
+    with pytest.raises(sitedda.InputError, match="a &boundary generated from another group"):
         sitedda.check(model)

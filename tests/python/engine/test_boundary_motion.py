@@ -124,7 +124,7 @@ def test_boundaries_are_drawn_where_they_are(tmp_path):
         assert np.linalg.norm(one["end"] - one["start"], axis=1).sum() == pytest.approx(length)
     axes = draw(scene)
     words = [text.get_text().replace("\n", " ") for text in axes.get_legend().get_texts()]
-    expected = ["compliant, a wave comes in", "fixed", "fixed, moved", "roller", "viscous"]
+    expected = ["compliant, incoming wave", "fixed", "fixed, moved", "roller", "viscous"]
     assert [w for w in words if w in expected] == expected and "free field beyond" in words
     before = len(axes.collections)
     assert len(draw_boundaries(axes, scene, 0)) == 6

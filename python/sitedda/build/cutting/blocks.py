@@ -44,7 +44,7 @@ _SLIVER_AREA = 1e-3  # smallest area of a block over the mean area
 _SLIVER_EDGE = 1e-3  # shortest edge over the root of the mean area
 _BYTES = 4000  # bytes of memory per block during cutting
 MOST_CORNERS = 512  # largest number of corners of a block
-_MARGIN = 1.25  # allowance in the estimate of crossings; the blocks are counted later
+_MARGIN = 1.25  # factor on the limit of estimated crossings; later, blocks are counted
 _NAMED = 5  # largest number of positions in a message
 
 
@@ -207,7 +207,7 @@ class _Cut:
                 f"the joints would have about {expected:.2g} segments, more than {MOST_JOINTS:.2g};"
                 " choose a larger spacing, or a smaller region"
             )
-        rows = []  # tuples of rank, joint, segments, outline or not
+        rows = []  # tuples: rank, joint, segments, whether they are an outline
         for hole, polygon in zip(holes, self.holes, strict=True):
             rows.append((0, hole.joint, _polygon_sides(polygon), True))
         for excavation, polygon in zip(excavations, self.pits, strict=True):
@@ -226,10 +226,10 @@ class _Cut:
         self.segments = np.concatenate([row[2] for row in rows])
         self.labels = np.repeat([keys.index(row[:2]) for row in rows], counts)
         self.outline = np.repeat([row[3] for row in rows], counts)
-        self._check_amount()
+        self._check_block_count()
 
     def _clip_cutter(self, cutter, reach: float) -> np.ndarray:
-        """Return the parts of a joint or surface within what it cuts; an error names it."""
+        """Return the parts of a joint or surface in its regions; errors name the joint."""
         try:
             more = (
                 {"corner": self._lower_left_corner(cutter)} if isinstance(cutter, JointSet) else {}
@@ -242,7 +242,7 @@ class _Cut:
             raise
 
     def _lower_left_corner(self, cutter) -> np.ndarray:
-        """Return the lower left corner of the box around what a joint set cuts, m."""
+        """Return the lower left corner of the box around the regions of a joint set, m."""
         cut = [region.outline for region in self.regions if cutter.region in ("", region.name)]
         return np.min([outline.min(axis=0) for outline in cut or [self.centre[None]]], axis=0)
 
@@ -268,8 +268,8 @@ class _Cut:
         inside = owner[1:] == owner[:-1]
         return np.stack([ends[:-1][inside], ends[1:][inside]], axis=1)
 
-    def _check_amount(self) -> None:
-        """Reject too many blocks for the limit or the memory, by an estimate.
+    def _check_block_count(self) -> None:
+        """Estimate the number of blocks; reject more than the limit or the memory permits.
 
         Segments of lengths L at angles θ that lie anywhere in an area A cross
         ½ Σ Lᵢ Lⱼ |sin(θᵢ − θⱼ)| / A times on average.
@@ -378,7 +378,7 @@ class _Cut:
         return np.where(region >= 0, kinds.ravel(), -1), keys
 
     def _find_enclosed(self, network: Network, faces, polygons) -> dict[int, list[np.ndarray]]:
-        """Return half-edges around faces that lie inside another face, by the outer face."""
+        """Return, by outer face, the half-edges around the faces that lie inside it."""
         count = len(network.nodes)
         ends = network.edges.T
         graph = coo_array((np.ones(ends.shape[1]), ends), shape=(count, count))

@@ -116,7 +116,7 @@ def draw(share, distribution: str, mean: float, deviation: float) -> np.ndarray:
 
 
 def draw_lengths(share, distribution: str, mean: float, deviation: float) -> np.ndarray:
-    """Draw lengths; those below 1 % of the mean (uniform, normal distribution) are raised to it."""
+    """Draw lengths, at least 1 % of the mean for uniform and normal distributions."""
     lengths = draw(share, distribution, mean, deviation)
     if distribution in ("uniform", "normal"):
         lengths = np.maximum(lengths, _LEAST * mean)

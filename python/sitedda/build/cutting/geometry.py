@@ -27,7 +27,7 @@ def outline_of(name: str, values) -> np.ndarray:
     return points if shapely.is_ccw(polygon.exterior) else points[::-1].copy()
 
 
-def _connect(points) -> np.ndarray:
+def _segments_between(points) -> np.ndarray:
     """Return the segments between successive points, shape (n − 1, 2, 2)."""
     return np.stack([points[:-1], points[1:]], axis=1)
 
@@ -91,7 +91,7 @@ class Surface(schema.SurfaceValues):
         x, y = self.points.T
         before = [[left, y[0]]] if left < x[0] else []
         after = [[right, y[-1]]] if right > x[-1] else []
-        return _connect(np.vstack([*before, self.points, *after]))
+        return _segments_between(np.vstack([*before, self.points, *after]))
 
     def is_above(self, places) -> np.ndarray:
         """Return whether the surface lies above positions, shape (n, 2), m."""
@@ -106,7 +106,7 @@ class JointLine(schema.JointLineValues):
 
     def segments(self, centre, radius: float) -> np.ndarray:
         """Return the segments, shape (n, 2, 2), m."""
-        return _connect(self.points)
+        return _segments_between(self.points)
 
     def expected(self, radius: float) -> float:
         """Return the number of segments."""
@@ -150,7 +150,7 @@ class JointSet(schema.JointSetValues):
         middle = centre - origin
         s0, p0 = along @ middle, across @ middle
         turn = {"constant": 0, "uniform": 1}.get(self.angle_distribution, 3) * self.angle_deviation
-        reach = radius / np.cos(np.radians(min(turn, 75.0)))  # hardly any joint turns by more
+        reach = radius / np.cos(np.radians(min(turn, 75.0)))  # few joints turn by more than 75°
         found = []
         if np.hypot(*middle) > 1e6 * self.spacing:
             raise InputError("origin is more than a million spacings away from the regions")
@@ -173,7 +173,7 @@ class JointSet(schema.JointSetValues):
         )
 
     def _draw_offsets(self, side: int, end: float) -> np.ndarray:
-        """Return distances of the lines from the origin on one side, up to one beyond the end, m.
+        """Return distances of lines on one side of the origin, m; the last exceeds the end.
 
         The line through the origin counts to the upper side.
         """
@@ -206,7 +206,7 @@ class JointSet(schema.JointSetValues):
         return np.concatenate(ends), np.concatenate(turns)
 
     def _draw_trace_ends(self, place, end: float) -> np.ndarray:
-        """Return starts and ends of traces in one direction, (n, 2), to beyond the end, m.
+        """Return starts and ends of traces in one direction, (n, 2), m; the last passes the end.
 
         The first direction begins with a trace, the second with a bridge.
         """

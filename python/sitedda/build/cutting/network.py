@@ -111,7 +111,7 @@ def split_network(network: Network, tolerance: float, rigid: bool = False) -> Ne
 
 
 def merge_close_nodes(network: Network, reach: float) -> tuple[Network, float]:
-    """Merge nodes closer than a distance (m), or than a fraction of it; return this as well.
+    """Merge nodes closer than a distance (m), reduced if necessary; return the distance used.
 
     Outlines keep their shape.  A smaller distance is needed if merged corners come close to others.
     """
@@ -218,13 +218,13 @@ def _find_splits(network: Network, tolerance: float, rigid: bool):
     last = np.argsort(join(on_outline), kind="stable")
     moved, targets = join(moved)[last], join(targets)[last]
     split = np.array([join(edge), join(node)]), join(share)
-    keep = _is_unassigned(network, *split[0]) if rigid else slice(None)
+    keep = _keep_last_outline(network, *split[0]) if rigid else slice(None)
     (edge, node), share = split[0][:, keep], split[1][keep]
     return edge, share, node, join(places), join(kinds), moved, targets
 
 
-def _is_unassigned(network: Network, edge, node) -> np.ndarray:
-    """Return which events assign an inner node only to the last outline that it touches.
+def _keep_last_outline(network: Network, edge, node) -> np.ndarray:
+    """Return which splits remain if each inner node splits only the last outline it touches.
 
     The node is moved onto this outline; splitting another one would change its shape.
     """
@@ -238,7 +238,7 @@ def _is_unassigned(network: Network, edge, node) -> np.ndarray:
 
 
 def _find_touching(network, edge, node, tolerance):
-    """Return which nodes lie within the tolerance of an edge without being its end."""
+    """Return which nodes lie within the tolerance of an edge without being one of its ends."""
     a, b = network.nodes[network.edges[edge]].swapaxes(0, 1)
     along, to = b - a, network.nodes[node] - a
     squared = (along**2).sum(axis=1)

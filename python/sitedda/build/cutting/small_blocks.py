@@ -36,7 +36,7 @@ class Sliver:
     reason: str
 
     def __str__(self) -> str:
-        """One line."""
+        """Return name, position and faults in one line."""
         name = f"block {self.index + 1} {self.name}".rstrip()
         return f"{name} at ({self.place[0]:.6g}, {self.place[1]:.6g}): {self.reason}"
 

@@ -60,7 +60,7 @@ class Part:
 
     @property
     def rings(self) -> list:
-        """Outline and holes with their joints."""
+        """Return outline and holes with their joints."""
         return [(self.outline, self.joints), *self.holes]
 
 
@@ -144,7 +144,7 @@ class _Body:
         self.sizes = sizes
 
     def mesh(self) -> Cut:
-        """The cells."""
+        """Return the cells."""
         network = self._body_network()
         faces = trace_faces(network)
         starts = network.starts
@@ -273,7 +273,7 @@ class _Body:
         )
 
     def _original_positions(self, places) -> np.ndarray:
-        """Return positions without the offset; corners of outlines are exact as given."""
+        """Return positions without the offset; corners of outlines are exactly as given."""
         given = np.concatenate([ring for part in self.parts for ring, _ in part.rings])
         away, which = cKDTree(given - self.centre).query(places)
         found = places + self.centre

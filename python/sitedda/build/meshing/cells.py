@@ -40,11 +40,11 @@ class Cells:
         self.owner.update(dict.fromkeys(zip(cycle, cycle[1:] + cycle[:1], strict=True), i))
 
     def label(self, a: int, b: int):
-        """The label of an edge, or None within a body."""
+        """Return the label of an edge, None within a body."""
         return self.labels.get((min(a, b), max(a, b)))
 
     def turn(self, a: int, b: int, c: int) -> float:
-        """Sine of the turn to the left from a–b to b–c."""
+        """Return the sine of the turn to the left from a–b to b–c."""
         (ax, ay), (bx, by), (cx, cy) = self.nodes[a], self.nodes[b], self.nodes[c]
         ux, uy, vx, vy = bx - ax, by - ay, cx - bx, cy - by
         sine = (ux * vy - uy * vx) / (hypot(ux, uy) * hypot(vx, vy) or 1.0)
@@ -61,7 +61,7 @@ class Cells:
         ]
 
     def concave(self, cycle: list[int]) -> list[int]:
-        """Places in a cycle where it turns to the right, or a joint ends on a straight side."""
+        """Return the indices at which a cycle turns right or a joint ends on a straight side."""
         found, count = self.reflex(cycle), len(cycle)
         for k in range(count):
             a, b, c = cycle[k - 1], cycle[k], cycle[(k + 1) % count]
@@ -70,14 +70,14 @@ class Cells:
         return found
 
     def area(self, cycle: list[int]) -> float:
-        """m²."""
+        """Return the area of a cell, m²."""
         x0, y0 = self.nodes[cycle[0]]
         shifted = [(x - x0, y - y0) for x, y in map(self.nodes.__getitem__, cycle)]
         after = shifted[1:] + shifted[:1]
         return 0.5 * sum(x * yn - y * xn for (x, y), (xn, yn) in zip(shifted, after, strict=True))
 
     def perimeter(self, cycle: list[int]) -> float:
-        """m."""
+        """Return the perimeter of a cell, m."""
         places = [self.nodes[k] for k in cycle]
         ends = places[1:] + places[:1]
         return sum(hypot(x - a, y - b) for (x, y), (a, b) in zip(places, ends, strict=True))
@@ -89,7 +89,7 @@ class Cells:
     # --- Splitting -------------------------------------------------------------------------------
 
     def make_convex(self, local) -> None:
-        """Split cells until all are convex; `local` gives the size at a place, m."""
+        """Split cells until all are convex; `local` returns the target size at a position, m."""
         waiting = [i for i, cycle in enumerate(self.cycles) if self.concave(cycle)]
         while waiting:
             i = waiting.pop()
@@ -146,13 +146,13 @@ class Cells:
                 yield end, None
 
     def _ray_points(self, cycle, k, near: float):
-        """Return where rays from corner k meet edges: along its sides, bisecting, perpendicular."""
+        """Return where rays from corner k hit edges: along its sides, bisector, and normal."""
         count = len(cycle)
         px, py = self.nodes[cycle[k]]
         before, after = (self.nodes[cycle[(k + step) % count]] for step in (-1, 1))
         along = [np.subtract((px, py), before), np.subtract((px, py), after)]
         along = [way / np.hypot(*way) for way in along]
-        upright = np.array([-along[0][1], along[0][0]])  # of a straight corner
+        upright = np.array([-along[0][1], along[0][0]])  # normal of the first side
         for way in (*along, along[0] + along[1], upright):
             best = None
             for end in range(count):
@@ -161,7 +161,7 @@ class Cells:
                 (ax, ay), (bx, by) = self.nodes[cycle[end]], self.nodes[cycle[(end + 1) % count]]
                 ex, ey = bx - ax, by - ay
                 sine = way[0] * ey - way[1] * ex
-                if sine <= 0:  # from within, edges are met from their left
+                if sine <= 0:  # the ray does not leave the cell here
                     continue
                 t = ((ax - px) * ey - (ay - py) * ex) / sine
                 s = ((ax - px) * way[1] - (ay - py) * way[0]) / sine
@@ -187,7 +187,7 @@ class Cells:
             ):
                 return False
         before, after = self.nodes[cycle[k - 1]], self.nodes[cycle[(k + 1) % count]]
-        # At a corner that turns to the right the way must not leave between its sides.
+        # At a reflex corner, the line must not start outside the cell, between the two sides.
         return side(p, after, target) > 0 or side(before, p, target) > 0
 
     def _split(self, i: int, k: int, end: int, place) -> tuple[int, int]:

@@ -13,13 +13,13 @@ from ...base.errors import InputError
 from ..cutting.distributions import uniform
 from .sizes import Sizes
 
-_FIT = 1e-6  # of a cell: sides that are whole numbers of cells except for rounding
+_FIT = 1e-6  # tolerance of a length in cells, so that rounding adds no cell
 _SPLIT = 1.2  # squares larger than this fraction of the target size are split
-_JITTER = 0.25  # of a square: offset of seeds of polygons from its middle
+_JITTER = 0.25  # offset of a seed from the middle of its square, over its side
 _RELAXATIONS = 12
-_SHORT = 0.15  # of the size: sides of polygons that are shorter become a point
+_SHORT = 0.15  # shortest side of a polygon over its size; shorter sides are merged
 MOST_CELLS = 1_000_000
-_FINEST = 2**29  # smallest squares over the body: places are whole numbers of them, of 32 bits
+_FINEST = 2**29  # body over smallest square; positions are 32-bit multiples of the square
 
 
 @dataclass
@@ -41,7 +41,7 @@ class Graph:
 
 
 def counted(lengths: np.ndarray, size: float) -> np.ndarray:
-    """Whole numbers of cells of a size along two lengths (m), unless they would be far too many."""
+    """Return the numbers of cells of a size along two lengths (m); reject far too many cells."""
     with np.errstate(over="ignore"):
         counts = np.maximum(1.0, np.ceil(lengths / size - _FIT))
         cells = counts.prod()
@@ -156,7 +156,7 @@ def _relax_seeds(seeds, shape, sizes: Sizes) -> np.ndarray:
     # A clipped cell may have two parts, with its centroid in neither; its seed stays.
     whole = (shapely.get_type_id(cells) == 3) & shapely.contains_xy(shape, *moved.T)
     moved[~whole] = seeds[~whole]
-    if sizes.smallest < sizes.largest:  # towards regions of small cells
+    if sizes.smallest < sizes.largest:  # move seeds towards smaller cells
         middle = sizes.at(moved)
         step = 0.1 * middle
         slope = np.column_stack(

@@ -16,8 +16,8 @@ from .settings import Mesh, is_listed
 
 _NAMED = 3  # positions in a message
 _FLAT = 1e-8  # area over the square of the perimeter: thinner blocks are not meshed
-_MANY = 100_000  # cells whose making takes a minute
-_FAR = 10  # times the most cells: refused before regions are cut
+_MANY = 100_000  # number of cells whose generation takes a minute
+_FAR = 10  # times MOST_CELLS: more are rejected before regions are cut
 LONGEST_NAME = 64  # bytes
 
 
@@ -41,7 +41,7 @@ class Piece:
 
     @property
     def name(self) -> str:
-        """Of the block."""
+        """Return the name of the block."""
         return self.values.get("name", "")
 
 
@@ -103,7 +103,7 @@ def _check_estimate(pieces, meshes, materials: dict[str, dict], placed) -> None:
             if expected > MOST_CELLS:
                 raise _too_many_error(size, expected)
     if expected > _MANY:
-        words = f"about {expected:.2g} cells take minutes to make; a larger size makes fewer"
+        words = f"about {expected:.2g} cells take minutes to generate; a larger size gives fewer"
         warnings.warn(words, CostWarning, stacklevel=2)
 
 

@@ -7,7 +7,7 @@ import shapely
 from .graphs import Graph, counted
 
 _STRAIGHT = 1e-9  # sine of a turn that counts as straight
-_SHARPEST = np.radians(40.0)  # corners of shapes that are not divided along their sides
+_SHARPEST = np.radians(40.0)  # shapes with sharper corners are not divided along their sides
 _UNEVEN = 2.0  # opposite sides may differ by this factor
 
 

@@ -4,7 +4,7 @@
 from ...base.errors import InputError
 from ...input import schema
 
-IN_A_WAVE = 12  # cells in the length of a shear wave
+IN_A_WAVE = 12  # number of cells per shear wavelength
 
 
 class Mesh(schema.MeshValues):
@@ -15,7 +15,7 @@ class Mesh(schema.MeshValues):
             raise InputError("fine_along: 1 point given, at least 2 are needed")
 
     def size_of(self, name: str, material: dict) -> float:
-        """Size of cells (m) of a material, whose variables are given."""
+        """Return the size of cells (m) for the given variables of a material."""
         if self.size is not None:
             return self.size
         try:

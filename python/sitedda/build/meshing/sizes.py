@@ -31,7 +31,7 @@ class Sizes:
         fine_size: float | None = None,
     ):
         self.largest, self.smallest = max(sizes), min([*sizes, *([fine_size] if fine else [])])
-        # A part of the largest size bounds nothing.
+        # A part with the largest size does not limit the size elsewhere.
         self._near = [
             (part, size) for part, size in zip(parts, sizes, strict=True) if size < self.largest
         ]
@@ -49,7 +49,7 @@ class Sizes:
             self.smallest = min(self.smallest, size)
 
     def at(self, places) -> np.ndarray:
-        """m, shape (n,), for places, shape (n, 2)."""
+        """Return the target size (m), shape (n,), at positions, shape (n, 2)."""
         found = np.full(len(places), self.largest)
         points = shapely.points(places) if self._near else None
         for shape, size in self._near:

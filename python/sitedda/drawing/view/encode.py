@@ -18,10 +18,10 @@ from ...output.energies import budget
 from ...output.scene import Scene, principal_stresses
 from ..quantities import rounding
 
-POSITION, ROTATION, STRAIN = 0.6e-5, 0.4e-5, 0.2e-5  # quanta over the size of the model at a vertex
+POSITION, ROTATION, STRAIN = 0.6e-5, 0.4e-5, 0.2e-5  # quanta over the model size at a vertex
 _FINE = 32767  # steps of a quantity stored in 16 bits
 _COARSE = 255  # steps of colours of large models
-_PLACES = 101  # hundredths of an edge, both ends included
+_PLACES = 101  # number of positions along an edge, both ends included
 _LEAST_STEPS = 500  # steps of the smallest scale of displacements
 _SAMPLE = 12  # number of frames from which the total size is estimated
 _LEVEL = 6  # level of deflate
@@ -82,7 +82,7 @@ class Channel:
 
     @classmethod
     def rooted(cls, name: str, values: np.ndarray, steps: int) -> "Channel":
-        """Return a channel of roots with a number of steps from 0 to the largest root."""
+        """Return a channel that stores square roots in `steps` steps up to the largest."""
         quantum = float(np.sqrt(abs(values).max(initial=0.0))) / steps or 1.0
         return cls(name, values, quantum, True)
 

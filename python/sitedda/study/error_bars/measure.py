@@ -106,7 +106,7 @@ def accuracy(
     figures = _estimate_figures(facts, _numbers_by_run(table.sel(variant=names)))
     end = float(table.look.values[-1]) if "look" in table else math.nan
     figures = with_horizons(figures, table)
-    return Accuracy(figures, words, end, bands_of(table), _cause_of_open_bars(figures, facts))
+    return Accuracy(figures, words, end, bands_of(table), _nonconvergence_cause(figures, facts))
 
 
 def _try_linear_run(model, changes: Mapping, facts: Facts) -> Accuracy | None:
@@ -147,11 +147,11 @@ def of_linear_run(model, history, changes: Mapping | None = None, facts=None) ->
         figures = linear_figures(model, changes or {}, history, facts)
     except SiteddaError:  # the model has no transfer function
         return None
-    cause = _cause_of_open_bars(figures, facts) and (_CAUSES[1] if facts.is_damped else _UNDAMPED)
+    cause = _nonconvergence_cause(figures, facts) and (_CAUSES[1] if facts.is_damped else _UNDAMPED)
     return Accuracy(figures, end=float(history.time.values[-1]), cause=cause)
 
 
-def _cause_of_open_bars(figures: Mapping[str, Figure], facts: Facts) -> str:
+def _nonconvergence_cause(figures: Mapping[str, Figure], facts: Facts) -> str:
     open_ones = any(figure.doubt.startswith(OPEN) for figure in figures.values())
     return _CAUSES[facts.is_damped] if open_ones else ""
 
