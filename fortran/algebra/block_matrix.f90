@@ -20,12 +20,12 @@ module dda_block_matrix
       !> [n+1] first of the entries below the diagonal in each column
       integer, allocatable :: below_start(:)
       integer, allocatable :: below_row(:)     !< [entries] their rows
-      integer, allocatable :: below_entry(:)   !< [entries] their positions in `lower`
+      integer, allocatable :: below_entry(:)   !< [entries] positions of these entries in `lower`
       real(wp), allocatable :: diagonal(:,:,:) !< [6,6,n]
       real(wp), allocatable :: lower(:,:,:)    !< [6,6,entries] block (row, column)
    end type block_matrix_type
 
-   integer, parameter :: parallel_from = 500   !< block rows from which threads save time
+   integer, parameter :: parallel_from = 500   !< number of block rows from which threads save time
 
 contains
 
@@ -114,7 +114,7 @@ contains
       to = from
    end subroutine copy_block
 
-   !> y = K x
+   !> Compute y = K x.
    subroutine multiply(matrix, x, y)
       type(block_matrix_type), intent(in) :: matrix  !< K
       real(wp), intent(in) :: x(6, matrix%n)  !< any vector
@@ -200,7 +200,7 @@ contains
       norm = sqrt(norm)
    end function terms_of_product
 
-   !> row = B x
+   !> Set a row to B x.
    pure subroutine multiply_block(b, x, row)
       real(wp), intent(in) :: b(6, 6), x(6)  !< factors
       real(wp), intent(out) :: row(6)  !< product
@@ -208,7 +208,7 @@ contains
       row = b(:, 1)*x(1) + b(:, 2)*x(2) + b(:, 3)*x(3) + b(:, 4)*x(4) + b(:, 5)*x(5) + b(:, 6)*x(6)
    end subroutine multiply_block
 
-   !> row += B x
+   !> Add B x to a row.
    pure subroutine add_product(b, x, row)
       real(wp), intent(in) :: b(6, 6), x(6)  !< factors
       real(wp), intent(inout) :: row(6)  !< sum
@@ -217,7 +217,7 @@ contains
          + b(:, 6)*x(6))
    end subroutine add_product
 
-   !> row += Bᵀ x
+   !> Add Bᵀ x to a row.
    pure subroutine add_transposed_product(b, x, row)
       real(wp), intent(in) :: b(6, 6), x(6)  !< factors
       real(wp), intent(inout) :: row(6)  !< sum

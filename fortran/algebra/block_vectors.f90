@@ -9,7 +9,7 @@ module dda_block_vectors
 
 contains
 
-   !> y = y + a x
+   !> Compute y = y + a x.
    subroutine add_multiple(n, a, x, y)
       integer, intent(in) :: n                !< block rows
       real(wp), intent(in) :: a, x(6, n)      !< factor, any vector
@@ -26,7 +26,7 @@ contains
       end do
    end subroutine add_multiple
 
-   !> y = x + a y
+   !> Compute y = x + a y.
    subroutine multiply_and_add(n, x, a, y)
       integer, intent(in) :: n                !< block rows
       real(wp), intent(in) :: x(6, n), a      !< any vector, factor

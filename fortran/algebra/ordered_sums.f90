@@ -12,8 +12,8 @@ module dda_ordered_sums
    public :: inner_product, pieces, first_of, last_of, share_of_thread, most_pieces, parallel_from
 
    integer, parameter :: piece = 128          !< smallest number of terms per thread
-   integer, parameter :: most_pieces = 256    !< limit, so that partial sums need no allocation
-   integer, parameter :: parallel_from = 2000 !< terms from which threads save time
+   integer, parameter :: most_pieces = 256    !< most parts, so that sums need no allocation
+   integer, parameter :: parallel_from = 2000 !< number of terms from which threads save time
 
 contains
 
@@ -73,7 +73,7 @@ contains
 
    !> Sum a part in six running sums, which stay in vector registers.
    pure real(wp) function sum_part(x, y)
-      real(wp), intent(in) :: x(:,:), y(:,:)  !< [6, any] a part of them
+      real(wp), intent(in) :: x(:,:), y(:,:)  !< [6, any] numbers of one part
       real(wp) :: partial(6)
       integer :: i
 

@@ -4,12 +4,12 @@ module dda_small_matrix
    use dda_kinds, only: wp
    implicit none
    private
-   public :: invert
+   public :: invert_matrix
 
 contains
 
    !> Invert a matrix in place by Gauss–Jordan elimination without pivoting.
-   pure subroutine invert(matrix, inverse)
+   pure subroutine invert_matrix(matrix, inverse)
       !> positive definite, or triangular with a positive diagonal
       real(wp), intent(in) :: matrix(6, 6)
       real(wp), intent(out) :: inverse(6, 6)  !< of the matrix
@@ -28,6 +28,6 @@ contains
             inverse(:, j) = inverse(:, j) - factor*inverse(k, j)
          end do
       end do
-   end subroutine invert
+   end subroutine invert_matrix
 
 end module dda_small_matrix

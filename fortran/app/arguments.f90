@@ -78,7 +78,7 @@ contains
       arguments%changes = [arguments%changes, change]
    end subroutine read_change
 
-   !> Read the command, then the input file.
+   !> Read a word: first the command, then the input file.
    subroutine read_word(arguments, word, error)
       type(arguments_type), intent(inout) :: arguments  !< arguments of the command line so far
       character(len=*), intent(in) :: word  !< argument
@@ -126,15 +126,15 @@ contains
       character(len=:), allocatable :: text
       integer :: i
 
-      text = 'sitedda-native resume '//shell_word(arguments%file)
-      if (arguments%output /= '') text = text//' --output '//shell_word(arguments%output)
+      text = 'sitedda-native resume '//quote_for_shell(arguments%file)
+      if (arguments%output /= '') text = text//' --output '//quote_for_shell(arguments%output)
       do i = 1, size(arguments%changes)
-         text = text//' --set '//shell_word(trim(arguments%changes(i)))
+         text = text//' --set '//quote_for_shell(trim(arguments%changes(i)))
       end do
    end function resume_command
 
-   !> .true. if a word needs no quotes in a shell.
-   pure function shell_word(text) result(word)
+   !> A word as typed in a shell, in quotes if it needs them.
+   pure function quote_for_shell(text) result(word)
       character(len=*), intent(in) :: text  !< any
       character(len=:), allocatable :: word
       character(len=*), parameter :: plain = 'abcdefghijklmnopqrstuvwxyz'// &
@@ -152,7 +152,7 @@ contains
          end if
       end do
       word = "'"//word//"'"
-   end function shell_word
+   end function quote_for_shell
 
    !> Text of --help.
    pure function usage() result(text)

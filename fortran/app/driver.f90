@@ -96,7 +96,7 @@ contains
       else
          call begin_run(run, model, .true., error)
       end if
-      deallocate (model)  ! the run has its own
+      deallocate (model)  ! the run has a copy
       if (.not. allocated(error)) call step_to_end(run, arguments, error)
       call close_run(run, error)
       if (allocated(error)) return
@@ -169,7 +169,7 @@ contains
       if (.not. allocated(failure)) return
       if (.not. allocated(error)) then
          error = failure
-      else if (error%kind == error_interrupted) then  ! the promised output does not exist
+      else if (error%kind == error_interrupted) then  ! the named output does not exist
          error = error_type(failure%kind, 'interrupted at t = '// &
             to_text(run%simulation%time)//' s; '//failure%message)
       else
@@ -197,7 +197,7 @@ contains
    !> Their differences from the exact peaks are printed too.
    subroutine print_amplifications(simulation, was_complete, error)
       type(simulation_type), intent(in) :: simulation  !< simulation at the end of the run
-      logical, intent(in) :: was_complete  !< the output existed, and nothing was run
+      logical, intent(in) :: was_complete  !< the output was complete, so nothing was run
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(response_peak_type) :: peak
       character(len=:), allocatable :: warning

@@ -20,15 +20,15 @@ module dda_archive
    !> Target of the bytes when the buffer of an archive is full, and source when it is empty.
    type, abstract :: archive_stream_type
    contains
-      procedure(move_bytes), deferred :: put  !< write all of them
-      procedure(move_bytes), deferred :: get  !< read all of them
+      procedure(move_bytes), deferred :: put  !< write all these bytes
+      procedure(move_bytes), deferred :: get  !< read all these bytes
    end type archive_stream_type
 
    abstract interface
       subroutine move_bytes(self, bytes)
          import :: archive_stream_type, int8
          class(archive_stream_type), intent(inout) :: self  !< at its position
-         integer(int8), contiguous, intent(inout) :: bytes(:)  !< [any], written or read
+         integer(int8), contiguous, intent(inout) :: bytes(:)  !< [any] bytes, written or read
       end subroutine move_bytes
    end interface
 
@@ -113,7 +113,7 @@ contains
       end do
    end subroutine transfer_bytes
 
-   !> Make room in the buffer, so that the position is before its end.
+   !> Enlarge the buffer if the next position would lie beyond its end.
    subroutine extend_buffer(archive, wanted)
       type(archive_type), intent(inout) :: archive  !< written or read
       integer(long), intent(in) :: wanted           !< bytes that come
@@ -172,7 +172,7 @@ contains
       call serialise_number(archive, count, 0, int(limit))
    end subroutine serialise_count
 
-   !> Serialise an array as its bytes, after its size, which must be that of the target array.
+   !> Serialise the size and the bytes of an array; a size that is read must be that of the array.
    subroutine serialise_array(archive, place, items, bits)
       type(archive_type), intent(inout) :: archive  !< written or read
       type(c_ptr), intent(in) :: place  !< address of the values

@@ -22,9 +22,9 @@ contains
 
    !> Enlarge an array of default integers.
    pure subroutine grow_integers(list, least, exactly)
-      integer, allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then 0
+      integer, allocatable, intent(inout) :: list(:)  !< [≥ least] old elements, then 0
       integer, intent(in) :: least  !< elements needed
-      logical, intent(in), optional :: exactly  !< no more than these
+      logical, intent(in), optional :: exactly  !< .true.: exactly this number
       integer, allocatable :: longer(:)
 
       if (.not. allocated(list)) allocate (list(0))
@@ -37,9 +37,9 @@ contains
 
    !> Enlarge an array of double-precision numbers.
    pure subroutine grow_reals(list, least, exactly)
-      real(wp), allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then 0
+      real(wp), allocatable, intent(inout) :: list(:)  !< [≥ least] old elements, then 0
       integer, intent(in) :: least  !< elements needed
-      logical, intent(in), optional :: exactly  !< no more than these
+      logical, intent(in), optional :: exactly  !< .true.: exactly this number
       real(wp), allocatable :: longer(:)
 
       if (.not. allocated(list)) allocate (list(0))
@@ -52,9 +52,9 @@ contains
 
    !> Enlarge an array of logical values.
    pure subroutine grow_logicals(list, least, exactly)
-      logical, allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then .false.
+      logical, allocatable, intent(inout) :: list(:)  !< [≥ least] old elements, then .false.
       integer, intent(in) :: least  !< elements needed
-      logical, intent(in), optional :: exactly  !< no more than these
+      logical, intent(in), optional :: exactly  !< .true.: exactly this number
       logical, allocatable :: longer(:)
 
       if (.not. allocated(list)) allocate (list(0))
@@ -67,7 +67,7 @@ contains
 
    !> Enlarge an array of texts of equal length.
    pure subroutine grow_texts(list, least)
-      character(len=*), allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then blank
+      character(len=*), allocatable, intent(inout) :: list(:)  !< [≥ least] old elements, then blank
       integer, intent(in) :: least  !< elements needed
       character(len=len(list)), allocatable :: longer(:)
 
@@ -81,7 +81,7 @@ contains
 
    !> Enlarge an array of bytes, of which there may be more than 2³¹.
    pure subroutine grow_bytes(list, least)
-      integer(int8), allocatable, intent(inout) :: list(:)  !< [≥ least] kept, then 0
+      integer(int8), allocatable, intent(inout) :: list(:)  !< [≥ least] old elements, then 0
       integer(long), intent(in) :: least  !< elements needed
       integer(int8), allocatable :: longer(:)
 
@@ -95,10 +95,10 @@ contains
 
    !> Enlarge an array by columns of default integers.
    pure subroutine grow_integer_columns(list, rows, least, exactly)
-      integer, allocatable, intent(inout) :: list(:,:)  !< [rows, ≥ least] kept, then 0
+      integer, allocatable, intent(inout) :: list(:,:)  !< [rows, ≥ least] old elements, then 0
       integer, intent(in) :: rows  !< size of a column
       integer, intent(in) :: least  !< columns needed
-      logical, intent(in), optional :: exactly  !< no more than these
+      logical, intent(in), optional :: exactly  !< .true.: exactly this number
       integer, allocatable :: longer(:,:)
 
       if (.not. allocated(list)) allocate (list(rows, 0))
@@ -111,10 +111,10 @@ contains
 
    !> Enlarge an array by columns of double-precision numbers.
    pure subroutine grow_real_columns(list, rows, least, exactly)
-      real(wp), allocatable, intent(inout) :: list(:,:)  !< [rows, ≥ least] kept, then 0
+      real(wp), allocatable, intent(inout) :: list(:,:)  !< [rows, ≥ least] old elements, then 0
       integer, intent(in) :: rows  !< size of a column
       integer, intent(in) :: least  !< columns needed
-      logical, intent(in), optional :: exactly  !< no more than these
+      logical, intent(in), optional :: exactly  !< .true.: exactly this number
       real(wp), allocatable :: longer(:,:)
 
       if (.not. allocated(list)) allocate (list(rows, 0))
@@ -128,7 +128,7 @@ contains
    !> New size of an array that has become too small.
    pure integer function enlarged_size(present_size, least, exactly)
       integer, intent(in) :: present_size, least  !< elements; needed
-      logical, intent(in), optional :: exactly    !< no more than these
+      logical, intent(in), optional :: exactly    !< .true.: exactly this number
 
       enlarged_size = max(least, 2*present_size)
       if (present(exactly)) enlarged_size = merge(least, enlarged_size, exactly)

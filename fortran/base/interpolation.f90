@@ -34,7 +34,7 @@ contains
    !> Value of a table at an argument: linear between rows, constant beyond the ends.
    pure real(wp) function table_value(arguments, values, argument) result(value)
       real(wp), intent(in) :: arguments(:)  !< ascending
-      real(wp), intent(in) :: values(:)     !< values of each of them
+      real(wp), intent(in) :: values(:)     !< value at each argument
       real(wp), intent(in) :: argument      !< any
       real(wp) :: share
       integer :: k, last

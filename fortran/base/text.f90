@@ -191,7 +191,7 @@ contains
    !> Text of a count with its noun: 1 step, 3 steps.
    pure function counted(count, one, many) result(text)
       character(len=*), intent(in) :: count      !< its digits
-      character(len=*), intent(in) :: one, many  !< form for 1, for other numbers
+      character(len=*), intent(in) :: one, many  !< singular and plural of the noun
       character(len=:), allocatable :: text
 
       text = count//' '//many
@@ -262,7 +262,7 @@ contains
    !> About a third of the letters may differ (Levenshtein 1966); or the word is its beginning.
    pure integer function closest(word, words) result(best)
       character(len=*), intent(in) :: word       !< looked for
-      character(len=*), intent(in) :: words(:)   !< known ones, trailing blanks ignored
+      character(len=*), intent(in) :: words(:)   !< known words; trailing blanks are ignored
       integer :: i, difference, least
 
       best = 0

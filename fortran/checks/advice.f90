@@ -80,7 +80,7 @@ contains
       real(wp), intent(in) :: percent                 !< percentage, above 0, below 100
       type(penalty_type), intent(out) :: penalty  !< a normal stiffness and its effects
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      real(wp), intent(in), optional :: reference     !< Hz; default: the limit
+      real(wp), intent(in), optional :: reference     !< reference frequency, Hz; default: k → ∞
       type(linear_model_type) :: work
       real(wp) :: from
 

@@ -16,7 +16,7 @@ module dda_check_bodies
 
    integer, parameter :: enough = 4              !< sufficient cells across a part that bends
    real(wp), parameter :: facing = -0.866_wp     !< cosine between edges that face each other
-   real(wp), parameter :: aside = 0.53_wp        !< start of rays along an edge, away from corners
+   real(wp), parameter :: aside = 0.53_wp        !< positions along an edge at which rays start
    real(wp), parameter :: most_error = 0.2_wp    !< error of stresses without a warning
    real(wp), parameter :: slender = 3.0_wp       !< largest slenderness of cells in half-offset rows
    real(wp), parameter :: least_share = 0.1_wp   !< fraction of an edge: largest face in such a row

@@ -16,7 +16,7 @@ module dda_check_material
    public :: check_material
 
    real(wp), parameter :: most_ringing = 1000.0_wp  !< steps to 1/e of a velocity that alternates
-   real(wp), parameter :: good_fit = 0.01_wp        !< error of ζ that is not reported
+   real(wp), parameter :: good_fit = 0.01_wp        !< largest error of ζ without a report
 
 contains
 

@@ -62,7 +62,7 @@ contains
       type(report_type), intent(inout) :: report  !< check report, with notes on the model if any
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer(long), intent(out), optional :: links  !< blocks of K̂ off its diagonal
-      integer(long), intent(in), optional :: budget  !< open–close iterations of the search for rest
+      integer(long), intent(in), optional :: budget  !< most iterations to find equilibrium
       type(linear_model_type) :: linear, stiff
       type(impact_regime_type) :: impacts
       integer :: i
@@ -289,7 +289,7 @@ contains
          end if
          report%shift = 1.0_wp - report%modes%frequency(1)/limit
       else
-         ! If springs proportional to k_n store a fraction s of it, ω² = (1 − s) × stiff limit.
+         ! If springs proportional to k_n store a fraction s of the energy, ω² = (1 − s) × limit.
          energy = energy_of(linear, report%modes%shape(:, :, 1))
          report%shift = 1.0_wp - sqrt(max(0.0_wp, 1.0_wp - energy%of_penalty))
       end if

@@ -14,7 +14,7 @@ module dda_held_blocks
    private
    public :: find_grounded, find_supported
 
-   real(wp), parameter :: least_share = 1.0e-6_wp  !< fraction of a spring; rounding is less
+   real(wp), parameter :: least_share = 1.0e-6_wp  !< least part of a spring along gravity
 
 contains
 

@@ -43,8 +43,8 @@ module dda_linear_model
    integer, parameter :: energy_kinds = term_kinds + 1
    character(len=*), parameter :: kind_names(energy_kinds) = [character(len=22) :: term_names, &
       'strain of blocks']
-   real(wp), parameter :: touching = 1.0e-6_wp  !< fraction of the smaller block: no gap
-   real(wp), parameter :: alike = 1.0e-3_wp  !< difference of equal energies, relative
+   real(wp), parameter :: touching = 1.0e-6_wp  !< gap of a touching contact over the smaller block
+   real(wp), parameter :: alike = 1.0e-3_wp  !< relative difference of equal energies
    !> Stiffness terms, by the instant in a step at which they act.
    real(wp), parameter :: stiffness_weights(instants) = [1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, &
       0.0_wp, 0.0_wp]
@@ -70,7 +70,7 @@ module dda_linear_model
       integer :: sliding = 0                        !< contacts among them that slide
       integer :: by_penalty = 0                     !< contacts among them that have k_n
       integer :: unilateral = 0                     !< contacts among them that are not bonded
-      real(wp) :: penetration = 0.0_wp              !< deepest of them, m
+      real(wp) :: penetration = 0.0_wp              !< deepest penetration of closed contacts, m
       type(doubt_type), allocatable :: bending(:)   !< of bonded joints
       real(wp), allocatable :: block_mass(:)        !< [n] kg per metre of thickness
       !> [2,n] centroids, m, in the user's coordinates
@@ -86,7 +86,7 @@ module dda_linear_model
    !> Distribution of the energy of a motion.
    type :: energy_share_type
       real(wp) :: total = 0.0_wp                  !< xᵀKx, summed without cancellation
-      real(wp) :: share(energy_kinds) = 0.0_wp    !< energy shares, sum 1 (0 if there is none)
+      real(wp) :: share(energy_kinds) = 0.0_wp  !< fractions of the energy, sum 1 (0 without energy)
       real(wp) :: of_penalty = 0.0_wp             !< fraction of springs proportional to k_n
       !> term, or block for strain, with the largest energy of its kind
       integer :: holder(energy_kinds) = 0
@@ -101,7 +101,7 @@ contains
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       character(len=*), intent(in) :: which  !< contacts: 'closed', 'present', 'settled' or 'auto'
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      integer(long), intent(in), optional :: budget  !< open–close iterations in the search for rest
+      integer(long), intent(in), optional :: budget  !< most iterations to find equilibrium
       type(simulation_type) :: settled
       type(error_type), allocatable :: unrest  ! text of the equilibrium
       integer :: i
@@ -364,7 +364,7 @@ contains
 
       associate (law => laws%slot(contacts%joint(c))%law)
          term%of_penalty = .not. law%normal_per_area
-         if (law%cohesive) return  ! at the instant of other bonds
+         if (law%cohesive) return  ! acts at the same instant as other bonds
          if (.not. acts_before_end(contacts, law, c)) term%instant = at_end
       end associate
    end subroutine set_law_properties
@@ -453,7 +453,7 @@ contains
       energy%most = energy%most/energy%total
    end function energy_of
 
-   !> Add energy to a kind, and note its term or block with most energy.
+   !> Add energy to a kind of terms; record its term or block with the most energy.
    pure subroutine add_term_energy(energy, kind, holder, part)
       type(energy_share_type), intent(inout) :: energy  !< J per metre of thickness
       integer, intent(in) :: kind, holder  !< kind of term; number of the term or block

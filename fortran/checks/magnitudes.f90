@@ -48,7 +48,7 @@ contains
       do i = 1, size(model%edge_loads)
          call note_water(model, i, notes)
       end do
-      call note_bed(model, notes)
+      call note_settlement(model, notes)
       i = findloc(model%boundaries%kind == 'compliant', .true., 1)
       if (i == 0) return
       call note_if(notes, all(model%boundaries(i)%motion == 0), &
@@ -107,7 +107,7 @@ contains
             short_text(speed)//' m/s: faster than falling rock')
          call note_if(notes, turn > most_turn, 'initial_velocity of '//of// &
             ' turns its blocks by '//short_text(turn)// &
-            ' rad a step: the third value is in rad/s; take a smaller time_step')
+            ' rad a step: the third value is in rad/s; use a smaller time_step')
          call note_if(notes, material%density >= weights(1) .and. material%density < weights(2) &
             .and. (material%young_modulus < of_foam(1) .or. material%young_modulus > of_foam(2)), &
             'density = '// &
@@ -173,8 +173,8 @@ contains
       end associate
    end subroutine note_water
 
-   !> Check the settlement of the whole weight on a bed of springs.
-   pure subroutine note_bed(model, notes)
+   !> Check the settlement of the model under its weight on a bed of springs.
+   pure subroutine note_settlement(model, notes)
       type(model_type), intent(in) :: model  !< model as read from the input
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
       real(wp) :: stiffness, depth, height, weight(2), share
@@ -199,6 +199,6 @@ contains
       call note_if(notes, depth > deepest_bed*height, 'the weight presses the model about '// &
          short_text(depth)//' m into its bed of springs: is stiffness_per_area meant in '// &
          'kPa/m or MPa/m?')
-   end subroutine note_bed
+   end subroutine note_settlement
 
 end module dda_magnitudes

@@ -21,7 +21,7 @@ module dda_model_notes
    !> degrees: range of values that may be radians; smaller values mean almost no friction
    real(wp), parameter :: radians(2) = [0.05_wp, 0.5_wp*pi]
    real(wp), parameter :: most_rounding = 0.01_wp  !< of a duration
-   real(wp), parameter :: most_strain = 0.02_wp    !< largest strain that is small
+   real(wp), parameter :: most_strain = 0.02_wp    !< largest strain without a note
    real(wp), parameter :: deepest = 0.05_wp        !< fraction of the smaller side of a block
 
 contains
@@ -77,7 +77,7 @@ contains
 
    !> Text ' (and 3 more)' for further cases; blank if there are none.
    pure function more_text(number) result(words)
-      integer, intent(in) :: number  !< number of further ones
+      integer, intent(in) :: number  !< number of further cases
       character(len=:), allocatable :: words
 
       words = ''

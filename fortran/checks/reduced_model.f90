@@ -34,11 +34,11 @@ module dda_reduced_model
 
    integer, parameter :: most_vectors = 240
    integer, parameter :: samples = 16                 !< frequencies, evenly over the band
-   integer, parameter :: most_expansions = 60         !< expansions at one frequency
+   integer, parameter :: most_expansions = 60  !< largest number of vectors added at one frequency
    real(wp), parameter :: accuracy = 1.0e-10_wp       !< relative accuracy of K⁻¹ times the residual
-   real(wp), parameter :: rounding = 1.0e-8_wp        !< accuracy if no vector reduces the residual
+   real(wp), parameter :: rounding = 1.0e-8_wp        !< accuracy that suffices at rounding
    real(wp), parameter :: tolerable = 1.0e-5_wp       !< largest residual of a result
-   real(wp), parameter :: independent = 1.0e-8_wp     !< smallest new fraction of a vector
+   real(wp), parameter :: independent = 1.0e-8_wp  !< least fraction of a vector outside the basis
    real(wp), parameter :: shift_share = 0.05_wp       !< √s over the end of the band
 
    !> Factors of the parts of A in steady vibration.
@@ -291,7 +291,7 @@ contains
       end do
    end function linear_combination
 
-   !> Compute x += c u.
+   !> Add c u to x.
    pure subroutine add_term_row(term, c, x)
       type(linear_term_type), intent(in) :: term  !< term of the list
       real(wp), intent(in) :: c

@@ -14,7 +14,7 @@ module dda_rigid_modes
    private
    public :: find_rigid_modes
 
-   real(wp), parameter :: nothing = 1.0e-12_wp !< fraction of the stiffest rigid motion: unsupported
+   real(wp), parameter :: nothing = 1.0e-12_wp !< unsupported: stiffness over the largest one
 
 contains
 

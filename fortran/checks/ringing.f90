@@ -40,7 +40,7 @@ contains
       type(energy_share_type) :: energy
       real(wp) :: omega, steps(2)
 
-      call remove_ground(linear, free)
+      call copy_without_ground(linear, free)
       call largest_eigenvalue(free%stiffness, free%mass, max(1.0e-4_wp, &
          suggested_tolerance(free%n)), pairs, error)
       if (allocated(error)) return
@@ -56,7 +56,7 @@ contains
    end subroutine find_ringing
 
    !> Copy the model without springs to the ground and springs whose dashpots prevent ringing.
-   subroutine remove_ground(linear, free)
+   subroutine copy_without_ground(linear, free)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(linear_model_type), intent(out) :: free  !< rigid motions of loose parts
       integer :: i
@@ -68,7 +68,7 @@ contains
          end associate
       end do
       call set_penalty(free, linear%normal_stiffness)
-   end subroutine remove_ground
+   end subroutine copy_without_ground
 
    !> Write the texts on the slowest alternating mode, and the advice.
    subroutine write_ringing_text(ringing, scheme, kind)

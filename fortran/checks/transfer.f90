@@ -27,7 +27,7 @@ module dda_transfer
       type(reduced_model_type) :: reduced
       logical :: body_force = .false.        !< base motion as acceleration in the frame of the base
       real(wp) :: base(2) = 0.0_wp           !< motion of the base at the two points: out, in
-      real(wp), allocatable :: weight(:,:)   !< [2,m] displacement at the two points, of the basis
+      real(wp), allocatable :: weight(:,:)   !< [2,m] displacements of the basis at the points
       real(wp), allocatable :: omega(:)      !< [m] undamped angular frequencies, rad/s
       character(len=:), allocatable :: words
    end type transfer_type
@@ -249,7 +249,7 @@ contains
       type(transfer_type), intent(in) :: transfer  !< prepared transfer function
       real(wp), intent(in) :: low, high  !< Hz
       type(transfer_peak_type), intent(out) :: peak  !< frequency (Hz) and amplitude
-      integer, parameter :: steps = 200  !< of a grid, besides the resonances
+      integer, parameter :: steps = 200  !< frequencies of a grid, in addition to the resonances
       real(wp), allocatable :: frequency(:), amplitude(:)
       real(wp) :: a, b
       integer :: i, best

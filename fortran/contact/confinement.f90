@@ -15,7 +15,7 @@ module dda_confinement
    private
    public :: confine_contacts
 
-   real(wp), parameter :: touching = 1.0e-6_wp    !< fraction of the edge length: no gap
+   real(wp), parameter :: touching = 1.0e-6_wp    !< gap of touching edges over their length
 
 contains
 

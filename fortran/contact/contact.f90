@@ -75,7 +75,7 @@ module dda_contact
       real(wp), allocatable :: fraction(:)  !< position of a point as a fraction of its edge, else 0
       real(wp), allocatable :: share(:)     !< fraction of the stiffness of a contact, 1 at a corner
       real(wp), allocatable :: memory(:,:)     !< [columns,n] memory of the joint laws
-      real(wp), allocatable :: begins(:)       !< columns of a contact without history
+      real(wp), allocatable :: begins(:)       !< initial memory of a contact without history
       real(wp), allocatable :: was_weakened(:) !< at the start of the step
       !> [2,n] slopes: of the normal force −dN/dgap, and of the shear force if sticking, N/m
       real(wp), allocatable :: tangent(:,:)
@@ -88,7 +88,7 @@ module dda_contact
       logical :: with_net_slip = .false.
       real(wp), allocatable :: acting_damage(:) !< damage of the acting bond, else 1
       real(wp), allocatable :: slider(:)       !< friction force without the bond
-      !> in this step it first slips back to its centre: assumed; by the law at the solution
+      !> slip first returns to zero net slip in this step: assumed; by the law at the solution
       logical, allocatable :: past_centre(:), trial_past_centre(:)
       ! Damping and impacts, only in models with such joints
       logical :: with_damping = .false.

@@ -116,7 +116,7 @@ contains
 
    !> Find the normal forces of contacts without impact forces after the converged step.
    pure subroutine find_static_forces(contacts)
-      type(contacts_type), intent(inout) :: contacts  !< contacts of this step, solved
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step with their solution
       integer :: c
 
       do c = 1, contacts%n
@@ -186,7 +186,7 @@ contains
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
-      real(wp), intent(in) :: share  !< share of the step, before the impact
+      real(wp), intent(in) :: share  !< fraction of the step before the impact
 
       contacts%damping(c) = is_lifted
       contacts%gain(:, c) = 0.0_wp
@@ -249,7 +249,7 @@ contains
    !> The work of an impulse is its product with the mean velocity.  The displacement of the scheme
    !> differs from mean velocity × Δt; this difference is an algorithmic loss, zero for χ = ½.
    pure type(losses_type) function losses_of(contacts, laws, step, c) result(losses)
-      type(contacts_type), intent(in) :: contacts  !< contacts of this step, solved
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step with their solution
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(step_type), intent(in) :: step  !< the present step
       integer, intent(in) :: c  !< number of the contact

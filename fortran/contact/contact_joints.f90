@@ -24,7 +24,7 @@ module dda_contact_joints
    use dda_blocks, only: blocks_type
    use dda_contact, only: contacts_type, is_point, contact_open, contact_stick
    use dda_detection, only: detection_type, tolerance_of
-   use dda_entrance, only: choice_type, project
+   use dda_entrance, only: choice_type, project_vertex
    use dda_friction, only: laws_type, weaker_joint
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    implicit none
@@ -115,7 +115,7 @@ contains
       real(wp) :: size
       integer :: corner
 
-      call project(blocks, contacts%vertex(c), contacts%edge(c), choice)
+      call project_vertex(blocks, contacts%vertex(c), contacts%edge(c), choice)
       edge = [choice%edge, blocks%previous(choice%edge)]
       corner = choice%edge
       if (choice%past_end) corner = blocks%next(choice%edge)

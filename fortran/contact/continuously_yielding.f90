@@ -29,7 +29,7 @@ module dda_continuously_yielding
    contains
       procedure :: strength
       procedure :: reduced_strengths
-      procedure :: flow
+      procedure :: flow => slip_curve
       procedure :: state_after_slip
       procedure :: check_and_derive
    end type continuously_yielding_type
@@ -93,7 +93,7 @@ contains
    end function reduced_strengths
 
    !> Compute the shear force at the end of a step, and its slope.
-   pure subroutine flow(law, state, normal_force, stretch, shear_force, tangent)
+   pure subroutine slip_curve(law, state, normal_force, stretch, shear_force, tangent)
       class(continuously_yielding_type), intent(in) :: law  !< of the joint
       type(joint_state_type), intent(in) :: state           !< state at the start of the step
       real(wp), intent(in) :: normal_force                  !< ≥ 0, N/m
@@ -114,7 +114,7 @@ contains
       left = exp(-k_s*abs(slip)/(bound*(1.0_wp - ratio)))
       shear_force = direction*bound*(1.0_wp - (1.0_wp - share)*left)
       tangent = max(0.0_wp, k_s*(1.0_wp - share)*left/(1.0_wp - ratio))
-   end subroutine flow
+   end subroutine slip_curve
 
    !> Value of r for slip in a direction, from a stress given as a fraction of τ_m.
    pure real(wp) function stress_ratio(state, direction, share)

@@ -18,7 +18,7 @@ module dda_coulomb
    !> Strength before and after bond failure.
    type, extends(joint_law_type) :: coulomb_type
       real(wp) :: friction = 0.0_wp   !< tan φ
-      real(wp) :: cohesion = 0.0_wp   !< Pa, until it breaks
+      real(wp) :: cohesion = 0.0_wp   !< Pa, before the bond breaks
       real(wp) :: tensile = 0.0_wp    !< Pa, likewise
    contains
       procedure :: strength

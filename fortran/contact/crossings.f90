@@ -17,7 +17,7 @@ module dda_crossings
    public :: most_across, find_crossings, part_corners, forget_parted
 
    integer, parameter :: most_across = 3        !< most opposite corners of a vertex (six triangles)
-   real(wp), parameter :: touching = 1.0e-6_wp  !< fraction of the edge length: no gap, no overlap
+   real(wp), parameter :: touching = 1.0e-6_wp  !< gap or overlap of touching edges over length
 
 contains
 

@@ -12,7 +12,7 @@ module dda_detection
    use dda_contact, only: contacts_type, is_point, reserve
    use dda_crossings, only: most_across
    use dda_contact_geometry, only: candidate_type, set_contacts
-   use dda_entrance, only: choice_type, corners_type, project, list_choices, is_glancing, &
+   use dda_entrance, only: choice_type, corners_type, project_vertex, list_choices, is_glancing, &
       entrance_edge, other_end
    use dda_neighbours, only: neighbours_type
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
@@ -292,7 +292,7 @@ contains
       entered = 0
       least = -huge(1.0_wp)
       do i = neighbours%first_edge(p), neighbours%first_edge(p + 1) - 1
-         call project(blocks, neighbours%probe(1, p), neighbours%edge(i), choice)
+         call project_vertex(blocks, neighbours%probe(1, p), neighbours%edge(i), choice)
          if (abs(choice%gap) > detection%distance .or. .not. has_foot(blocks, neighbours, choice, &
             detection)) cycle
          ! At small depths a vertex pressed on a corner has not left the block.
@@ -389,7 +389,7 @@ contains
       has_left_block = .false.
       do e = blocks%first(b), blocks%first(b + 1) - 1
          if (e == choice%edge) cycle
-         call project(blocks, choice%vertex, e, other)
+         call project_vertex(blocks, choice%vertex, e, other)
          if (other%gap <= 0.0_wp) cycle
          has_left_block = neighbours%convex_block(b)
          if (has_left_block) return
@@ -418,7 +418,7 @@ contains
       is_hidden = .false.
       if (choice%gap >= 0.0_wp) return
       do i = neighbours%first_edge(p), neighbours%first_edge(p + 1) - 1
-         call project(blocks, choice%vertex, neighbours%edge(i), other)
+         call project_vertex(blocks, choice%vertex, neighbours%edge(i), other)
          if (other%overshoot > size .or. other%gap <= choice%gap .or. choice%overshoot > 0.0_wp) &
             cycle
          across = blocks%next(other%edge) == choice%edge .and. neighbours%convex(choice%edge)

@@ -12,7 +12,7 @@ module dda_entrance
    use dda_blocks, only: blocks_type
    implicit none
    private
-   public :: choice_type, corners_type, project, list_choices, is_glancing, entrance_edge, &
+   public :: choice_type, corners_type, project_vertex, list_choices, is_glancing, entrance_edge, &
       other_end
 
    !> sine of the angle below which edges are parallel
@@ -20,8 +20,8 @@ module dda_entrance
    real(wp), parameter :: parallel_sine = sin(parallel_angle)
    real(wp), parameter :: same_direction = cos(2*parallel_angle)
    real(wp), parameter :: opposite = -cos(parallel_angle)
-   real(wp), parameter :: tie = 1.0e-9_wp         !< fraction of the corner size: no difference
-   real(wp), parameter :: same_place = 1.0e-6_wp  !< fraction of the corner size: no overlap
+   real(wp), parameter :: tie = 1.0e-9_wp         !< difference of equal depths over the corner size
+   real(wp), parameter :: same_place = 1.0e-6_wp  !< smallest overlap over the corner size
 
    !> A vertex beside an edge.
    type :: choice_type
@@ -47,7 +47,7 @@ module dda_entrance
 contains
 
    !> Project a vertex on an edge of another block.
-   pure subroutine project(blocks, vertex, edge, choice)
+   pure subroutine project_vertex(blocks, vertex, edge, choice)
       type(blocks_type), intent(in) :: blocks   !< present geometry
       integer, intent(in) :: vertex, edge       !< vertex, and edge given by its first vertex
       type(choice_type), intent(out) :: choice  !< complete
@@ -60,7 +60,7 @@ contains
       choice%normal = [along(2), -along(1)]
       call measure_foot(along(1), along(2), from(1), from(2), blocks%length(edge), choice%gap, &
          choice%overshoot, choice%past_end)
-   end subroutine project
+   end subroutine project_vertex
 
    !> Gap and foot of a vertex, from its position relative to the start of an edge.
    elemental subroutine measure_foot(along_x, along_y, x, y, length, gap, overshoot, past_end)
@@ -203,8 +203,8 @@ contains
       end do
    end function is_superseded
 
-   !> Mark the glancing choices that are excluded.
-   !> Excluded are those beside a choice of another direction that is neither glancing nor deep, or
+   !> Mark the glancing choices that are excluded: if any choice is neither glancing nor deep,
+   !> those with another direction than such a choice; otherwise those approached faster.
    pure function excluded_choices(blocks, corners, tolerance)  ! total
       type(blocks_type), intent(in) :: blocks    !< present geometry and velocities
       type(corners_type), intent(in) :: corners  !< choices
@@ -215,7 +215,7 @@ contains
       regular = corners%separation >= -parallel_sine .and. corners%gap >= -tolerance &
          .and. .not. corners%glancing
       if (.not. any(regular)) then
-         excluded_choices = approached_faster(blocks, corners, &
+         excluded_choices = faster_choices(blocks, corners, &
             corners%glancing .and. corners%separation >= -parallel_sine)
          return
       end if
@@ -228,8 +228,8 @@ contains
       end do
    end function excluded_choices
 
-   !> Mark the admissible choices in another direction than that of the slowest approach.
-   pure function approached_faster(blocks, corners, admissible) result(faster)
+   !> Mark the admissible choices whose direction is not that of the slowest approach.
+   pure function faster_choices(blocks, corners, admissible) result(faster)
       type(blocks_type), intent(in) :: blocks    !< present geometry and velocities
       type(corners_type), intent(in) :: corners  !< choices
       logical, intent(in) :: admissible(4)       !< those to compare
@@ -246,7 +246,7 @@ contains
       do i = 1, 4
          faster(i) = admissible(i) .and. .not. are_parallel(corners, i, minloc(speed, 1))
       end do
-   end function approached_faster
+   end function faster_choices
 
    !> Velocity, m/s, of the block that owns vertex `own` at the position of another vertex.
    pure function velocity_at(blocks, own, vertex) result(velocity)

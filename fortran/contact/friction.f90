@@ -32,7 +32,7 @@ module dda_friction
       logical :: augmented = .false.            !< augmented Lagrangian: with multipliers
       real(wp) :: theta = 1.0_wp            !< instant of the step at which bonded joints act, 0 … 1
       logical :: damped = .false.    !< some joints have damping or impacts, see dda_contact_damping
-      real(wp), allocatable :: restitution(:)   !< [joints] negative: not prescribed
+      real(wp), allocatable :: restitution(:)   !< [joints] restitution; negative: not prescribed
       real(wp), allocatable :: damping(:)       !< [joints] normal dashpot, N s/m per metre
       real(wp), allocatable :: friction_angle(:) !< [joints] φ, degrees
       real(wp), allocatable :: friction(:)      !< [joints] tan φ
@@ -42,7 +42,7 @@ module dda_friction
       !> with frozen friction bounds, the forces of all contacts have a convex potential
       logical :: convex = .true.
       logical :: dilating = .false.             !< slip lifts contacts of some joint
-      logical :: curved = .false.               !< forces of some joint are curves
+      logical :: curved = .false.               !< the friction of some joint is a curve of slip
       logical :: with_net_slip = .false.        !< some law depends on the direction of slip
       logical :: cohesive = .false.             !< some law has bonds with damage
       integer, allocatable :: points(:)         !< [joints] contacts of an overlap: 2, 3, 5, 9 or 17
@@ -309,17 +309,17 @@ contains
       integer :: p
 
       if (contacts%n < parallel_from) then
-         call accept_range(contacts, laws, 1, contacts%n)
+         call accept_contacts_range(contacts, laws, 1, contacts%n)
          return
       end if
       !$omp parallel do schedule(static)
       do p = 1, pieces(contacts%n)
-         call accept_range(contacts, laws, first_of(p, contacts%n), last_of(p, contacts%n))
+         call accept_contacts_range(contacts, laws, first_of(p, contacts%n), last_of(p, contacts%n))
       end do
    end subroutine accept_contacts
 
-   !> Update contacts first … last.
-   pure subroutine accept_range(contacts, laws, first, last)
+   !> Update states and stretches of contacts first … last.
+   pure subroutine accept_contacts_range(contacts, laws, first, last)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: first, last  !< of the range
@@ -350,7 +350,7 @@ contains
          end if
          contacts%stretch(c) = stretch
       end do
-   end subroutine accept_range
+   end subroutine accept_contacts_range
 
    !> .true. if most of the slip of contact c is inelastic; its shear force is then a curve.
    pure logical function creeps(contacts, laws, c, stretch)

@@ -17,7 +17,7 @@ module dda_joint_contact
       centre_shift, opens_at_centre, slip_lifts, most_closings
 
    integer, parameter :: most_closings = 8 !< closings in a step after which a contact first slides
-   real(wp), parameter :: first_share = 0.5_wp  !< fraction of the force at closing: start of a line
+   real(wp), parameter :: first_share = 0.5_wp  !< first force over that of the initial spring
 
 contains
 
@@ -43,7 +43,7 @@ contains
       contacts%memory(law%row(:law%columns), c) = state%memory(:law%columns)
    end subroutine keep_state
 
-   !> State of contact c at which its assumed spring begins, after slip back to the centre.
+   !> State of contact c at which its assumed spring begins, after slip back to zero net slip.
    pure type(joint_state_type) function assumed_state(contacts, law, c) result(state)
       type(contacts_type), intent(in) :: contacts  !< list with joint laws
       class(joint_law_type), intent(in) :: law     !< of the contact
@@ -63,7 +63,7 @@ contains
       if (starts_at_centre) starts_at_centre = contacts%past_centre(c)
    end function starts_at_centre
 
-   !> Stretch that contact c loses by slip back to the centre, m.
+   !> Stretch that contact c loses by slip back to zero net slip, m.
    pure real(wp) function centre_shift(contacts, c) result(shift)
       type(contacts_type), intent(in) :: contacts  !< list with joint laws
       integer, intent(in) :: c                     !< number of the contact
@@ -104,9 +104,9 @@ contains
       if (slip_lifts) slip_lifts = contacts%was_closed(c)
    end function slip_lifts
 
-   !> .true. if contact c has opened in this step while slip returns to its centre.
+   !> .true. if contact c has opened in this step while slip returns to zero net slip.
    pure logical function opens_at_centre(contacts, law, c)
-      type(contacts_type), intent(in) :: contacts  !< contacts of this step, solved
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step with their solution
       class(joint_law_type), intent(in) :: law     !< of the contact
       integer, intent(in) :: c                     !< number of the contact
 
@@ -128,11 +128,11 @@ contains
       state%way = sign(1.0_wp, stretch)
       lifts = slip_lifts(contacts, law, c)
       if (lifts .and. allocated(contacts%held_bound)) state%frozen = contacts%held_bound(c)
-      call respond_at(contacts, law, c, state, gap, stretch, intact, response)
+      call find_forces(contacts, law, c, state, gap, stretch, intact, response)
       if (allocated(contacts%held_bound) .and. .not. (intact .or. (lifts .and. response%state /= &
          contact_open))) then
          if (law%flows) then
-            call apply_flow(law, state, contacts%held_bound(c), stretch, response)
+            call apply_slip_curve(law, state, contacts%held_bound(c), stretch, response)
          else
             call bound_friction(response, contacts%held_bound(c), law%shear_spring(state)*stretch)
          end if
@@ -142,7 +142,7 @@ contains
          response%strength_ratio = overload(contacts, law, c, state, response, intact)
    end function joint_response
 
-   !> Largest friction, N/m, for a gap and a trial stretch, without dilation and frozen bound.
+   !> Largest friction, N/m, at a gap and a trial stretch, without the part due to dilation.
    pure real(wp) function joint_bound(contacts, law, c, at) result(bound)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       class(joint_law_type), intent(in) :: law     !< of the contact
@@ -154,7 +154,7 @@ contains
 
       state = state_of(contacts, law, c)
       state%way = sign(1.0_wp, at(2))
-      call respond_at(contacts, law, c, state, at(1), at(2), intact, response)
+      call find_forces(contacts, law, c, state, at(1), at(2), intact, response)
       bound = response%bound - contact_rise(contacts, law, c, response%past_centre, at(2), &
          response%bound)*max(0.0_wp, response%normal_force)
    end function joint_bound
@@ -164,7 +164,7 @@ contains
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       class(joint_law_type), intent(in) :: law     !< of the contact
       integer, intent(in) :: c                     !< number of the contact
-      logical, intent(in) :: past_centre           !< slip has returned to its centre
+      logical, intent(in) :: past_centre           !< slip has returned to zero net slip
       real(wp), intent(in) :: stretch              !< stretch of the shear spring without slip, m
       real(wp), intent(in) :: bound                !< friction, N/m
       type(joint_state_type) :: state
@@ -178,7 +178,7 @@ contains
    end function contact_rise
 
    !> Apply friction as a curve of slip, at the normal force of this iteration or a frozen one.
-   pure subroutine apply_flow(law, state, normal_force, stretch, response)
+   pure subroutine apply_slip_curve(law, state, normal_force, stretch, response)
       class(joint_law_type), intent(in) :: law        !< of the contact
       type(joint_state_type), intent(in) :: state     !< of the contact
       real(wp), intent(in) :: normal_force            !< normal force, present or frozen, N/m
@@ -188,7 +188,7 @@ contains
 
       response%bound = max(0.0_wp, normal_force)
       call law%flow(state, response%bound, stretch, response%shear_force, tangent)
-   end subroutine apply_flow
+   end subroutine apply_slip_curve
 
    !> Apply friction at a frozen bound, for any normal force and also if the contact opens.
    pure subroutine bound_friction(response, bound, trial)
@@ -204,13 +204,13 @@ contains
    end subroutine bound_friction
 
    !> Forces of a contact whose friction depends on its normal force, or on a frozen bound.
-   pure subroutine respond_at(contacts, law, c, state, gap, stretch, intact, response)
+   pure subroutine find_forces(contacts, law, c, state, gap, stretch, intact, response)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       class(joint_law_type), intent(in) :: law     !< of the contact
       integer, intent(in) :: c                     !< number of the contact
       type(joint_state_type), intent(in) :: state  !< of the contact
       real(wp), intent(in) :: gap, stretch         !< m
-      logical, intent(out) :: intact               !< it breaks before it slips
+      logical, intent(out) :: intact               !< the joint breaks before it slips
       type(response_type), intent(out) :: response !< state and forces
       real(wp) :: closure
       logical :: lifts
@@ -221,7 +221,7 @@ contains
       closure = closure_of(contacts, law, c, gap)
       if (closure <= 0.0_wp .and. (law%cohesive .or. .not. contacts%bonded(c))) then
          ! A joint that slip lifts stays closed while its gap grows less than the lift, even if slip
-         ! passes the centre.
+         ! passes zero net slip.
          if (.not. lifts) return
          if (law%shear_spring(state)*abs(stretch) <= state%frozen) return
          if (.not. law%has_centre) then
@@ -234,14 +234,14 @@ contains
          (contacts%was_closed(c) .and. contacts%close_count(c) < most_closings))
       call stick_or_slide(law, state, closure, stretch, intact, lifts, response)
       if (law%has_centre .and. lifts) call pass_centre(law, state, closure, stretch, response)
-   end subroutine respond_at
+   end subroutine find_forces
 
    !> Set the shear force: elastic up to the strength.
    pure subroutine stick_or_slide(law, state, closure, stretch, intact, lifts, response)
       class(joint_law_type), intent(in) :: law         !< of the contact
       type(joint_state_type), intent(in) :: state      !< of the contact
       real(wp), intent(in) :: closure, stretch         !< m
-      logical, intent(in) :: intact                    !< it breaks before it slips
+      logical, intent(in) :: intact                    !< the joint breaks before it slips
       logical, intent(in) :: lifts                     !< slip does
       type(response_type), intent(inout) :: response   !< response; receives state and forces
       real(wp) :: trial
@@ -249,7 +249,7 @@ contains
       response%state = contact_stick
       response%normal_force = law%normal_force(state, closure)
       if (law%flows) then
-         call apply_flow(law, state, response%normal_force, stretch, response)
+         call apply_slip_curve(law, state, response%normal_force, stretch, response)
          return
       end if
       response%bound = available_friction(law, state, response%normal_force)
@@ -264,7 +264,7 @@ contains
    end subroutine stick_or_slide
 
    !> Largest friction, N/m, at a normal force: by the law, or by the frozen bound.
-   !> With a frozen bound, the contribution of the rise is added.
+   !> The part due to dilation is added to a frozen bound.
    pure real(wp) function available_friction(law, state, normal_force) result(friction)
       class(joint_law_type), intent(in) :: law     !< of the contact
       type(joint_state_type), intent(in) :: state  !< of the contact
@@ -278,7 +278,7 @@ contains
    end function available_friction
 
    !> Normal force, N/m, of a sliding contact that is lifted by slip.
-   !> With frozen friction, its shear force beyond the rise is that of an associated joint.
+   !> With a frozen bound, dilation acts as in an associated joint.
    pure real(wp) function lifted_force(law, state, closure, stretch) result(force)
       class(joint_law_type), intent(in) :: law     !< of the contact
       type(joint_state_type), intent(in) :: state  !< state at the start of the step
@@ -295,7 +295,7 @@ contains
          /(1.0_wp + springs(1)*rise**2/springs(2)))
    end function lifted_force
 
-   !> Let a slip that returns to its centre pass the centre or stick.
+   !> Decide whether slip that returns to zero net slip continues beyond it or sticks there.
    !> If the slip lowers the contact faster than the joint closes, the contact opens.
    pure subroutine pass_centre(law, state, closure, stretch, response)
       class(joint_law_type), intent(in) :: law        !< of the contact
@@ -316,14 +316,14 @@ contains
       if (response%normal_force <= 0.0_wp) response = response_type(contact_open)
    end subroutine pass_centre
 
-   !> Relative overload: (force − strength)/strength, of the strength that failure removes.
+   !> Overload (force − strength)/strength of a bond or of an intact joint; ≤ 0: no failure.
    pure real(wp) function overload(contacts, law, c, state, response, intact)
       type(contacts_type), intent(in) :: contacts     !< contacts of this step
       class(joint_law_type), intent(in) :: law        !< of the contact
       integer, intent(in) :: c                        !< number of the contact
       type(joint_state_type), intent(in) :: state     !< of the contact
       type(response_type), intent(in) :: response     !< its forces
-      logical, intent(in) :: intact                   !< it breaks before it slips
+      logical, intent(in) :: intact                   !< the joint breaks before it slips
       real(wp) :: tension
 
       overload = 0.0_wp
@@ -333,7 +333,7 @@ contains
       overload = overload/max(tension, response%bound, tiny(1.0_wp))
    end function overload
 
-   !> Friction, N/m, of a contact that slides as assumed in a given direction, without the rise.
+   !> Friction, N/m, of a contact that slides as assumed in a given direction, without dilation.
    !> Its normal force is that of its line, or of the law with the lift of the slip.
    pure real(wp) function joint_slide(contacts, law, c, gap, stretch) result(friction)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
@@ -426,7 +426,7 @@ contains
             law%closure(state_of(contacts, law, c), expected))
       end if
       call touch_law(contacts, law, c, max(closure, 0.0_wp), tangent, normal_free)
-      ! at a frozen bound, the tangent of the law, so that the next solution reduces the energy
+      ! At a frozen bound the line is the tangent of the law, so that a solve reduces the energy.
       if ((response%state == contact_slide .and. law%dilates) .or. &
          (response%state /= contact_open .and. allocated(contacts%held_bound))) &
          normal_free = response%normal_force + tangent*gap

@@ -39,7 +39,7 @@ module dda_joint_law
       real(wp) :: length     !< tributary length, m
       real(wp) :: share = 1.0_wp  !< fraction of the stiffness of a contact
       real(wp) :: way = 1.0_wp    !< sign of the considered shear force
-      real(wp) :: frozen = -1.0_wp !< frozen friction beyond the rise, N/m
+      real(wp) :: frozen = -1.0_wp !< frozen friction without dilation, N/m
       real(wp) :: memory(most_own + 3) = 0.0_wp  !< columns of its law
       real(wp) :: stretch = 0.0_wp       !< stretch of the shear spring at the start of the step, m
       real(wp) :: time_step = 0.0_wp     !< s; 0: at rest
@@ -53,10 +53,10 @@ module dda_joint_law
       real(wp) :: normal_force = 0.0_wp     !< compression positive, N/m
       real(wp) :: shear_force = 0.0_wp      !< k_s × elastic stretch, within the bound, N/m
       real(wp) :: bound = 0.0_wp            !< largest shear force, N/m
-      !> (force − strength)/strength of a bond; ≤ 0: intact
+      !> (force − strength)/strength; ≤ 0: intact
       real(wp) :: strength_ratio = 0.0_wp
       real(wp) :: slider = 0.0_wp      !< friction force without the bond, N/m
-      logical :: past_centre = .false. !< slip has returned to the centre and continues beyond it
+      logical :: past_centre = .false. !< slip returns to zero and continues beyond
    end type response_type
 
    !> A variable of &joint on which the strength depends.
@@ -75,7 +75,7 @@ module dda_joint_law
       logical :: curved = .false.            !< the normal force is not linear in the closure
       logical :: dilates = .false.           !< slip lifts the contact
       logical :: crushes = .false.           !< plastic closure lowers the contact
-      logical :: has_centre = .false.        !< slip away from a centre differs from slip towards it
+      logical :: has_centre = .false.        !< slip away from and back to zero net slip differ
       !> with frozen friction bounds, its forces have a convex potential
       logical :: convex = .true.
       logical :: flows = .false.             !< the shear force is a curve of slip, see `flow`
@@ -100,7 +100,7 @@ module dda_joint_law
       procedure :: lift => no_lift
       procedure :: rise => no_rise
       procedure :: sliding_force => force_without_lift
-      procedure :: flow => elastic_flow
+      procedure :: flow => elastic_slip_curve
       procedure :: expected_slip => no_slip
       procedure :: damage => same_damage
       procedure :: spent => nothing_spent
@@ -269,7 +269,7 @@ contains
    end function force_without_lift
 
    !> Shear force as a curve of slip, and its slope, at a normal force; default: the spring.
-   pure subroutine elastic_flow(law, state, normal_force, stretch, shear_force, tangent)
+   pure subroutine elastic_slip_curve(law, state, normal_force, stretch, shear_force, tangent)
       class(joint_law_type), intent(in) :: law            !< of the joint
       type(joint_state_type), intent(in) :: state         !< state at the start of the step
       real(wp), intent(in) :: normal_force                !< ≥ 0, N/m
@@ -278,7 +278,7 @@ contains
 
       tangent = law%shear_spring(state)
       shear_force = tangent*stretch
-   end subroutine elastic_flow
+   end subroutine elastic_slip_curve
 
    !> Slip in this step from which the iteration begins, m; default: none.
    pure real(wp) function no_slip(law, state) result(slip)

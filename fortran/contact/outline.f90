@@ -16,7 +16,7 @@ module dda_outline
    character(len=*), parameter :: sides(5) = [character(len=7) :: 'left', 'right', 'bottom', &
       'top', 'surface']
 
-   real(wp), parameter :: touching = 1.0e-6_wp  !< fraction of half the model size: no gap
+   real(wp), parameter :: touching = 1.0e-6_wp  !< closed gaps over half the model size
    real(wp), parameter :: parallel = 0.0523_wp  !< sine of 3°
    real(wp), parameter :: least = 1.0e-6_wp     !< smallest fraction of an edge that is listed
 
@@ -38,7 +38,7 @@ contains
       do b = 1, blocks%n
          if (.not. wanted(b) .or. blocks%removed(b)) cycle
          do e = blocks%first(b), blocks%first(b + 1) - 1
-            call add_free_pieces(blocks, e, other(first(b):first(b + 1) - 1), pieces, n)
+            call add_free_parts(blocks, e, other(first(b):first(b + 1) - 1), pieces, n)
          end do
       end do
       pieces = pieces(:n)
@@ -73,7 +73,7 @@ contains
    end subroutine list_neighbours
 
    !> Append the parts of edge e along which no edge of another block runs.
-   pure subroutine add_free_pieces(blocks, e, others, pieces, n)
+   pure subroutine add_free_parts(blocks, e, others, pieces, n)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       integer, intent(in) :: e                 !< edge, given by its first vertex
       integer, intent(in) :: others(:)         !< near blocks
@@ -91,11 +91,11 @@ contains
                   blocks%vertex(:, blocks%next(f)), -1.0_wp), free, span)
             end do
          end do
-         if (span(1) - free > least) call add_piece(pieces, n, edge_piece_type(blocks%owner(e), e, &
+         if (span(1) - free > least) call add_part(pieces, n, edge_piece_type(blocks%owner(e), e, &
             free, span(1)))
          free = span(2)
       end do
-   end subroutine add_free_pieces
+   end subroutine add_free_parts
 
    !> Select, of the intervals that extend beyond a position, the one that begins first.
    pure subroutine choose_first(new, free, span)
@@ -145,7 +145,7 @@ contains
    end function common_span
 
    !> Append a part of an edge to a list.
-   pure subroutine add_piece(pieces, n, piece)
+   pure subroutine add_part(pieces, n, piece)
       type(edge_piece_type), allocatable, intent(inout) :: pieces(:)  !< list to append to
       integer, intent(inout) :: n                 !< number of its entries
       type(edge_piece_type), intent(in) :: piece  !< to append
@@ -158,7 +158,7 @@ contains
       end if
       n = n + 1
       pieces(n) = piece
-   end subroutine add_piece
+   end subroutine add_part
 
    !> Select the parts on a side of the bounding box; for 'surface', the parts that face upwards.
    pure function pieces_on_side(blocks, pieces, side) result(found)
@@ -205,7 +205,7 @@ contains
          do k = 1, size(line, 2) - 1
             span = common_span(blocks, pieces(i)%edge, line(:, k), line(:, k + 1), 0.0_wp)
             span = [max(span(1), pieces(i)%from), min(span(2), pieces(i)%to)]
-            if (span(2) - span(1) > least) call add_piece(found, n, &
+            if (span(2) - span(1) > least) call add_part(found, n, &
                edge_piece_type(pieces(i)%block, pieces(i)%edge, span(1), span(2)))
          end do
       end do

@@ -34,7 +34,7 @@ module dda_rate_state
    contains
       procedure :: strength
       procedure :: reduced_strengths
-      procedure :: flow
+      procedure :: flow => slip_curve
       procedure :: expected_slip
       procedure :: state_after_slip
       procedure :: check_and_derive
@@ -117,7 +117,7 @@ contains
    end function reduced_strengths
 
    !> Compute the shear force at the end of a step, and its slope.
-   pure subroutine flow(law, state, normal_force, stretch, shear_force, tangent)
+   pure subroutine slip_curve(law, state, normal_force, stretch, shear_force, tangent)
       class(rate_state_type), intent(in) :: law      !< of the joint
       type(joint_state_type), intent(in) :: state    !< state at the start of the step
       real(wp), intent(in) :: normal_force           !< ≥ 0, N/m
@@ -141,7 +141,7 @@ contains
       end if
       shear_force = sign(sticking, stretch)
       tangent = k_s*slope/(k_s + slope)
-   end subroutine flow
+   end subroutine slip_curve
 
    !> Solve a ln u + c u = f by Newton's method in ln u from above, where the function is convex.
    pure real(wp) function velocity_at(a, c, f, most) result(u)

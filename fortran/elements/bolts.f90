@@ -33,7 +33,7 @@ module dda_bolts
    type, extends(element_type) :: bolts_type
       type(bolt_type), allocatable :: bolt(:)
       integer, allocatable :: mode(:,:)       !< [2,bolts] elastic, yielding or slack component
-      logical, allocatable :: in_place(:)     !< [bolts] it is installed
+      logical, allocatable :: in_place(:)     !< [bolts] the bolt is installed
       real(wp), allocatable :: free(:,:)      !< [2,bolts] s_p, m
       real(wp), allocatable :: first(:,:)     !< [2,bolts] stretch at installation, m
       real(wp), allocatable :: stretch(:,:)   !< [2,bolts] s at the end of the last solution, m

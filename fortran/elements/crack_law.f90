@@ -27,8 +27,8 @@ module dda_crack_law
       type(cohesive_type) :: joint
    contains
       procedure :: state_size
-      procedure :: respond
-      procedure :: finish
+      procedure :: respond => find_traction
+      procedure :: finish => finish_step
       procedure :: stored
       procedure :: frozen_stress
       procedure :: traction_ratio
@@ -126,7 +126,7 @@ contains
    end function frozen_stress
 
    !> Find the traction that acts in a step, and its tangent.
-   pure subroutine respond(self, point, state, strain, change, step, stress, tangent)
+   pure subroutine find_traction(self, point, state, strain, change, step, stress, tangent)
       class(crack_law_type), intent(in) :: self          !< law
       type(strain_point_type), intent(in) :: point       !< at its position
       real(wp), intent(in) :: state(:)                   !< [any] state at the start of the step
@@ -152,10 +152,10 @@ contains
       tangent = 0.0_wp
       tangent(1, 1) = slope(1)
       tangent(2, 2) = slope(2)
-   end subroutine respond
+   end subroutine find_traction
 
    !> Find the state at the end of a step, and its losses by fracture, friction and scheme.
-   pure subroutine finish(self, point, state, strain, change, step, loss)
+   pure subroutine finish_step(self, point, state, strain, change, step, loss)
       class(crack_law_type), intent(in) :: self      !< law
       type(strain_point_type), intent(in) :: point   !< at its position
       real(wp), intent(inout) :: state(:)  !< [any] state at the start; on return at the end
@@ -183,7 +183,7 @@ contains
          state(damaged) = after
          state(slipped) = slider(2)
       end associate
-   end subroutine finish
+   end subroutine finish_step
 
    !> Energy of bond and contact, J/m².
    pure real(wp) function stored(self, point, state, strain)

@@ -24,7 +24,7 @@ module dda_edge_loads
    !> All loads on edges of a model.
    type, extends(element_type) :: edge_loads_type
       type(edge_load_type), allocatable :: load(:)
-      logical :: frozen = .false.       !< loads are frozen at `time`
+      logical :: frozen = .false.       !< loads have their values at `time`
       real(wp) :: time = 0.0_wp         !< s
    contains
       procedure :: add_force
@@ -134,7 +134,7 @@ contains
       integer, intent(in) :: k  !< piece
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: ends(2, 2)  !< ends of the part, m
-      real(wp), intent(in) :: rise, factor  !< rise of the line, m; factor of the pressure
+      real(wp), intent(in) :: rise, factor  !< rise of the phreatic line, m; factor of the pressure
       real(wp) :: span(2), head(2), x(2), reach
       integer :: j
 
@@ -149,7 +149,7 @@ contains
                /(line(1, j + 1) - line(1, j)) + rise
             call add_wet_pressure(force, load%piece(k), blocks, ends, span, &
                load%unit_weight*(head - ends(2, 1) - span*(ends(2, 2) - ends(2, 1))), factor)
-            if (ends(1, 1) == ends(1, 2)) return  ! a vertical edge on a point of the line
+            if (ends(1, 1) == ends(1, 2)) return  ! a vertical edge is complete
          end do
       end associate
    end subroutine add_below_line

@@ -43,7 +43,7 @@ module dda_elements
    !> All kinds of elements of a model.
    type :: elements_type
       type(kind_type), allocatable :: kind(:)
-      logical :: nonlinear = .false.  !< some materials have their own laws
+      logical :: nonlinear = .false.  !< some materials have nonlinear laws
    end type elements_type
 
 contains
@@ -108,7 +108,7 @@ contains
       end do
    end function crack_laws
 
-   !> Pass states to the elements of the same type in a new model.
+   !> Transfer states to the elements of the same type in a new model.
    subroutine inherit_states(elements, before, blocks)
       type(elements_type), intent(inout) :: elements  !< new ones
       type(kind_type), intent(in) :: before(:)        !< those before
@@ -229,7 +229,7 @@ contains
       type(blocks_type), intent(in) :: blocks      !< blocks at the start of the step
       type(step_type), intent(in) :: step          !< the present one
       real(wp), intent(in) :: from(:,:), to(:,:)   !< [6,blocks]
-      real(wp), intent(in) :: share                !< share of the path, 0 … 1
+      real(wp), intent(in) :: share                !< fraction of the path, 0 … 1
       integer :: i
 
       slope = 0.0_wp
@@ -358,7 +358,7 @@ contains
       real(wp) :: stress(blocks%n), stored
       integer :: b
 
-      call add_up_jumps(elements, blocks, stress, stored)
+      call estimate_stress_errors(elements, blocks, stress, stored)
       do b = 1, blocks%n
          stress(b) = sqrt(2*stress(b)*blocks%stiffness(1, 1, b))/blocks%area(b)
       end do
@@ -391,7 +391,7 @@ contains
 
    !> Estimate the error of the stress in each cell, and sum the energy of all faces.
    !> Unit of the energy: J per metre of thickness.
-   subroutine add_up_jumps(elements, blocks, error, stored)
+   subroutine estimate_stress_errors(elements, blocks, error, stored)
       type(elements_type), intent(in) :: elements  !< of the model
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       real(wp), intent(out) :: error(:), stored    !< [blocks]; all
@@ -405,7 +405,7 @@ contains
             call add_jump_energies(element, blocks, error, stored)
          end select
       end do
-   end subroutine add_up_jumps
+   end subroutine estimate_stress_errors
 
    !> Energies of bodies, J per metre of thickness: that of the jumps, and the total.
    !> The energy of the jumps estimates the error of stresses.
@@ -415,7 +415,7 @@ contains
       real(wp) :: energies(2), error(blocks%n)
       integer :: b
 
-      call add_up_jumps(elements, blocks, error, energies(2))
+      call estimate_stress_errors(elements, blocks, error, energies(2))
       energies(1) = sum(error)
       do b = 1, blocks%n
          if (blocks%body(b) == 0 .or. blocks%removed(b)) cycle

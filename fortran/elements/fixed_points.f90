@@ -8,7 +8,7 @@ module dda_fixed_points
    use dda_linear_terms, only: at_end, at_theta, term_bed
    use dda_motion, only: motion_type, displacement_of, velocity_of
    use dda_scheme, only: step_type
-   use dda_small_matrix, only: invert
+   use dda_small_matrix, only: invert_matrix
    use dda_spring_element, only: spring_element_type, spring_type, dashpots_of, &
       target_rate
    use dda_support, only: fixed_point_type
@@ -57,7 +57,7 @@ contains
    pure type(fixed_points_type) function new_spring_beds(points, motions, time) result(self)
       type(fixed_point_type), intent(in) :: points(:)  !< [points] points with their stiffness
       type(motion_type), intent(in) :: motions(:)      !< prescribed ones
-      real(wp), intent(in) :: time                     !< from which they act, s
+      real(wp), intent(in) :: time                     !< time from which they act, s
 
       self = new_fixed_points(points, motions, 0.0_wp, time)
       self%kind = term_bed
@@ -65,7 +65,7 @@ contains
       self%of_penalty = .false.
    end function new_spring_beds
 
-   !> Springs along the fixed directions of point i.
+   !> Set the springs along the fixed directions of point i.
    pure subroutine get_spring(self, i, blocks, spring)
       class(fixed_points_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i                 !< number, from 1
@@ -166,7 +166,7 @@ contains
             end associate
          end do
       end do
-      call invert(matrix, inverse)
+      call invert_matrix(matrix, inverse)
       velocity(:, b) = matmul(inverse, impulse)
    end subroutine match_block
 

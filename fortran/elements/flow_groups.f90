@@ -18,17 +18,17 @@ module dda_flow_groups
    !> A group of nodes that are solved together.
    type :: group_type
       integer, allocatable :: node(:)
-      ! Of more nodes than one
+      ! Only in groups of several nodes
       integer, allocatable :: block(:)        !< beside them
       real(wp), allocatable :: factor(:,:)    !< [nodes,nodes] L; M for a single node
       real(wp), allocatable :: spring(:,:,:)  !< [6,blocks,nodes] G
       integer, allocatable :: place(:)        !< [blocks of the model] position of each in `block`
    end type group_type
 
-   !> fraction of the conductance: of channels with both nodes above the water, in steady flow
+   !> fraction of the conductance of channels above the water table in steady flow
    real(wp), parameter :: of_air = 1.0e-3_wp
    integer, parameter :: most_rounds = 60  !< rounds of the search for the water table
-   real(wp), parameter :: rounding = 1.0e-9_wp  !< fraction of the largest potential: no suction
+   real(wp), parameter :: rounding = 1.0e-9_wp  !< rounding of a potential over the largest one
 
 contains
 
@@ -213,7 +213,7 @@ contains
    pure subroutine add_spring(network, node, stiffness, block, row, terms)
       type(network_type), intent(in) :: network  !< of the model
       integer, intent(in) :: node                !< number
-      real(wp), intent(in) :: stiffness          !< 0 of a fixed node
+      real(wp), intent(in) :: stiffness          !< stiffness; 0 at a fixed node
       integer, intent(in) :: block(:)            !< beside it
       real(wp), intent(in) :: row(:,:)           !< [6,blocks] row of the spring
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
@@ -330,8 +330,8 @@ contains
    pure subroutine assemble_steady(network, group, fixed, dry, matrix, right)
       type(network_type), intent(in) :: network  !< of the model
       type(group_type), intent(in) :: group      !< a component
-      logical, intent(in) :: fixed(:), dry(:)    !< [nodes] φ is known; above the water
-      real(wp), intent(out) :: matrix(:,:)       !< [nodes of the group, the same]
+      logical, intent(in) :: fixed(:), dry(:)    !< [nodes] φ is known; above the water table
+      real(wp), intent(out) :: matrix(:,:)       !< [nodes of the group, nodes of the group]
       real(wp), intent(inout) :: right(:)        !< [nodes of the group] Pa
       integer :: place(size(fixed)), c, i, k
       real(wp) :: h, full

@@ -37,12 +37,12 @@ module dda_joint_flow
    private
    public :: joint_flow_type, new_joint_flow, node_columns, channel_columns
 
-   !> numbers of a node and of a channel in the output
+   !> number of output values of a node and of a channel
    integer, parameter :: node_columns = columns_of(in_flow_nodes)
    integer, parameter :: channel_columns = columns_of(in_flow_channels)
-   !> rounds in which all nodes may change state; then one at a time, which is finite (Murty 1974)
+   !> rounds in which all nodes may change state; then only one does, which ends (Murty 1974)
    integer, parameter :: free_rounds = 15
-   real(wp), parameter :: rounding = 1.0e-12_wp !< fraction of the largest pressure, and of a volume
+   real(wp), parameter :: rounding = 1.0e-12_wp !< rounding of pressures and volumes
 
    !> Water of a model and its state.
    type, extends(element_type) :: joint_flow_type
@@ -65,7 +65,7 @@ module dda_joint_flow
       real(wp), allocatable :: head(:)        !< [nodes] φ at the end of the step, Pa
       logical :: settled = .true.             !< the water table of steady flow was found
       real(wp), allocatable :: after(:)       !< [nodes] p₁ of the last solution, Pa
-      real(wp), allocatable :: growth(:)      !< [nodes] Bᵀd of that, m³ per metre of thickness
+      real(wp), allocatable :: growth(:)  !< [nodes] growth Bᵀd of the last solution, m³ per metre
       ! Of the last accepted step
       real(wp), allocatable :: inflow(:)      !< [nodes] inflow from outside, m²/s
       real(wp), allocatable :: flux(:)  !< [channels] flux from the first node to the second, m²/s
@@ -374,7 +374,7 @@ contains
       self%pressure = self%after
    end subroutine accept_step
 
-   !> Freeze the water: a static stage begins.
+   !> Freeze the boundaries of the water, because a static stage begins.
    subroutine freeze_for_statics(self, blocks, time)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state

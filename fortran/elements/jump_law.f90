@@ -8,7 +8,7 @@ module dda_jump_law
    use dda_kinds, only: wp
    use dda_material_law, only: material_law_type, strain_point_type, loss_plastic, loss_scheme, &
       losses
-   use dda_plane_branches, only: project
+   use dda_plane_branches, only: return_to_cap
    use dda_scheme, only: step_type
    implicit none
    private
@@ -18,8 +18,8 @@ module dda_jump_law
    type, extends(material_law_type) :: jump_law_type
    contains
       procedure :: state_size
-      procedure :: respond
-      procedure :: finish
+      procedure :: respond => find_force
+      procedure :: finish => finish_step
       procedure :: stored
    end type jump_law_type
 
@@ -33,7 +33,7 @@ contains
    end function state_size
 
    !> Find the force in a step in addition to that at its start, and its tangent.
-   pure subroutine respond(self, point, state, strain, change, step, stress, tangent)
+   pure subroutine find_force(self, point, state, strain, change, step, stress, tangent)
       class(jump_law_type), intent(in) :: self           !< law
       type(strain_point_type), intent(in) :: point       !< at its position
       real(wp), intent(in) :: state(:)                   !< [any] state at the start of the step
@@ -43,16 +43,16 @@ contains
       real(wp) :: force(2), slope(2, 2)
 
       associate (k => point%elasticity(1, 1), theta => step%scheme%theta)
-         call project(point%held(1:2) + k*(strain(1:2) - state(1:2) + theta*change(1:2)), &
+         call return_to_cap(point%held(1:2) + k*(strain(1:2) - state(1:2) + theta*change(1:2)), &
             point%cap, force, slope)
          stress = [force - point%held(1:2), 0.0_wp]
          tangent = 0.0_wp
          tangent(1:2, 1:2) = theta*k*slope
       end associate
-   end subroutine respond
+   end subroutine find_force
 
    !> Find the state at the end of a step, and its losses.
-   pure subroutine finish(self, point, state, strain, change, step, loss)
+   pure subroutine finish_step(self, point, state, strain, change, step, loss)
       class(jump_law_type), intent(in) :: self       !< law
       type(strain_point_type), intent(in) :: point   !< at its position
       real(wp), intent(inout) :: state(:)  !< [any] state at the start; on return at the end
@@ -63,14 +63,14 @@ contains
 
       associate (k => point%elasticity(1, 1), theta => step%scheme%theta)
          trial = point%held(1:2) + k*(strain(1:2) - state(1:2) + theta*change(1:2))
-         call project(trial, point%cap, force, slope)
+         call return_to_cap(trial, point%cap, force, slope)
          flow = (trial - force)/(theta*k)
          loss = 0.0_wp
          loss(loss_plastic) = dot_product(force, flow)
          loss(loss_scheme) = (theta - 0.5_wp)*k*sum((change(1:2) - flow)**2)
       end associate
       state(1:2) = state(1:2) + flow
-   end subroutine finish
+   end subroutine finish_step
 
    !> Stored energy ψ, J/m.
    pure real(wp) function stored(self, point, state, strain)

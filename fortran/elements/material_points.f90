@@ -22,8 +22,8 @@ module dda_material_points
    use dda_welds, only: deformations_of
    implicit none
    private
-   public :: material_points_type, set_points, has_law, acts, resting, respond, cap_of, &
-      total_strain, present_stress, shape_stress, beyond_elastic, take_step, take_over, &
+   public :: material_points_type, set_points, has_law, acts, resting, respond, jump_limit, &
+      total_strain, present_stress, shape_stress, beyond_elastic, step_point, copy_point_state, &
       crack_points, places
 
    integer, parameter :: crack_points = 3            !< Lobatto points of a broken face
@@ -111,7 +111,7 @@ contains
    !> Allocate arrays for n points with states of a given size.
    subroutine reserve(self, n, states)
       class(material_points_type), intent(inout) :: self  !< gets its arrays
-      integer, intent(in) :: n, states                  !< points; numbers of a state
+      integer, intent(in) :: n, states                  !< numbers of points and of state variables
 
       self%n = n
       allocate (self%material(n), self%block(2, n), self%side(2, n), self%crack(n), source=0)
@@ -187,7 +187,7 @@ contains
             self%point(p)%length = 1.0_wp
             self%reference(:, p) = total_strain(self, p, blocks)
             self%point(p)%held = matmul(self%point(p)%elasticity, self%reference(:, p))
-            self%active(p) = cap_of(self, p) < huge(1.0_wp)
+            self%active(p) = jump_limit(self, p) < huge(1.0_wp)
          end do
       end do
    end subroutine create_jump_points
@@ -196,7 +196,7 @@ contains
    subroutine create_crack_points(self, welds, before)
       class(material_points_type), intent(inout) :: self  !< points with arrays and other points
       type(weld_type), intent(in) :: welds(:)           !< of the model
-      integer, intent(in) :: before                     !< number of slots before those of joints
+      integer, intent(in) :: before                     !< number of laws before those of joints
       integer :: i, k, p
 
       do i = 1, size(welds)
@@ -226,7 +226,7 @@ contains
    end subroutine create_crack_points
 
    !> Largest force of the jump of point p in a step, N/m, from the points of its face at the start.
-   pure real(wp) function cap_of(self, p) result(cap)
+   pure real(wp) function jump_limit(self, p) result(cap)
       class(material_points_type), intent(in) :: self  !< points, with strains at the start
       integer, intent(in) :: p                       !< point of a jump
       integer :: k
@@ -241,7 +241,7 @@ contains
          end associate
       end do
       if (cap < huge(1.0_wp)) cap = cap*self%face(p)%length
-   end function cap_of
+   end function jump_limit
 
    !> Begin the law of point p in the present state, with the elastic stress of its strain.
    subroutine begin_point(self, p, blocks, material, moduli, initial)
@@ -386,7 +386,7 @@ contains
    end function beyond_elastic
 
    !> Advance the state of point p by a step, and find its losses.
-   pure subroutine take_step(self, p, state, change, step, loss)
+   pure subroutine step_point(self, p, state, change, step, loss)
       class(material_points_type), intent(in) :: self  !< prepared for the step
       integer, intent(in) :: p                       !< point
       real(wp), intent(inout) :: state(:)            !< [any] state of its law
@@ -401,10 +401,10 @@ contains
          change, step, loss)
       loss(loss_scheme) = loss(loss_scheme) - (step%scheme%theta - 0.5_wp) &
          *dot_product(change, matmul(self%point(p)%elasticity, change))
-   end subroutine take_step
+   end subroutine step_point
 
    !> Copy the state of an earlier point to point p.
-   subroutine take_over(self, p, before, old, blocks)
+   subroutine copy_point_state(self, p, before, old, blocks)
       class(material_points_type), intent(inout) :: self  !< elements of this kind
       integer, intent(in) :: p, old                     !< point, and former point
       class(material_points_type), intent(in) :: before   !< elements before
@@ -436,6 +436,6 @@ contains
       self%rest_energy(p) = self%rest_energy(p) + dot_product(before%kept(:, old), moved)
       self%reference(:, p) = self%reference(:, p) + moved
       self%point(p)%held = self%point(p)%held + matmul(self%point(p)%elasticity, moved)
-   end subroutine take_over
+   end subroutine copy_point_state
 
 end module dda_material_points

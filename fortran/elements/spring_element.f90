@@ -25,12 +25,12 @@ module dda_spring_element
    use dda_scheme, only: step_type, end_time, end_rate, velocity_weight
    implicit none
    private
-   public :: spring_element_type, spring_type, change_of, dashpots_of, target_rate
+   public :: spring_element_type, spring_type, extension_change, dashpots_of, target_rate
 
    !> Two springs in the present geometry.
    type :: spring_type
       integer :: block(2) = 0           !< blocks; second 0: the ground; first 0: no springs
-      real(wp) :: stiffness(2)          !< k, N/m per metre of thickness; 0: not there
+      real(wp) :: stiffness(2)          !< k, N/m per metre of thickness; 0: no spring
       real(wp) :: stretch(2)            !< m
       real(wp) :: row(6, 2, 2)          !< [6,springs,blocks] u and −u of its change
       real(wp) :: place(2)              !< m
@@ -66,14 +66,14 @@ module dda_spring_element
 contains
 
    !> Change of the extension due to increments or rates of all blocks.
-   pure function change_of(spring, d) result(change)
-      type(spring_type), intent(in) :: spring  !< both of an element
+   pure function extension_change(spring, d) result(change)
+      type(spring_type), intent(in) :: spring  !< both springs of an element
       real(wp), intent(in) :: d(:,:)           !< [6,blocks] of their coordinates
       real(wp) :: change(2)
 
       change = matmul(d(:, spring%block(1)), spring%row(:, :, 1))
       if (spring%block(2) > 0) change = change - matmul(d(:, spring%block(2)), spring%row(:, :, 2))
-   end function change_of
+   end function extension_change
 
    !> Dashpot coefficient c, N s/m per metre of thickness.
    pure function dashpots_of(self, spring, step) result(dashpot)
@@ -167,7 +167,7 @@ contains
             step)) *(displacement_of(self%motions, spring%motion, step%time) - wanted)
          force = -spring%stiffness*(spring%stretch - wanted)
          c = dashpots_of(self, spring, step)
-         if (any(c > 0.0_wp)) force = force + c*(velocity_weight(step)*change_of(spring, &
+         if (any(c > 0.0_wp)) force = force + c*(velocity_weight(step)*extension_change(spring, &
             blocks%velocity) + target_rate(spring%motion, spring%rate, self%motions, step))
          associate (row => spring%row, a => spring%block(1), b => spring%block(2))
             load(:, a) = load(:, a) + (force(1)*row(:, 1, 1) + force(2)*row(:, 2, 1))
@@ -190,7 +190,7 @@ contains
          if (spring%block(1) == 0) cycle
          call add_energy(energy, energy_support, spring_energy(self, spring, step, &
             spring%stretch - displacement_of(self%motions, spring%motion, step%time), &
-            change_of(spring, blocks%velocity) - spring%rate))
+            extension_change(spring, blocks%velocity) - spring%rate))
       end do
    end subroutine add_stored_energy
 
@@ -224,11 +224,11 @@ contains
             c = dashpots_of(self, spring, step)
             y = displacement_of(self%motions, spring%motion, step%time)
             moved = displacement_of(self%motions, spring%motion, end_time(step)) - y
-            change = change_of(spring, d)
+            change = extension_change(spring, d)
             w = 0.0_wp
             if (any(c > 0.0_wp)) then
                rate = target_rate(spring%motion, spring%rate, self%motions, step)
-               w0 = change_of(spring, blocks%velocity)
+               w0 = extension_change(spring, blocks%velocity)
                w = end_rate(step, change, w0) - rate
                call add_energy(energy, energy_damping, dt*sum(c*((2.0_wp*chi - 1.0_wp)*w**2 &
                   + 0.5_wp*(1.0_wp - chi)*(w0 - spring%rate + w)**2)))

@@ -22,8 +22,8 @@ module dda_strain_points
    use dda_material, only: material_type
    use dda_material_law, only: loss_damping, loss_plastic, loss_scheme, losses
    use dda_material_points, only: material_points_type, set_points, has_law, acts, resting, &
-      respond, cap_of, total_strain, present_stress, shape_stress, beyond_elastic, take_step, &
-      take_over
+      respond, jump_limit, total_strain, present_stress, shape_stress, beyond_elastic, step_point, &
+      copy_point_state
    use dda_ordered_sums, only: parallel_from
    use dda_scheme, only: step_type
    use dda_weld, only: weld_type, is_shifted
@@ -37,7 +37,7 @@ module dda_strain_points
    real(wp), parameter :: rounding = 1.0e-15_wp      !< rounding, relative to the elastic stress
    real(wp), parameter :: agreed = 1.0e-7_wp         !< relative tolerance of a stress in bounds
    real(wp), parameter :: agreed_damage = 1.0e-4_wp  !< damage tolerance of broken faces
-   integer, parameter :: most_held = 15              !< rounds in which bounds are updated
+   integer, parameter :: most_held = 15              !< largest number of updates of bounds
    real(wp), parameter :: no_curvature = 1.0e-13_wp  !< fraction of D below which a tangent is zero
 
    !> Equations of all points in a step.
@@ -77,10 +77,10 @@ contains
       call set_points(self, welds, blocks, materials, cracks, plane_strain)
       allocate (self%operator(3, 6, 2, self%n), self%change(3, self%n), self%stress(3, self%n), &
          self%tangent(3, 3, self%n), source=0.0_wp)
-      where (self%crack > 0) self%tangent(1, 1, :) = 1.0_wp  ! both cells are coupled
+      where (self%crack > 0) self%tangent(1, 1, :) = 1.0_wp  ! the pattern couples both cells
    end function new_strain_points
 
-   !> Prepare a step: strains at its start, and c about an increment.
+   !> Prepare a step: set strains at its start, and linearise the stress c about an increment.
    subroutine prepare_step(self, blocks, step, d)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks           !< blocks at the start of the step
@@ -97,7 +97,7 @@ contains
       !$omp parallel do schedule(static) if (self%n >= parallel_from)
       do p = 1, self%n
          if (.not. acts(self, p, blocks)) cycle
-         if (self%side(1, p) > 0) self%point(p)%cap = cap_of(self, p)
+         if (self%side(1, p) > 0) self%point(p)%cap = jump_limit(self, p)
          call freeze_bounds(self, p, [0.0_wp, 0.0_wp, 0.0_wp], step, 0.0_wp)
          call set_strain_operator(self, p, blocks, step)
          self%change(:, p) = strain_increment(self, p, d)
@@ -373,7 +373,7 @@ contains
          if (.not. acts(self, p, blocks)) cycle
          change = strain_increment(self, p, d)
          state = self%state(:, p)
-         call take_step(self, p, state, change, step, loss)
+         call step_point(self, p, state, change, step, loss)
          part(:, p) = self%area(p)*[loss, beyond_elastic(self, p, state, self%strain(:, p) &
             + change)]
       end do
@@ -402,7 +402,7 @@ contains
       end do
       !$omp parallel do schedule(static) private(loss) if (self%n >= parallel_from)
       do p = 1, self%n
-         if (acts(self, p, blocks)) call take_step(self, p, self%state(:, p), &
+         if (acts(self, p, blocks)) call step_point(self, p, self%state(:, p), &
             strain_increment(self, p, d), step, loss)
       end do
       !$omp parallel do schedule(static) if (self%n >= parallel_from)
@@ -439,7 +439,7 @@ contains
       class is (strain_points_type)
          do p = 1, self%n
             ! points of a face within one material had the stress of the first one
-            call take_over(self, p, before, merge(p - 1, p, before%area(p) <= 0.0_wp .and. &
+            call copy_point_state(self, p, before, merge(p - 1, p, before%area(p) <= 0.0_wp .and. &
                before%block(2, p) > 0), blocks)
          end do
       end select

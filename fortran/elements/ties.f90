@@ -12,7 +12,7 @@ module dda_ties
    use dda_element, only: element_type
    use dda_linear_terms, only: term_tie
    use dda_scheme, only: step_type
-   use dda_spring_element, only: spring_element_type, spring_type, change_of
+   use dda_spring_element, only: spring_element_type, spring_type, extension_change
    use dda_tie, only: tie_type
    implicit none
    private
@@ -150,7 +150,7 @@ contains
       do i = 1, self%n
          call self%get_spring(i, blocks, spring)
          if (spring%block(1) == 0) cycle
-         force = -spring%stiffness*(spring%stretch + step%scheme%theta*change_of(spring, d))
+         force = -spring%stiffness*(spring%stretch + step%scheme%theta*extension_change(spring, d))
          side = merge(1, 2, corner_face(blocks, self%tie(i)) == face)
          associate (b => spring%block(side))
             load(:, b) = load(:, b) + merge(1.0_wp, -1.0_wp, side == 1) &
@@ -172,7 +172,7 @@ contains
       do i = 1, self%n
          call self%get_spring(i, blocks, spring)
          if (spring%block(1) == 0) cycle
-         change = change_of(spring, d)
+         change = extension_change(spring, d)
          self%slip(i) = self%slip(i) + change(2)
       end do
    end subroutine accept_step

@@ -21,7 +21,7 @@ contains
       type(weld_type), intent(in) :: weld              !< face
       integer, intent(in) :: material(2)               !< of both cells
       real(wp), intent(in) :: modulus(2)               !< modulus for compression of both cells, Pa
-      type(damping_type), intent(in) :: damping(:)     !< [materials] or of none
+      type(damping_type), intent(in) :: damping(:)     !< [materials]; empty: no damping
       real(wp) :: share(2)
 
       share = 0.0_wp
@@ -48,7 +48,7 @@ contains
    pure real(wp) function memory_stretch(damping, e, memory) result(stretch)
       type(damping_type), intent(in) :: damping  !< of the material
       real(wp), intent(in) :: e                  !< m or a strain
-      real(wp), intent(in) :: memory(:)          !< [mechanisms] ζ_l, the same
+      real(wp), intent(in) :: memory(:)          !< [mechanisms] ζ_l of a spring
 
       stretch = 0.0_wp
       if (damping%n > 0) stretch = (damping%unrelaxed - 1.0_wp)*e &

@@ -37,7 +37,7 @@ contains
    !> Springs of a face between two materials.
    pure type(weld_springs_type) function springs_of(weld, moduli) result(springs)
       type(weld_type), intent(in) :: weld        !< face
-      real(wp), intent(in) :: moduli(3, 3, 2)    !< D of both cells, Pa
+      real(wp), intent(in) :: moduli(3, 3, 2)    !< elastic matrices D of both cells, Pa
       real(wp) :: stiffness(2)
 
       if (all(moduli(:, :, 1) == moduli(:, :, 2))) then
@@ -53,7 +53,7 @@ contains
    !> Stiffness of the springs on the mean and on the linear jump, N/m per metre of thickness.
    pure function jump_stiffness(weld, moduli) result(stiffness)
       type(weld_type), intent(in) :: weld        !< face
-      real(wp), intent(in) :: moduli(3, 3, 2)    !< D of both cells, Pa
+      real(wp), intent(in) :: moduli(3, 3, 2)    !< elastic matrices D of both cells, Pa
       real(wp) :: stiffness(2), shear, stretch, ratio
 
       shear = harmonic_mean(moduli(3, 3, 1), moduli(3, 3, 2))
@@ -102,7 +102,7 @@ contains
       end associate
    end function jump_strain
 
-   !> Combinations of ε_x, ε_y, γ that isotropy separates, and their moduli.
+   !> Find the combinations of ε_x, ε_y, γ that are uncoupled by isotropy, and their moduli.
    pure subroutine separate_moduli(d, area, combination, stiffness)
       real(wp), intent(in) :: d(3, 3), area  !< elastic matrix, Pa; m²
       real(wp), intent(out) :: combination(3, 3)  !< a column each
@@ -146,7 +146,7 @@ contains
    !> With equal moduli there is one strain; otherwise u* makes the tractions of both sides equal.
    pure function strains_of(weld, moduli) result(strain)
       type(weld_type), intent(in) :: weld      !< face
-      real(wp), intent(in) :: moduli(3, 3, 2)  !< D of both cells, Pa
+      real(wp), intent(in) :: moduli(3, 3, 2)  !< elastic matrices D of both cells, Pa
       real(wp) :: strain(3, n_deformations, 2)
       real(wp) :: jump(3, 2, 2), stiffness(2, 2)
       real(wp) :: traction(2, n_deformations), own(2, n_deformations)
@@ -192,7 +192,7 @@ contains
    pure subroutine add_two_strains(springs, weld, moduli)
       type(weld_springs_type), intent(inout) :: springs  !< get four more
       type(weld_type), intent(in) :: weld      !< face
-      real(wp), intent(in) :: moduli(3, 3, 2)  !< D of both cells, Pa
+      real(wp), intent(in) :: moduli(3, 3, 2)  !< elastic matrices D of both cells, Pa
       real(wp) :: combination(3, 3), stiffness(3), jump(3, 2)
       real(wp) :: basis(6, 6), on_deformations(6, n_deformations), size_of
       integer :: side, i, k, n

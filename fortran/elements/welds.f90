@@ -34,7 +34,7 @@ module dda_welds
       real(wp), allocatable :: force(:,:)                 !< [deformations,faces] f₀
       integer, allocatable :: material(:,:)               !< [2,faces] material of both cells
       real(wp), allocatable :: share(:,:)  !< [2,faces] fractions that the materials damp in steps
-      real(wp), allocatable :: small_share(:,:)  !< [2,faces] shares, damping of laws included
+      real(wp), allocatable :: small_share(:,:)  !< [2,faces] fractions including damping by laws
       real(wp), allocatable :: rest(:,:)                  !< [deformations,faces] after statics
       !> [mechanisms,springs,2,faces] ζ_l of both materials; 0 faces: no damping
       real(wp), allocatable :: memory(:,:,:,:)

@@ -56,7 +56,7 @@ contains
    !> Check a run before it begins: damping, resolution, ringing, cost.
    subroutine check_input(analysis, report, passes, error)
       type(analysis_type), intent(in) :: analysis  !< analysis whose input has been read
-      character(len=:), allocatable, intent(out) :: report  !< lines for a person
+      character(len=:), allocatable, intent(out) :: report  !< text of the report
       logical, intent(out) :: passes               !< no line of the report is a failure
       type(error_type), allocatable, intent(out) :: error  !< the check could not be performed
       type(simulation_type), allocatable :: simulation
@@ -147,7 +147,7 @@ contains
       real(wp), intent(out) :: displacement(2)     !< since the start, m
       real(wp), intent(out) :: velocity(2)         !< m/s
       real(wp), intent(out) :: acceleration(2)     !< m/s²
-      type(error_type), allocatable, intent(out) :: error  !< there is no such point
+      type(error_type), allocatable, intent(out) :: error  !< error: unknown point
       integer :: point
 
       displacement = 0.0_wp

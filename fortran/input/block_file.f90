@@ -40,7 +40,7 @@ module dda_block_file
       character(len=name_length), allocatable :: materials(:)  !< [materials]
       character(len=name_length), allocatable :: joints(:)     !< [joints]
       character(len=name_length), allocatable :: bodies(:)     !< [bodies]
-      integer(long) :: checksum = 0            !< checksum of all of these
+      integer(long) :: checksum = 0            !< checksum of all these values
    end type block_file_type
 
    !> An open file and its length.
@@ -53,7 +53,7 @@ contains
 
    !> Read a file; an error names the file, the variable and the block.
    subroutine read_block_file(blocks, file, error)
-      type(block_file_type), intent(out) :: blocks  !< values as in the file
+      type(block_file_type), intent(out) :: blocks  !< array; receives the values of the file
       character(len=*), intent(in) :: file  !< path
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(reader_type) :: reader
@@ -243,7 +243,7 @@ contains
    subroutine find_first_vertices(reader, corners, vertices, first)
       type(reader_type), intent(inout) :: reader  !< open; retains the first error
       integer, intent(in) :: corners(:)  !< [blocks]
-      integer, intent(in) :: vertices    !< that the file has
+      integer, intent(in) :: vertices    !< number of vertices in the file
       integer, allocatable, intent(out) :: first(:)  !< [blocks+1]
       integer :: b
 

@@ -9,7 +9,7 @@ module dda_input_blocks
       wall_values, read_values
    use dda_input_materials, only: find_substances
    use dda_model, only: model_type
-   use dda_outlines, only: outlines_type, add_outline, add_layers, add_drums, add_wall, bury, &
+   use dda_outlines, only: outlines_type, add_outline, add_layers, add_drums, add_wall, set_cover, &
       most_blocks, outline_failure
    use dda_text, only: quoted, to_text
    implicit none
@@ -123,9 +123,9 @@ contains
    end subroutine resolve_edges
 
    !> Set stress due to weight in the new blocks of a group, if requested.
-   subroutine begin_at_rest(group, rest, model, outlines, first, error)
+   subroutine set_weight_stress(group, rest, model, outlines, first, error)
       type(group_type), intent(in) :: group      !< of the input
-      type(rest_values), intent(in) :: rest      !< value of the variable for that
+      type(rest_values), intent(in) :: rest      !< values of the variables of initial stress
       type(model_type), intent(in) :: model      !< with its gravity
       type(outlines_type), intent(inout) :: outlines         !< outlines with the new blocks
       integer, intent(in) :: first               !< of the new blocks
@@ -137,8 +137,8 @@ contains
             group, 'geostatic = .true. needs a gravity that acts downwards; gravity is '// &
             to_text(gravity(1))//', '//to_text(gravity(2)))
       end associate
-      if (.not. allocated(error)) call bury(outlines, first, rest%overburden)
-   end subroutine begin_at_rest
+      if (.not. allocated(error)) call set_cover(outlines, first, rest%overburden)
+   end subroutine set_weight_stress
 
    !> Read &layers: a stack of equal layers.
    subroutine read_layers(group, source, model, outlines, error)
@@ -157,7 +157,7 @@ contains
       first = outlines%n + 1
       call add_layers(outlines, own%left, own%bottom, own%width, own%thickness, own%count, m, j, &
          source, own%name)
-      call begin_at_rest(group, own%rest, model, outlines, first, error)
+      call set_weight_stress(group, own%rest, model, outlines, first, error)
    end subroutine read_layers
 
    !> Read &drums: a column of drums, tapering from `width` to `top_width`.
@@ -202,7 +202,7 @@ contains
       first = outlines%n + 1
       call add_wall(outlines, own%left, own%bottom, [own%brick_length, own%brick_height], &
          own%bricks, own%courses, m, j, source, own%name, own%head_joint)
-      call begin_at_rest(group, own%rest, model, outlines, first, error)
+      call set_weight_stress(group, own%rest, model, outlines, first, error)
    end subroutine read_wall
 
 end module dda_input_blocks

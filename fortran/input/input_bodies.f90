@@ -24,7 +24,7 @@ module dda_input_bodies
    real(wp), parameter :: least_share = 1.0e-9_wp
    !> side of a block relative to the model: shorter ones have no direction
    real(wp), parameter :: least_side = 1.0e-12_wp
-   real(wp), parameter :: least_area = 1.0e-12_wp  !< fraction of the square of the size
+   real(wp), parameter :: least_area = 1.0e-12_wp  !< smallest area of a block over its squared size
    integer(long), parameter :: block_bytes = 7500  !< bytes per block of a wall, measured
    real(wp), parameter :: buffer_bytes = 1.1e7_wp  !< bytes of output and checkpoints, measured
 

@@ -26,7 +26,7 @@ module dda_input_boundaries
    use dda_weld, only: weld_type, is_shifted, take_area
    implicit none
    private
-   public :: read_boundaries, check_rest, kind_type, boundary_kinds, acts_as
+   public :: read_boundaries, check_rest, kind_type, boundary_kinds, effective_kind
 
    !> Properties of a kind of boundary.
    type :: kind_type
@@ -98,7 +98,7 @@ contains
    end function is_fixed_kind
 
    !> Effective kind of a group: 'fixed' for a base that follows its motion 'within'.
-   pure function acts_as(group) result(kind)
+   pure function effective_kind(group) result(kind)
       type(group_type), intent(in) :: group  !< &boundary, checked
       character(len=:), allocatable :: kind
       type(boundary_values) :: own
@@ -107,7 +107,7 @@ contains
       call read_values(group, own, error)
       kind = trim(own%kind)
       if (own%motion_is == 'within') kind = 'fixed'
-   end function acts_as
+   end function effective_kind
 
    !> Reject dashpots alone under gravity in a dynamic stage: the model would sink without limit.
    subroutine check_rest(model, groups, error)

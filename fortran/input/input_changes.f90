@@ -112,7 +112,7 @@ contains
 
       if (change%path == '') then
          change%path = change%value
-         call refuse_change(change, 'must read NAME=VALUE', error)
+         call refuse_change(change, 'must have the form NAME=VALUE', error)
          return
       end if
       associate (path => change%path)

@@ -22,11 +22,11 @@ contains
    !> Select the parts of the outline that a group names; none is an input error.
    subroutine choose_edges(group, edges, model, pieces, error, side)
       type(group_type), intent(in) :: group          !< of the input
-      type(edges_values), intent(in) :: edges        !< what the group says of edges
+      type(edges_values), intent(in) :: edges        !< criteria of the group
       type(model_type), intent(in) :: model          !< with its blocks
       type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< in the order of the blocks
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
-      character(len=*), intent(in), optional :: side !< side, instead of that of the group
+      character(len=*), intent(in), optional :: side !< side that replaces the one of the group
       logical :: wanted(model%blocks%n)
       character(len=name_length) :: own
       real(wp), allocatable :: line(:,:)

@@ -383,7 +383,7 @@ contains
       end associate
    end function has_no_channel
 
-   !> Add the head of a node that lies on part k of the faces under water.
+   !> Set the head of a node that lies on part k of the faces under water.
    subroutine add_node(model, load, k, node)
       type(model_type), intent(inout) :: model  !< model with flow and edge loads
       integer, intent(in) :: load, k, node      !< numbers
@@ -394,7 +394,7 @@ contains
       associate (water => model%edge_loads(load), place => model%flow%place(:, node))
          if (.not. is_on(water%ends(:, :, k), place, 4*touching*model%blocks%half_size)) return
          do b = 1, size(model%flow%boundary)
-            if (any(model%flow%boundary(b)%node == node)) return  ! the first one counts
+            if (any(model%flow%boundary(b)%node == node)) return  ! the first boundary applies
          end do
          head = 0.0_wp
          if (water%kind == load_surface) then

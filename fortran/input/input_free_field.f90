@@ -4,7 +4,7 @@
 module dda_input_free_field
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
-   use dda_column_model, only: take_blocks
+   use dda_column_model, only: copy_blocks
    use dda_edge_piece, only: edge_piece_type
    use dda_errors, only: error_type
    use dda_free_field, only: free_field_type
@@ -19,7 +19,7 @@ module dda_input_free_field
    private
    public :: find_column, check_columns, check_ties
 
-   real(wp), parameter :: touching = 1.0e-6_wp  !< fraction of half the model size: no gap
+   real(wp), parameter :: touching = 1.0e-6_wp  !< closed gaps over half the model size
 
 contains
 
@@ -40,7 +40,7 @@ contains
             'the '//trim(field%side)//' side, but no vertical line passes between the blocks')
          return
       end if
-      call take_blocks(model, field%block, column, within)
+      call copy_blocks(model, field%block, column, within)
       call outline_of(column, spread(.true., 1, column%n), left)
       right = pieces_on_side(column, left, 'right')
       left = pieces_on_side(column, left, 'left')

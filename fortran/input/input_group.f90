@@ -291,7 +291,7 @@ contains
       character(len=*), intent(in) :: name                   !< of the variable
       character(len=*), intent(in) :: value                  !< text as in the input
       character(len=*), intent(in) :: names(:)               !< known ones
-      character(len=*), intent(in) :: kind                   !< whose names they are: 'material', …
+      character(len=*), intent(in) :: kind                   !< kind of the names: 'material', …
       integer, intent(out) :: position  !< in `names`
 
       position = findloc(names == value, .true., 1)

@@ -17,7 +17,7 @@ module dda_input_in_situ
    public :: read_in_situ
 
    integer, parameter :: most_columns = 4096
-   real(wp), parameter :: touching = 1.0e-6_wp  !< of half the model size
+   real(wp), parameter :: touching = 1.0e-6_wp  !< fraction of half the model size
 
    !> The blocks in columns of equal width.
    type :: columns_type
@@ -25,11 +25,11 @@ module dda_input_in_situ
       integer, allocatable :: first(:), block(:)   !< [columns+1] start of each column in the list
    end type columns_type
 
-   !> Ground above a point.
+   !> Weight and top of the ground above a point.
    type :: cover_type
       real(wp) :: weight = 0.0_wp                  !< Pa
       real(wp) :: top = -huge(1.0_wp)              !< highest block, m
-      real(wp) :: unit_weight = 0.0_wp             !< of that block, N/m³
+      real(wp) :: unit_weight = 0.0_wp             !< unit weight of the highest block, N/m³
    end type cover_type
 
 contains
@@ -134,7 +134,7 @@ contains
       end do
    end subroutine stress_blocks
 
-   !> Ground above a point: top edges of blocks run leftwards, lower edges rightwards.
+   !> Weight and top of the ground above a point: upper edges add weight, lower edges subtract it.
    pure function cover_above(model, columns, x, y) result(cover)
       type(model_type), intent(in) :: model      !< with its blocks
       type(columns_type), intent(in) :: columns  !< of these

@@ -26,7 +26,7 @@ contains
 
       call read_values(group, new%material_values, error)
       call read_elasticity(error, group, new)
-      call take_damping(error, group, new%material_values, new%damping)
+      call read_damping(error, group, new%material_values, new%damping)
       call check_law(group, new%material_values, new, error)
    end subroutine read_material
 
@@ -66,7 +66,7 @@ contains
    end subroutine check_derived
 
    !> Read a constant damping ratio, or Rayleigh damping.
-   subroutine take_damping(error, group, own, damping)
+   subroutine read_damping(error, group, own, damping)
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(group_type), intent(in) :: group  !< of the input
       type(material_values), intent(in) :: own  !< its values
@@ -86,7 +86,7 @@ contains
          if (given(group, 'damping_band')) damping%band = own%damping_band
          if (is_set(own%mechanisms)) damping%n = own%mechanisms
       end if
-   end subroutine take_damping
+   end subroutine read_damping
 
    !> Check that two frequencies ascend.
    subroutine check_band(error, group, name, band)

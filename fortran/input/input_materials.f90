@@ -38,13 +38,13 @@ contains
             failure, value_or(own%time_step, 0.0_wp), own%channel)
          if (allocated(failure)) call input_error(error, group, failure%message)
       else
-         call take_values(group, own, record, error)
+         call read_samples(group, own, record, error)
       end if
       if (.not. allocated(error)) call make_motion(group, record, own, new, error)
    end subroutine read_motion
 
    !> Read values from the group, in SI units.
-   subroutine take_values(group, own, record, error)
+   subroutine read_samples(group, own, record, error)
       type(group_type), intent(in) :: group  !< of the input
       type(motion_values), intent(in) :: own !< of the group
       type(record_type), intent(out) :: record  !< as read
@@ -61,7 +61,7 @@ contains
       record%station = ''
       record%description = 'values in the input'
       record%file = ''
-   end subroutine take_values
+   end subroutine read_samples
 
    !> Compute acceleration, velocity and displacement of the record.
    !> By default, drift is removed from accelerations.

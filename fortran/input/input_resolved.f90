@@ -4,7 +4,7 @@
 !>
 !> It is part of the output, so that readers of outputs need no input.
 module dda_input_resolved
-   use dda_input_boundaries, only: acts_as
+   use dda_input_boundaries, only: effective_kind
    use dda_input_group, only: group_type
    use dda_input_schema, only: input_groups, input_variables
    use dda_input_value, only: value_type
@@ -114,7 +114,7 @@ contains
       case ('output.file')
          value = quoted_text(model%output%file)
       case ('boundary.kind')
-         value = quoted_text(acts_as(group))
+         value = quoted_text(effective_kind(group))
       case ('measured_point.block')
          value = quoted_text(model%block_names(model%points(k)%block))
       case ('load.block')

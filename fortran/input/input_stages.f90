@@ -45,7 +45,7 @@ contains
       call begin_control(model)
    end subroutine read_stages
 
-   !> Stages of a run without &stage groups.
+   !> Return the stages of a run without &stage groups.
    pure subroutine stages_of_control(model)
       type(model_type), intent(inout) :: model  !< model as read from the input
       integer :: s
@@ -53,7 +53,7 @@ contains
       associate (control => model%control)
          allocate (model%stages(merge(2, 1, control%settle)))
          do s = 1, size(model%stages)
-            call change_nothing(model, model%stages(s))
+            call unchanged_stage(model, model%stages(s))
          end do
          model%stages(1)%name = 'rest'
          model%stages(1)%static = .true.
@@ -71,8 +71,8 @@ contains
       end associate
    end subroutine stages_of_control
 
-   !> Stage without changes of the model.
-   pure subroutine change_nothing(model, stage)
+   !> Return a stage without changes of the model.
+   pure subroutine unchanged_stage(model, stage)
       type(model_type), intent(in) :: model  !< model as read from the input
       type(stage_type), intent(inout) :: stage
       integer :: i
@@ -86,7 +86,7 @@ contains
       stage%dropped = stage%added
       stage%joint = [(i, i=1, size(model%joints))]
       stage%material = [(i, i=1, size(model%materials))]
-   end subroutine change_nothing
+   end subroutine unchanged_stage
 
    !> Begin motions that no stage names with the first dynamic stage.
    pure subroutine begin_other_motions(stages)
@@ -155,7 +155,7 @@ contains
          stage%static = own%kind == 'static'
          stage%zero_displacements = own%zero_displacements
          stage%displacement = value_or(own%displacement, huge(1.0_wp))
-         call change_nothing(model, stage)
+         call unchanged_stage(model, stage)
          call set_stepping(stage, own, model%control, group, error)
          call read_lists(model, group, own, stage, error)
       end associate
@@ -228,7 +228,7 @@ contains
          arrow = index(entry, '->')
          if (arrow == 0) then
             call input_error(error, group, variable//' = '//quoted(entry)// &
-               " must read 'old -> new'")
+               " must have the form 'old -> new'")
             return
          end if
          call require_name(error, group, variable, trim(entry(:arrow - 1)), names, kind, from)

@@ -80,7 +80,7 @@ contains
       if (.not. present(spans)) call check_rules(group, g, .true., error)
    end subroutine parse_group
 
-   !> Trim to the given values without copying their contents.
+   !> Trim the list to the given values without copying their contents.
    pure subroutine trim_values(values, kept)
       type(value_type), intent(inout) :: values(:)             !< of all variables
       type(value_type), allocatable, intent(out) :: kept(:)    !< values that are given
@@ -278,11 +278,11 @@ contains
                ': expected a group (&name), found '//quoted(first_word(text(at:))))
             return
          end if
-         if (count == size(groups)) call resize(groups, 2*count)
+         if (count == size(groups)) call reserve_groups(groups, 2*count)
          count = count + 1
          call read_group(file, text, at, line, groups(count), error)
       end do
-      call resize(groups, count)
+      call reserve_groups(groups, count)
    end subroutine split_groups
 
    !> Read one group up to its closing slash.
@@ -338,7 +338,7 @@ contains
    end subroutine find_slash
 
    !> Reserve space for groups without copying their contents.
-   subroutine resize(groups, n)
+   subroutine reserve_groups(groups, n)
       type(group_type), allocatable, intent(inout) :: groups(:)  !< [n] afterwards
       integer, intent(in) :: n                                   !< groups
       type(group_type), allocatable :: resized(:)
@@ -353,6 +353,6 @@ contains
          call move_alloc(groups(i)%place, resized(i)%place)
       end do
       call move_alloc(resized, groups)
-   end subroutine resize
+   end subroutine reserve_groups
 
 end module dda_input_text

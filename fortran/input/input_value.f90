@@ -170,8 +170,8 @@ contains
       if (text(at + length:at + length) /= '*') return
       read (text(at:at + length - 1), *, iostat=status) repeats
       if (status /= 0 .or. repeats < 1 .or. repeats > max(variable%size, 1)) failure = &
-         trim(variable%name)//': '//text(at:at + min(length, 20))//' is not a number of values '// &
-         'that it can have'
+         trim(variable%name)//': '//text(at:at + min(length, 20))//' is no possible number '// &
+         'of values'
       at = at + length + 1
    end subroutine read_repeats
 
@@ -191,7 +191,7 @@ contains
          failure = quoted(first_word(text(at:)))//' cannot be read here: it is not a value '// &
             'of the variable before it, or exceeds its number of values'
       else if (any(variable%kind == ['name', 'word', 'text'])) then
-         call take_word(text, at, word)
+         call read_word(text, at, word)
          if (allocated(word)) then
             if (index(variable%allowed, "'"//lower_case(word)//"'") > 0) word = lower_case(word)
             call put_word(value, places, word)
@@ -212,7 +212,7 @@ contains
    end subroutine read_item
 
    !> Read a text in quotes, in which doubled quotes are one, or a text that begins with a digit.
-   pure subroutine take_word(text, at, word)
+   pure subroutine read_word(text, at, word)
       character(len=*), intent(in) :: text  !< of the group
       integer, intent(inout) :: at          !< position of the text; on return after it
       character(len=:), allocatable, intent(out) :: word  !< word; not allocated if there is none
@@ -238,7 +238,7 @@ contains
          end do
          word = trim(word)
       end if
-   end subroutine take_word
+   end subroutine read_word
 
    !> Read a number, or a logical value as 0 or 1.
    pure subroutine read_number(text, at, logical_wanted, number, fits)

@@ -39,7 +39,7 @@ contains
          end do
          call find_faces(blocks, model%welds)
          call set_welds(blocks, model%welds)
-         call find_loose(blocks, model%welds, b, other)
+         call find_loose_cell(blocks, model%welds, b, other)
          if (b > 0) call input_error(error, groups(outlines%source(b)), 'body '// &
             quoted(trim(outlines%body(b)))//' is not connected: no faces weld block '// &
             to_text(b)//' to block '//to_text(other)//'; give each part its own name')
@@ -141,7 +141,7 @@ contains
    end subroutine number_bodies
 
    !> Find a cell without a connection by faces to the first cell of its body; 0 if none.
-   pure subroutine find_loose(blocks, welds, loose, first_cell)
+   pure subroutine find_loose_cell(blocks, welds, loose, first_cell)
       type(blocks_type), intent(in) :: blocks    !< with bodies
       type(weld_type), intent(in) :: welds(:)    !< of all bodies
       integer, intent(out) :: loose, first_cell  !< blocks
@@ -160,7 +160,7 @@ contains
          if (part(loose) /= part(first_cell)) return
       end do
       loose = 0
-   end subroutine find_loose
+   end subroutine find_loose_cell
 
    !> Check that stages remove whole bodies, not single cells.
    !> Remaining cells would have faces without welds and edges that are not sides.

@@ -14,7 +14,7 @@ module dda_column_model
    use dda_weld, only: set_welds, take_area, weld_type, welds_within
    implicit none
    private
-   public :: column_model, take_blocks
+   public :: column_model, copy_blocks
 
 contains
 
@@ -39,7 +39,7 @@ contains
       column%motions = model%motions
       column%block_names = model%block_names(field%block)
       column%body_names = model%body_names
-      call take_blocks(model, field%block, column%blocks, column%welds)
+      call copy_blocks(model, field%block, column%blocks, column%welds)
       call take_area(column%blocks, field%weld)
       column%welds = [column%welds, field%weld]
       kept = number(model%fixed_points%block) > 0
@@ -59,7 +59,7 @@ contains
    end function column_model
 
    !> Copy some blocks of a model, in their initial state, and their welds.
-   subroutine take_blocks(model, list, blocks, welds)
+   subroutine copy_blocks(model, list, blocks, welds)
       type(model_type), intent(in) :: model  !< model with its blocks and materials
       integer, intent(in) :: list(:)         !< [any] numbers of blocks, ascending
       type(blocks_type), intent(out) :: blocks  !< blocks in their initial state
@@ -86,7 +86,7 @@ contains
       welds = welds_within(model%welds, number, of_vertex)
       call set_welds(blocks, welds)
       call copy_joined_pairs(blocks, model%blocks, number)
-   end subroutine take_blocks
+   end subroutine copy_blocks
 
    !> Copy the pairs of cells of the column that have no contacts.
    pure subroutine copy_joined_pairs(blocks, before, number)

@@ -6,7 +6,7 @@ module dda_outlines
    use dda_polygon, only: area_of, is_simple
    implicit none
    private
-   public :: outlines_type, add_outline, add_layers, add_drums, add_wall, bury, &
+   public :: outlines_type, add_outline, add_layers, add_drums, add_wall, set_cover, &
       most_blocks, most_vertices, outline_failure
 
    real(wp), parameter :: most_blocks = 2.0e6_wp   !< of a group
@@ -99,12 +99,12 @@ contains
       real(wp), intent(in) :: width, thickness        !< width and thickness of each layer, m
       integer, intent(in) :: count                    !< layers
       integer, intent(in) :: material, joint, source  !< see `outlines_type`
-      character(len=*), intent(in) :: name            !< see `numbered`
+      character(len=*), intent(in) :: name            !< see `numbered_name`
       integer :: i
 
       do i = 1, count
          call add_outline(outlines, rectangle(left, bottom + (i - 1)*thickness, left + width, &
-            bottom + i*thickness), material, joint, source, numbered(name, i))
+            bottom + i*thickness), material, joint, source, numbered_name(name, i))
       end do
    end subroutine add_layers
 
@@ -117,7 +117,7 @@ contains
       real(wp), intent(in) :: widths(2)  !< widths at the foot and at the top of the column, m
       integer, intent(in) :: count                    !< drums
       integer, intent(in) :: material, joint, source  !< see `outlines_type`
-      character(len=*), intent(in) :: name            !< see `numbered`
+      character(len=*), intent(in) :: name            !< see `numbered_name`
       real(wp) :: low, high, foot, head
       integer :: i
 
@@ -128,7 +128,7 @@ contains
          head = 0.5_wp*(widths(1) + (widths(2) - widths(1))*i/count)
          call add_outline(outlines, reshape([centre - foot, low, centre + foot, low, &
             centre + head, high, centre - head, high], [2, 4]), material, joint, source, &
-            numbered(name, i))
+            numbered_name(name, i))
       end do
    end subroutine add_drums
 
@@ -140,7 +140,7 @@ contains
       real(wp), intent(in) :: brick(2)                !< length and height, m
       integer, intent(in) :: bricks, courses  !< bricks of a full course; courses of the wall
       integer, intent(in) :: material, joint, source  !< see `outlines_type`
-      character(len=*), intent(in) :: name            !< see `numbered`
+      character(len=*), intent(in) :: name            !< see `numbered_name`
       real(wp), intent(in) :: head_joint              !< gap between bricks of a course, m
       real(wp) :: from, to, low
       integer :: course, i, k, last
@@ -158,13 +158,13 @@ contains
             if (i < last) to = to - 0.5_wp*head_joint
             k = k + 1
             call add_outline(outlines, rectangle(from, low, to, bottom + course*brick(2)), &
-               material, joint, source, numbered(name, k))
+               material, joint, source, numbered_name(name, k))
          end do
       end do
    end subroutine add_wall
 
    !> Set the stress of polygons from `first` on to the weight above them, up to the highest one.
-   pure subroutine bury(outlines, first, overburden)
+   pure subroutine set_cover(outlines, first, overburden)
       type(outlines_type), intent(inout) :: outlines  !< list
       integer, intent(in) :: first                    !< number of the polygon
       real(wp), intent(in) :: overburden  !< vertical pressure on the highest polygon, Pa
@@ -178,16 +178,16 @@ contains
          end associate
          outlines%overburden(i) = overburden
       end do
-   end subroutine bury
+   end subroutine set_cover
 
    !> Name 'name_i'; blank for a generator without a name.
-   pure function numbered(name, i) result(full)
+   pure function numbered_name(name, i) result(full)
       character(len=*), intent(in) :: name  !< of the generator
       integer, intent(in) :: i              !< polygon of the generator
       character(len=64) :: full
 
       full = ''
       if (name /= '') write (full, '(a,"_",i0)') trim(name), i
-   end function numbered
+   end function numbered_name
 
 end module dda_outlines

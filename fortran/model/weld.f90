@@ -12,7 +12,7 @@ module dda_weld
    public :: weld_type, set_welds, new_weld, take_area, welds_within, is_shifted, is_whole
    public :: weld_whole, weld_cracked, weld_open
 
-   integer, parameter :: weld_whole = 0    !< it has a strain
+   integer, parameter :: weld_whole = 0    !< the face has a strain
    integer, parameter :: weld_cracked = 1  !< a joint has its traction; the face is closed
    integer, parameter :: weld_open = 2     !< the edges of the face are sides of the body
 
@@ -75,11 +75,11 @@ contains
       call find_outlines(blocks, pack(welds, welds%state /= weld_open))
       blocks%rest_share = 1.0_wp
       call take_area(blocks, welds)
-      call add_up_areas(blocks)
+      call store_body_areas(blocks)
    end subroutine set_welds
 
-   !> Store the size of the body in its cells.
-   pure subroutine add_up_areas(blocks)
+   !> Store the area of each body in its cells.
+   pure subroutine store_body_areas(blocks)
       type(blocks_type), intent(inout) :: blocks  !< blocks with the bodies of blocks
       real(wp) :: total(maxval(blocks%body))
       integer :: b
@@ -91,7 +91,7 @@ contains
       do b = 1, blocks%n
          if (blocks%body(b) > 0) blocks%whole_area(b) = total(blocks%body(b))
       end do
-   end subroutine add_up_areas
+   end subroutine store_body_areas
 
    !> Assign triangles to faces: their area has the strain of the face, not that of the cell.
    pure subroutine take_area(blocks, welds)

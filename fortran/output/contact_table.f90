@@ -10,12 +10,12 @@ module dda_contact_table
    use dda_simulation, only: simulation_type
    implicit none
    private
-   public :: contact_table, closed_contacts, take_column
+   public :: contact_table, closed_contacts, copy_column
 
 contains
 
    !> Copy a variable of contacts, contact by contact.
-   pure subroutine take_column(contacts, laws, variable, first, column)
+   pure subroutine copy_column(contacts, laws, variable, first, column)
       type(contacts_type), intent(in) :: contacts  !< contacts of the last step
       type(laws_type), intent(in) :: laws          !< of the joints
       integer, intent(in) :: variable  !< position of the variable in the schema
@@ -40,7 +40,7 @@ contains
       case default; column = contacts%memory(findloc(laws%columns%name, &
          output_variables(variable)%name(9:), 1), first:last)
       end select
-   end subroutine take_column
+   end subroutine copy_column
 
    !> Table of the contacts of the last step; columns of laws that no joint has are 0.
    function contact_table(simulation) result(table)
@@ -54,7 +54,7 @@ contains
          allocate (table(contacts%n, size(contact_columns)), source=0.0_wp)
          do i = 1, size(contact_columns)
             if (has(output_variables(contact_columns(i))%family)) &
-               call take_column(contacts, simulation%laws, contact_columns(i), 1, table(:, i))
+               call copy_column(contacts, simulation%laws, contact_columns(i), 1, table(:, i))
          end do
       end associate
    end function contact_table

@@ -5,7 +5,7 @@
 module dda_frame
    use dda_kinds, only: wp
    use dda_broken_faces, only: edge_damage
-   use dda_contact_table, only: take_column
+   use dda_contact_table, only: copy_column
    use dda_elements, only: block_stress, plastic_strain, stress_error
    use dda_errors, only: error_type
    use dda_journal, only: journal_type, begin_row, append_numbers, row_frame
@@ -110,7 +110,7 @@ contains
       associate (contacts => simulation%contacts(simulation%now))
          do first = 1, contacts%n, at_once
             n = min(at_once, contacts%n - first + 1)
-            call take_column(contacts, simulation%laws, variable, first, part(:n))
+            call copy_column(contacts, simulation%laws, variable, first, part(:n))
             call append_numbers(journal, part, n, error)
          end do
       end associate

@@ -288,7 +288,7 @@ contains
             'rad/s', '1/s', '1/s', '1/s'])
          call put_names(dataset, 'component', ['xx', 'yy', 'xy'])
          call put_names(dataset, 'block', simulation%model%block_names, 'block ')
-         call put(dataset, 'block_removal', removed_in(simulation%model%stages, blocks%n), [1], &
+         call put(dataset, 'block_removal', removal_stage(simulation%model%stages, blocks%n), [1], &
             [blocks%n])
          call put_names(dataset, 'point', points%name)
          call put_names(dataset, 'joint', simulation%model%joints%name)
@@ -401,7 +401,7 @@ contains
    end subroutine put_boundaries
 
    !> Stage that removes each block; 0: none does.
-   pure function removed_in(stages, n) result(removal)
+   pure function removal_stage(stages, n) result(removal)
       type(stage_type), intent(in) :: stages(:)  !< of the model
       integer, intent(in) :: n                   !< blocks
       real(wp) :: removal(n)
@@ -411,7 +411,7 @@ contains
       do s = 1, size(stages)
          where (stages(s)%removed) removal = s
       end do
-   end function removed_in
+   end function removal_stage
 
    !> Copy all rows of the journal, in its order.
    subroutine copy_rows(output, journal, simulation, error)

@@ -61,14 +61,14 @@ contains
             simulation%elements, bolts)), .true.)
          at = at + columns*bolts
       end associate
-      if (allocated(simulation%model%flow)) call take_flow(simulation, sample, at)
+      if (allocated(simulation%model%flow)) call collect_flow(simulation, sample, at)
       if (size(through) == 0) return
       call take_boundary_motions(simulation, through)
       sample(at + 1:) = pack(through, .true.)
    end subroutine take_sample
 
    !> Collect the values of water in joints.
-   subroutine take_flow(simulation, sample, at)
+   subroutine collect_flow(simulation, sample, at)
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       real(wp), intent(inout) :: sample(:)  !< [`size_of_sample`]
       integer, intent(inout) :: at          !< numbers before it
@@ -80,6 +80,6 @@ contains
       at = at + size(nodes)
       sample(at + 1:at + size(channels)) = pack(transpose(channels), .true.)
       at = at + size(channels)
-   end subroutine take_flow
+   end subroutine collect_flow
 
 end module dda_sample

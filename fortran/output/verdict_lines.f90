@@ -86,7 +86,7 @@ contains
       class(verdict_lines_type), intent(inout) :: lines  !< under construction
       character(len=*), intent(in) :: name               !< for a reader
       character(len=*), intent(in) :: keys(2)            !< keys of its numbers, see `figure_type`
-      real(wp), intent(in) :: value(2)                   !< nothing for a blank key
+      real(wp), intent(in) :: value(2)                   !< value; ignored for a blank key
       character(len=*), intent(in) :: units              !< of its numbers
       character(len=*), intent(in) :: place              !< position and time of the largest value
       character(len=:), allocatable :: shown

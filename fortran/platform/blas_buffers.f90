@@ -10,7 +10,7 @@ module dda_blas_buffers
    use dda_kinds, only: wp
    implicit none
    private
-   public :: missing_buffers, take_buffers
+   public :: missing_buffers, allocate_buffers
 
    !> bytes of one buffer (BUFFER_SIZE and a page of OpenBLAS on 64-bit processors)
    real(wp), parameter :: buffer_bytes = 135266304.0_wp
@@ -40,7 +40,7 @@ contains
    end function missing_buffers
 
    !> Let OpenBLAS allocate the buffers for a number of threads, which must fit.
-   subroutine take_buffers(threads)
+   subroutine allocate_buffers(threads)
       integer, intent(in) :: threads  !< threads within a call at the same time
       type(c_ptr) :: buffer(threads)
       integer :: i
@@ -54,6 +54,6 @@ contains
          call blas_memory_free(buffer(i))
       end do
       taken = threads
-   end subroutine take_buffers
+   end subroutine allocate_buffers
 
 end module dda_blas_buffers

@@ -3,7 +3,7 @@
 module dda_free_memory
    use, intrinsic :: iso_c_binding, only: c_int, c_long, c_size_t
    use, intrinsic :: iso_fortran_env, only: int8
-   use dda_blas_buffers, only: missing_buffers, take_buffers
+   use dda_blas_buffers, only: missing_buffers, allocate_buffers
    use dda_errors, only: error_type, error_memory, fail
    use dda_kinds, only: wp, long
    use dda_text, only: short_text
@@ -95,7 +95,7 @@ contains
       if (allocated(error) .or. buffers <= 0.0_wp) return
       call require_addresses(needed + buffers, what//room//' and the buffers of BLAS,', &
          advice_on_factors, error)
-      if (.not. allocated(error)) call take_buffers(threads)
+      if (.not. allocated(error)) call allocate_buffers(threads)
    end subroutine require_for_factor
 
    !> Return an error if a call of BLAS or LAPACK by one thread cannot have its buffer.
@@ -105,7 +105,7 @@ contains
       if (allocated(error) .or. missing_buffers(1) <= 0.0_wp) return
       call require_addresses(missing_buffers(1) + call_bytes, 'a call of BLAS', advice_on_limits, &
          error)
-      if (.not. allocated(error)) call take_buffers(1)
+      if (.not. allocated(error)) call allocate_buffers(1)
    end subroutine require_for_blas
 
    !> Return an error if the system refuses a number of addresses, few of which will be used.
@@ -131,7 +131,7 @@ contains
       if (allocated(error) .or. allocated(reserve%bytes)) return
       allocate (reserve%bytes(int(bytes, long)), stat=status)
       if (status /= 0) call fail(error, error_memory, what//' needs '//short_text(bytes/giga)// &
-         ' GB of memory, which the system does not give; '//advice)
+         ' GB of memory, which the system refuses; '//advice)
    end subroutine make_reserve
 
    !> Return the error of a factor for which the system has no memory.
@@ -141,7 +141,7 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< allocated
 
       call fail(error, error_memory, what//' needs '//short_text(bytes/giga)// &
-         ' GB of memory, which the system does not give; '//advice_on_factors)
+         ' GB of memory, which the system refuses; '//advice_on_factors)
    end subroutine fail_allocation
 
    !> Free bytes by the system, the limits of the process and its control groups; huge if unknown.

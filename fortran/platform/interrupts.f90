@@ -65,7 +65,7 @@ contains
       before = c_signal(file_size, ignore)
    end subroutine watch_interrupts
 
-   !> The handler: only record the signal.
+   !> Handle a signal by recording it.
    subroutine record_signal(number) bind(c)
       integer(c_int), value :: number  !< of the signal
 
@@ -96,7 +96,7 @@ contains
       may_ask = associated(host)
       !$ may_ask = may_ask .and. omp_get_thread_num() == 0
       if (stop_requested .or. .not. may_ask) return
-      call hear_host
+      call poll_host
       stop_requested = request%host .or. request%signal /= 0
    end function stop_requested
 
@@ -106,14 +106,14 @@ contains
    end function stop_heard
 
    !> Poll the host, unless it was polled recently without a request.
-   subroutine hear_host()
+   subroutine poll_host()
       integer(long) :: now, rate
 
       call system_clock(now, rate)
       if (.not. request%host .and. abs(now - request%asked) < between*rate) return
       request%asked = now
       request%host = host() /= 0
-   end subroutine hear_host
+   end subroutine poll_host
 
    !> .true. if a started step must be abandoned; SIGUSR1, which batch systems send early, can wait.
    logical function stop_within_step() result(now)

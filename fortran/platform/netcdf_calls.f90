@@ -101,7 +101,7 @@ contains
    subroutine describe_flags(dataset, variable, meanings)
       type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
       character(len=*), intent(in) :: variable      !< of the file
-      character(len=*), intent(in) :: meanings      !< a word each; blank: it has none
+      character(len=*), intent(in) :: meanings      !< one word per value; blank: no meanings
       integer :: id, i
 
       call describe_variable(dataset, variable, 'flag_meanings', meanings)
@@ -167,7 +167,7 @@ contains
       type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
       character(len=*), intent(in) :: variable  !< of the file, dimension `name_length` first
       character(len=*), intent(in) :: names(:)  !< [names] blank-padded
-      character(len=*), intent(in), optional :: otherwise !< text for a blank name, plus number
+      character(len=*), intent(in), optional :: otherwise !< text and number for a blank name
       character(len=name_length) :: ended(names_at_once), name
       integer :: first, i, n, id
 

@@ -15,7 +15,7 @@ module dda_record
    use dda_record_esm, only: read_esm
    use dda_record_cosmos, only: read_cosmos
    use dda_record_text, only: read_text
-   use dda_record_format, only: detect, known_formats
+   use dda_record_format, only: detect_format, known_formats
    implicit none
    private
    public :: record_type, read_record
@@ -63,7 +63,7 @@ contains
       record%description = ''
       record%unit = ''
       call open_lines(reader, file)
-      if (record%format == 'auto') call detect(reader, record%format)
+      if (record%format == 'auto') call detect_format(reader, record%format)
       if (record%format == 'text') record%time_step = max(step, 0.0_wp)
       call read_format(reader, record, wanted, section)
       if (.not. allocated(reader%error)) call check_header(reader, record, wanted, unit, given, &

@@ -10,7 +10,7 @@ module dda_record_at2
    use dda_text_lines, only: line_reader_type, fail_at
    use dda_text_numbers, only: next_number, number_found
    use dda_record_type, only: record_type, quantity_in, unit_type, find_unit
-   use dda_record_samples, only: read_trace, take_line, check_count, check_time_step, &
+   use dda_record_samples, only: read_trace, read_line, check_count, check_time_step, &
       first_number
    implicit none
    private
@@ -29,7 +29,7 @@ contains
       integer :: line
 
       do line = 1, most_header_lines
-         call take_line(reader, text, 'a header line with NPTS')
+         call read_line(reader, text, 'a header line with NPTS')
          call read_title(text, line, record)
          if (index(lower_case(text), 'npts') > 0) exit
       end do

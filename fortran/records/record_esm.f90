@@ -7,7 +7,7 @@
 module dda_record_esm
    use dda_kinds, only: wp, long
    use dda_text, only: quoted
-   use dda_text_lines, only: line_reader_type, next_line, put_back, fail_at
+   use dda_text_lines, only: line_reader_type, next_line, repeat_line, fail_at
    use dda_record_type, only: record_type, unit_type, find_unit
    use dda_record_samples, only: read_trace, check_count, check_time_step, check_duration, &
       first_number, read_quantity
@@ -33,7 +33,7 @@ contains
          if (.not. found .or. index(text, ':') == 0) exit
          call read_item(reader, text, record, count, duration)
       end do
-      if (found) call put_back(reader)
+      if (found) call repeat_line(reader)
       if (count < 0.0_wp .or. record%time_step <= 0.0_wp) call fail_at(reader, &
          'the header above does not state NDATA and SAMPLING_INTERVAL_S as positive numbers')
       call check_count(reader, count, samples)

@@ -9,7 +9,7 @@ module dda_record_format
    use dda_record_text, only: heading_columns, without_comment
    implicit none
    private
-   public :: detect, known_formats
+   public :: detect_format, known_formats
 
    !> for messages
    character(len=*), parameter :: names = "'smc', 'at2', 'knet', 'esm', 'cosmos', 'text'"
@@ -20,7 +20,7 @@ module dda_record_format
 contains
 
    !> Find the format; an error if no line identifies it.
-   subroutine detect(reader, format)
+   subroutine detect_format(reader, format)
       type(line_reader_type), intent(inout) :: reader  !< at the start of the file, on return too
       character(len=:), allocatable, intent(out) :: format    !< 'smc', 'at2', …
       character(len=:), allocatable :: text, first
@@ -44,7 +44,7 @@ contains
       call next_line(reader, text, found)
       call fail_at(reader, 'the format is not recognised; name one of '// &
          names)
-   end subroutine detect
+   end subroutine detect_format
 
    !> Look for columns of numbers from their first line on, or after a line with their names.
    !> A title excludes columns.

@@ -9,7 +9,7 @@ module dda_record_knet
    use dda_text, only: quoted, to_text
    use dda_text_lines, only: line_reader_type, fail_at
    use dda_record_type, only: record_type, acceleration
-   use dda_record_samples, only: read_trace, take_line, check_count, check_time_step, &
+   use dda_record_samples, only: read_trace, read_line, check_count, check_time_step, &
       first_number
    implicit none
    private
@@ -57,7 +57,7 @@ contains
       duration = -1.0_wp
       factor = -1.0_wp
       do line = 1, header_lines
-         call take_line(reader, text, 'the 17 header lines of K-NET')
+         call read_line(reader, text, 'the 17 header lines of K-NET')
          rest = trim(adjustl(text(min(name_columns, len(text)) + 1:)))
          if (index(text, 'Origin Time') == 1) then
             record%description = 'event of '//rest

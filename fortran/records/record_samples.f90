@@ -12,7 +12,7 @@ module dda_record_samples
    use dda_record_type, only: quantity_in
    implicit none
    private
-   public :: sample_list_type, append, read_values, read_row, read_trace, take_line, skip_comments
+   public :: sample_list_type, append, read_values, read_row, read_trace, read_line, skip_comments
    public :: first_number, read_quantity, check_count, check_duration, check_time_step, most_samples
 
    integer(long), parameter :: most_samples = 10000000_long   !< 14 hours at 200 samples/s
@@ -37,7 +37,7 @@ contains
    end subroutine append
 
    !> Read the next line, which must exist.
-   subroutine take_line(reader, text, what)
+   subroutine read_line(reader, text, what)
       type(line_reader_type), intent(inout) :: reader  !< of the file
       character(len=:), allocatable, intent(out) :: text  !< without its line end
       !> expected content of the line, for the message
@@ -46,7 +46,7 @@ contains
 
       call next_line(reader, text, found)
       if (.not. found) call fail_at(reader, 'the file ends here, before '//what)
-   end subroutine take_line
+   end subroutine read_line
 
    !> Skip comment lines, each of which begins with a mark.
    subroutine skip_comments(reader, comments, mark)
@@ -57,7 +57,7 @@ contains
       integer(long) :: line
 
       do line = 1, comments
-         call take_line(reader, text, 'the end of the comments')
+         call read_line(reader, text, 'the end of the comments')
          if (index(text, mark) /= 1) call fail_at(reader, quoted(text)// &
             ' is not a comment, but the header declares '//to_text(comments)// &
             ' comment lines, each beginning with '//mark)

@@ -11,7 +11,7 @@ module dda_record_smc
    use dda_text_numbers, only: whole_number
    use dda_record_type, only: record_type, acceleration, velocity, displacement
    use dda_record_samples, only: sample_list_type, read_values, read_trace, read_quantity, &
-      take_line, skip_comments, check_count, check_time_step
+      read_line, skip_comments, check_count, check_time_step
    implicit none
    private
    public :: read_smc
@@ -45,7 +45,7 @@ contains
       integer :: line
 
       do line = 1, text_lines
-         call take_line(reader, text, 'the 11 text lines of an SMC header')
+         call read_line(reader, text, 'the 11 text lines of an SMC header')
          if (line == 1) call read_quantity(reader, text, record%quantity)
          if (line == 4) record%description = trim(adjustl(text))
          if (line == 6) record%station = trim(adjustl(text))
@@ -102,7 +102,7 @@ contains
       before = reader%line
       call read_values(reader, expected, what, list)
       if (reader%line - before /= lines) call fail_at(reader, 'the '//to_text(expected)// &
-         ' '//what//' stand on '//to_text(reader%line - before)//' lines instead of '// &
+         ' '//what//' are on '//to_text(reader%line - before)//' lines instead of '// &
          to_text(lines))
    end subroutine read_header
 

@@ -60,7 +60,7 @@ contains
 
       if (text == '') return
       if (.not. column%begun) column%columns = heading_columns(text)
-      if (column%begun .or. column%columns == 0) call take_row(reader, text, column)
+      if (column%begun .or. column%columns == 0) call add_row(reader, text, column)
       column%begun = .true.
    end subroutine read_line
 
@@ -103,7 +103,7 @@ contains
    end function without_brackets
 
    !> Add the numbers of a line to the column: time and value, or only the value.
-   subroutine take_row(reader, text, column)
+   subroutine add_row(reader, text, column)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       character(len=*), intent(in) :: text  !< line of the file, without comment
       type(column_type), intent(inout) :: column  !< column of samples, so far
@@ -119,7 +119,7 @@ contains
          to_text(most_samples)//' samples are not read')
       if (row%count == 2) call check_time(reader, row%values(1), column)
       call append(column%values, row%values(row%count))
-   end subroutine take_row
+   end subroutine add_row
 
    !> Check that times increase by a constant step.
    subroutine check_time(reader, time, column)

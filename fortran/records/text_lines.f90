@@ -12,7 +12,7 @@ module dda_text_lines
    use dda_text_file, only: read_text_file, short_path
    implicit none
    private
-   public :: line_reader_type, open_lines, next_line, put_back, rewind_lines, fail_at
+   public :: line_reader_type, open_lines, next_line, repeat_line, rewind_lines, fail_at
 
    integer, parameter :: longest_line = 10000  !< characters; a record has no longer line
    integer(long), parameter :: largest_file = 268435456_long !< bytes (256 MiB)
@@ -84,12 +84,12 @@ contains
    end subroutine next_line
 
    !> Let the next call of `next_line` return the same line again.
-   pure subroutine put_back(reader)
+   pure subroutine repeat_line(reader)
       type(line_reader_type), intent(inout) :: reader  !< of the file
 
       reader%next = reader%last
       reader%line = reader%line - 1
-   end subroutine put_back
+   end subroutine repeat_line
 
    !> Let the next call of `next_line` return the first line.
    pure subroutine rewind_lines(reader)

@@ -42,7 +42,7 @@ contains
    pure subroutine next_number(text, position, value, state, joined, commas)
       character(len=*), intent(in) :: text  !< looked through
       integer, intent(inout) :: position             !< first character to look at
-      real(wp), intent(out) :: value  !< 0 if there is none
+      real(wp), intent(out) :: value  !< value; 0 if there is no number
       integer, intent(out) :: state                  !< `number_…`
       !> a sign may begin the next number without a blank
       logical, intent(in), optional :: joined
@@ -52,7 +52,7 @@ contains
       logical :: complete
 
       value = 0.0_wp
-      position = position + blanks(text, position)
+      position = position + count_blanks(text, position)
       state = number_none
       if (position > len(text)) return
       at = position
@@ -65,7 +65,7 @@ contains
       if (state /= number_found) return
       position = at
       if (.not. present(commas)) return
-      at = position + blanks(text, position)
+      at = position + count_blanks(text, position)
       if (commas .and. is_one_of(text, at, ',')) position = at + 1
    end subroutine next_number
 
@@ -86,19 +86,19 @@ contains
       character(len=:), allocatable :: word
       integer :: first
 
-      first = position + blanks(text, position)
+      first = position + count_blanks(text, position)
       word = text(first:first + scan(text(first:)//' ', ' '//tab) - 2)
    end function word_at
 
    !> Number of blanks and tabs from a position on.
-   pure function blanks(text, position) result(count)
+   pure function count_blanks(text, position) result(count)
       character(len=*), intent(in) :: text  !< looked through
       integer, intent(in) :: position  !< first character to look at
       integer :: count
 
       count = verify(text(position:), ' '//tab) - 1
       if (count < 0) count = len(text) - position + 1
-   end function blanks
+   end function count_blanks
 
    !> Scan sign, digits and at most one point.
    pure subroutine scan_mantissa(text, at, scan)
@@ -112,7 +112,7 @@ contains
       after_point = .false.
       do
          if (is_one_of(text, at, digits)) then
-            call take_digit(scan, iachar(text(at:at)) - iachar('0'), after_point)
+            call append_digit(scan, iachar(text(at:at)) - iachar('0'), after_point)
          else if (is_one_of(text, at, '.') .and. .not. after_point) then
             after_point = .true.
          else
@@ -123,7 +123,7 @@ contains
    end subroutine scan_mantissa
 
    !> Append a digit to the mantissa, if it has space.
-   pure subroutine take_digit(scan, digit, after_point)
+   pure subroutine append_digit(scan, digit, after_point)
       type(scan_type), intent(inout) :: scan  !< number so far
       integer, intent(in) :: digit  !< 0 … 9
       logical, intent(in) :: after_point  !< the digit is a decimal
@@ -137,7 +137,7 @@ contains
          scan%dropped = scan%dropped + 1
          if (.not. after_point) scan%power = scan%power + 1
       end if
-   end subroutine take_digit
+   end subroutine append_digit
 
    !> Scan `E` or `D`, sign, digits; an empty exponent is valid, a letter without digits is not.
    pure subroutine scan_exponent(text, at, scan, complete)
@@ -145,7 +145,7 @@ contains
       integer, intent(inout) :: at  !< position in the text
       type(scan_type), intent(inout) :: scan  !< number so far
       logical, intent(out) :: complete  !< the exponent has digits, or there is none
-      ! limits the sum to values far from overflow, and far beyond any number
+      ! cap of the exponent: beyond any valid exponent, far from overflow
       integer, parameter :: capped = 100000
       integer :: power
       logical :: negative
@@ -190,7 +190,7 @@ contains
    pure subroutine to_value(word, scan, value, state)
       character(len=*), intent(in) :: word  !< the whole number
       type(scan_type), intent(in) :: scan  !< complete number
-      real(wp), intent(out) :: value  !< 0 if there is none
+      real(wp), intent(out) :: value  !< value; 0 if there is no number
       integer, intent(out) :: state  !< `number_…`
       character(len=longest_number) :: padded
       integer :: status

@@ -47,7 +47,7 @@ module dda_run
       type(checkpoints_type) :: checkpoints
       type(rate_limiter_type) :: publishing                 !< of the partial output
       real(wp), allocatable :: sample(:)
-      type(reserve_type) :: reserve                 !< memory to write the output in
+      type(reserve_type) :: reserve                 !< memory reserved for writing the output
       character(len=:), allocatable :: notice       !< position from which a resumed run continues
       integer(long) :: saved = 0                    !< clock count at the last checkpoint
       logical :: writes = .false.
@@ -342,7 +342,7 @@ contains
    !> Apply a changed input to the variables that may change between two steps.
    subroutine change_run(run, text, words, error)
       type(run_type), intent(inout) :: run  !< and its files
-      character(len=*), intent(in) :: text  !< of the changed input
+      character(len=*), intent(in) :: text  !< text of the changed input
       character(len=*), intent(in) :: words !< description of the changes
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(model_type) :: model

@@ -70,7 +70,7 @@ contains
       call continue_velocity(curve, wanted)
    end subroutine make_motion_curve
 
-   !> Continue the motion after the last sample with its final velocity, unless it ends or holds.
+   !> Continue the motion at its final velocity, unless it ends at rest or its displacement is held.
    pure subroutine continue_velocity(curve, wanted)
       type(motion_curve_type), intent(inout) :: curve  !< joined samples
       type(baseline_type), intent(in) :: wanted        !< processing of the record
@@ -271,7 +271,7 @@ contains
       real(wp), intent(in) :: values(:)          !< [samples]
       real(wp), intent(in) :: time_step          !< s
       type(baseline_type), intent(in) :: wanted  !< processing of the record
-      type(error_type), allocatable, intent(out) :: error  !< the first thing wrong
+      type(error_type), allocatable, intent(out) :: error  !< error: first invalid argument
 
       if (.not. any(quantity == [character(len=12) :: 'acceleration', 'velocity', &
          'displacement'])) then

@@ -46,7 +46,7 @@ contains
       if (time - curve%start > curve%duration) &
          displacement = curve%displacement(size(curve%displacement)) &
          + curve%velocity_after*(time - curve%start - curve%duration)
-      call locate(curve, time, i, s)
+      call locate_time(curve, time, i, s)
       if (i == 0) return
       displacement = curve%displacement(i) + s*(curve%velocity(i) &
          + s*(0.5_wp*curve%acceleration(i) + s*(curve%higher(1, i) + s*(curve%higher(2, i) &
@@ -63,7 +63,7 @@ contains
 
       velocity = 0.0_wp
       if (time - curve%start > curve%duration) velocity = curve%velocity_after
-      call locate(curve, time, i, s)
+      call locate_time(curve, time, i, s)
       if (i == 0) return
       velocity = curve%velocity(i) + s*(curve%acceleration(i) + s*(3.0_wp*curve%higher(1, i) &
          + s*(4.0_wp*curve%higher(2, i) + s*5.0_wp*curve%higher(3, i))))
@@ -78,7 +78,7 @@ contains
       real(wp) :: s
 
       acceleration = 0.0_wp
-      call locate(curve, time, i, s)
+      call locate_time(curve, time, i, s)
       if (i == 0) return
       acceleration = curve%acceleration(i) + s*(6.0_wp*curve%higher(1, i) &
          + s*(12.0_wp*curve%higher(2, i) + s*20.0_wp*curve%higher(3, i)))
@@ -99,7 +99,7 @@ contains
    end function step_acceleration
 
    !> Find the interval of a time, and the time since its first sample.
-   pure subroutine locate(curve, time, i, s)
+   pure subroutine locate_time(curve, time, i, s)
       type(motion_curve_type), intent(in) :: curve  !< joined samples
       real(wp), intent(in) :: time                  !< s
       integer, intent(out) :: i                     !< 0 before and after the record
@@ -112,7 +112,7 @@ contains
       if (.not. (since >= 0.0_wp .and. since <= curve%duration)) return
       i = min(int(since/curve%time_step) + 1, size(curve%higher, 2))
       s = since - real(i - 1, wp)*curve%time_step
-   end subroutine locate
+   end subroutine locate_time
 
    !> Join accelerations by straight lines and integrate twice, exactly: the displacement is cubic.
    pure subroutine join_accelerations(curve, acceleration, time_step)

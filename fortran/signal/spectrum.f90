@@ -45,7 +45,7 @@ contains
       logical :: planned
       integer :: bin
 
-      call window(series, time_step, padded, error, padding, taper)
+      call prepare_series(series, time_step, padded, error, padding, taper)
       if (allocated(error)) return
       allocate (spectrum(size(padded)/2 + 1), frequency(size(padded)/2 + 1))
       call forward_transform(padded, spectrum, planned)
@@ -125,11 +125,11 @@ contains
       peak%frequency = peak%bin_frequency
       peak%amplitude = amplitude(peak%bin)
       if (peak%bin > 1 .and. peak%bin < size(amplitude)) &
-         call refine(amplitude(peak%bin - 1:peak%bin + 1), peak)
+         call refine_peak(amplitude(peak%bin - 1:peak%bin + 1), peak)
    end subroutine find_peak
 
    !> Refine a peak by the vertex of the parabola through three bins, if the middle is highest.
-   pure subroutine refine(amplitude, peak)
+   pure subroutine refine_peak(amplitude, peak)
       real(wp), intent(in) :: amplitude(3)
       type(spectral_peak_type), intent(inout) :: peak  !< frequency (Hz) and amplitude
       real(wp) :: curvature, shift
@@ -140,10 +140,10 @@ contains
       peak%frequency = peak%bin_frequency + shift*peak%bin_width
       peak%amplitude = amplitude(2) - 0.25_wp*(amplitude(1) - amplitude(3))*shift
       peak%interpolated = .true.
-   end subroutine refine
+   end subroutine refine_peak
 
    !> Taper and pad a series, after checking that it can be transformed.
-   subroutine window(series, time_step, padded, error, padding, taper)
+   subroutine prepare_series(series, time_step, padded, error, padding, taper)
       real(wp), intent(in) :: series(:)                      !< [samples]
       real(wp), intent(in) :: time_step                      !< s
       real(wp), allocatable, intent(out) :: padded(:)        !< [padding × samples]
@@ -161,7 +161,7 @@ contains
       if (allocated(error)) return
       allocate (padded(factor*size(series)), source=0.0_wp)
       padded(:size(series)) = series*cosine_taper(size(series), fraction)
-   end subroutine window
+   end subroutine prepare_series
 
    !> Check the arguments of a spectrum.
    subroutine check_window(series, time_step, padding, taper, error)

@@ -181,14 +181,14 @@ contains
       type(curve_type), intent(in) :: curve           !< of the soil
       real(wp) :: matrix(samples*branches%n + 1, branches%n), right(samples*branches%n + 1)
 
-      call require_moduli(branches, curve, matrix, right)
+      call set_modulus_equations(branches, curve, matrix, right)
       call nonnegative_least_squares(matrix, right, branches%modulus)
       branches%modulus = relaxed_modulus(branches%body)*branches%modulus/sum(branches%modulus)
       branches%slipping = 1.0_wp
    end subroutine fit_moduli
 
    !> Set up the equations for g_j: secant moduli, and the sum of g_j.
-   subroutine require_moduli(branches, curve, matrix, right)
+   subroutine set_modulus_equations(branches, curve, matrix, right)
       type(branches_type), intent(in) :: branches  !< branches with γ_j and its body
       type(curve_type), intent(in) :: curve        !< of the soil
       real(wp), intent(out) :: matrix(:,:)         !< [samples n + 1, n]
@@ -205,7 +205,7 @@ contains
       right(:m) = 1.0_wp - body_ratio(branches, strain)/reduction
       matrix(m + 1, :) = sum_weight
       right(m + 1) = sum_weight*relaxed_modulus(branches%body)
-   end subroutine require_moduli
+   end subroutine set_modulus_equations
 
    !> Fit g_j and F_j to secant moduli and damping ratios.
    !> The last branch, whose limit no strain exceeds, has one unknown.
@@ -219,7 +219,7 @@ contains
       n = branches%n
       m = samples*n
       allocate (matrix(2*m + 1, 2*n - 1), right(2*m + 1))
-      call require_moduli(branches, curve, matrix(m + 1:, :n), right(m + 1:))
+      call set_modulus_equations(branches, curve, matrix(m + 1:, :n), right(m + 1:))
       matrix(m + 1:, n + 1:) = matrix(m + 1:, :n - 1)
       matrix(:m, n + 1:) = 0.0_wp
       strain = strains_of_fit(branches)

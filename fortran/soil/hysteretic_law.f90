@@ -14,7 +14,7 @@ module dda_hysteretic_law
    use dda_damping, only: following, relaxing
    use dda_material_law, only: material_law_type, strain_point_type, loss_plastic, loss_damping, &
       loss_scheme, losses
-   use dda_plane_branches, only: project, recoverable, potential
+   use dda_plane_branches, only: return_to_cap, recoverable_stress, potential
    use dda_scheme, only: step_type
    use dda_text, only: short_text, to_text
    implicit none
@@ -28,13 +28,13 @@ module dda_hysteretic_law
       type(branches_type) :: branches
    contains
       procedure :: state_size
-      procedure :: respond
-      procedure :: finish
+      procedure :: respond => find_stress
+      procedure :: finish => finish_step
       procedure :: stored
       procedure :: rests
       procedure :: secant
-      procedure :: in_words
-      procedure :: unmet
+      procedure :: in_words => fit_words
+      procedure :: unmet => misfit_words
    end type hysteretic_law_type
 
    !> Small-strain body in a step: shear (two components) and volume.
@@ -93,7 +93,7 @@ contains
    end function shear_and_bulk
 
    !> Compute the stress in a step, and its tangent.
-   pure subroutine respond(self, point, state, strain, change, step, stress, tangent)
+   pure subroutine find_stress(self, point, state, strain, change, step, stress, tangent)
       class(hysteretic_law_type), intent(in) :: self     !< law
       type(strain_point_type), intent(in) :: point       !< at its position
       real(wp), intent(in) :: state(:)                   !< [any] state at the start of the step
@@ -121,7 +121,7 @@ contains
       tangent(:, 1) = [volume + slope(1, 1), volume - slope(1, 1), slope(2, 1)]
       tangent(:, 2) = [volume - slope(1, 1), volume + slope(1, 1), -slope(2, 1)]
       tangent(:, 3) = [slope(1, 2), -slope(1, 2), slope(2, 2)]
-   end subroutine respond
+   end subroutine find_stress
 
    !> Add the stress of all branches, over G.
    pure subroutine add_branches(branches, state, e, change, theta, acting, slope)
@@ -139,13 +139,13 @@ contains
          associate (before => state(2*j - 1:2*j), share => branches%slipping(j))
             modulus = share*branches%modulus(j)
             if (modulus > 0.0_wp) then
-               call project(before + change, branches%strain(j), p, own)
+               call return_to_cap(before + change, branches%strain(j), p, own)
                acting = acting + modulus*(before + theta*(p - before))
                slope = slope + modulus*theta*own
             end if
             modulus = (1.0_wp - share)*branches%modulus(j)
             if (modulus > 0.0_wp) then
-               call recoverable(e, change, branches%strain(j), theta, p, own)
+               call recoverable_stress(e, change, branches%strain(j), theta, p, own)
                acting = acting + modulus*p
                slope = slope + modulus*own
             end if
@@ -173,13 +173,13 @@ contains
          end do
          body%trial = body%before + body%trial + body%stiffness*change
          body%after = body%trial
-         call project(body%trial(1:2), branches%body_cap, body%after(1:2), body%slope)
+         call return_to_cap(body%trial(1:2), branches%body_cap, body%after(1:2), body%slope)
          body%slope = body%stiffness*body%slope
       end associate
    end function body_of
 
    !> Find the state at the end of a step, and its losses.
-   pure subroutine finish(self, point, state, strain, change, step, loss)
+   pure subroutine finish_step(self, point, state, strain, change, step, loss)
       class(hysteretic_law_type), intent(in) :: self  !< law
       type(strain_point_type), intent(in) :: point    !< at its position
       real(wp), intent(inout) :: state(:)  !< [any] state at the start; on return at the end
@@ -199,7 +199,7 @@ contains
       loss(loss_scheme) = modulus(1)*scheme
       if (self%branches%body%n > 0) call finish_body(self%branches, state, more, modulus, step, &
          loss)
-   end subroutine finish
+   end subroutine finish_step
 
    !> Update the strains of the branches at the end of a step; find their losses and the scheme's.
    pure subroutine finish_branches(branches, state, e, change, theta, loss, scheme)
@@ -215,7 +215,7 @@ contains
       scheme = 0.0_wp
       do j = 1, branches%n
          associate (before => state(2*j - 1:2*j), share => branches%slipping(j))
-            call project(before + change, branches%strain(j), p, own)
+            call return_to_cap(before + change, branches%strain(j), p, own)
             modulus = share*branches%modulus(j)
             loss(loss_plastic) = loss(loss_plastic) + modulus*dot_product(0.5_wp*(before + p), &
                change - (p - before))
@@ -223,7 +223,7 @@ contains
             before = p
             if (theta > 0.5_wp .and. share < 1.0_wp) then
                modulus = (1.0_wp - share)*branches%modulus(j)
-               call recoverable(e, change, branches%strain(j), theta, p, own)
+               call recoverable_stress(e, change, branches%strain(j), theta, p, own)
                grown = potential(e + change, branches%strain(j)) - potential(e, branches%strain(j))
                scheme = scheme + modulus*(dot_product(p, change) - grown)
             end if
@@ -308,7 +308,7 @@ contains
    end function secant
 
    !> Text on the fit of the branches to their curves.
-   function in_words(self) result(words)
+   function fit_words(self) result(words)
       class(hysteretic_law_type), intent(in) :: self  !< law
       character(len=:), allocatable :: words
 
@@ -317,10 +317,10 @@ contains
          if (misfit(2) > 0.0_wp) words = words//', damping ratios within '// &
             short_text(misfit(2))//' points'
       end associate
-   end function in_words
+   end function fit_words
 
    !> Text on parts of the curve that the branches do not match; blank: none.
-   function unmet(self) result(words)
+   function misfit_words(self) result(words)
       class(hysteretic_law_type), intent(in) :: self  !< law
       character(len=:), allocatable :: words
 
@@ -329,6 +329,6 @@ contains
          if (off > most_off) words = 'damping ratios are up to '//short_text(off)// &
             ' points off their curve, more than '//short_text(most_off)
       end associate
-   end function unmet
+   end function misfit_words
 
 end module dda_hysteretic_law

@@ -38,8 +38,8 @@ module dda_mohr_coulomb_solid
       real(wp) :: beyond = 0.0_wp     !< σ_z − ν(σx + σy) at the start, Pa
    contains
       procedure :: state_size
-      procedure :: respond
-      procedure :: finish
+      procedure :: respond => find_stress
+      procedure :: finish => finish_step
       procedure :: stored
       procedure :: frozen_stress
       procedure :: plastic_strain
@@ -164,7 +164,7 @@ contains
    end function plane_components
 
    !> Compute the stress in a step minus σ₀, and its tangent.
-   pure subroutine respond(self, point, state, strain, change, step, stress, tangent)
+   pure subroutine find_stress(self, point, state, strain, change, step, stress, tangent)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
       type(strain_point_type), intent(in) :: point        !< at its position
       real(wp), intent(in) :: state(:)                    !< [any] state at the start of the step
@@ -194,10 +194,10 @@ contains
             *0.5_wp*(to%stress(1) - to%stress(2))/circle%radius
          tangent = step%scheme%theta*matmul(basis, matmul(small, transpose(basis)))
       end associate
-   end subroutine respond
+   end subroutine find_stress
 
    !> Find the state at the end of a step, and its losses.
-   pure subroutine finish(self, point, state, strain, change, step, loss)
+   pure subroutine finish_step(self, point, state, strain, change, step, loss)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
       type(strain_point_type), intent(in) :: point        !< at its position
       real(wp), intent(inout) :: state(:)  !< [any] state at the start; on return at the end
@@ -222,7 +222,7 @@ contains
       end if
       state(mean_stress) = 0.5_wp*(circle%to%stress(1) + circle%to%stress(2))
       loss(loss_scheme) = (step%scheme%theta - 0.5_wp)*double_energy(point, elastic, flow(3))
-   end subroutine finish
+   end subroutine finish_step
 
    !> Twice the elastic energy, J/m³: ε^e·Dε^e with −ε^p out of the plane.
    pure real(wp) function double_energy(point, elastic, third)

@@ -11,14 +11,14 @@ module dda_plane_branches
    use dda_kinds, only: wp
    implicit none
    private
-   public :: project, recoverable, potential
+   public :: return_to_cap, recoverable_stress, potential
 
    real(wp), parameter :: eye(2, 2) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 2])
 
 contains
 
    !> Project e to p(e), and compute its derivative.
-   pure subroutine project(e, cap, p, slope)
+   pure subroutine return_to_cap(e, cap, p, slope)
       real(wp), intent(in) :: e(2), cap               !< strain; y
       real(wp), intent(out) :: p(2), slope(2, 2)      !< p(e), ∂p/∂e
       real(wp) :: r, along(2)
@@ -31,7 +31,7 @@ contains
       p = cap*along
       slope(:, 1) = cap/r*(eye(:, 1) - along(1)*along)
       slope(:, 2) = cap/r*(eye(:, 2) - along(2)*along)
-   end subroutine project
+   end subroutine return_to_cap
 
    !> Potential of p: ½|e|² within the cap, y|e| − ½y² beyond.
    pure real(wp) function potential(e, cap)
@@ -44,14 +44,14 @@ contains
    end function potential
 
    !> Stress of a recoverable branch in a step, and its derivative with respect to Δe.
-   pure subroutine recoverable(e, change, cap, theta, acting, slope)
+   pure subroutine recoverable_stress(e, change, cap, theta, acting, slope)
       real(wp), intent(in) :: e(2), change(2), cap  !< e₀, Δe, y
       real(wp), intent(in) :: theta                 !< θ
       real(wp), intent(out) :: acting(2)            !< over the modulus
       real(wp), intent(out) :: slope(2, 2)          !< ∂acting/∂Δe
       real(wp) :: p(2), of_end(2, 2)
 
-      call project(e + change, cap, p, of_end)
+      call return_to_cap(e + change, cap, p, of_end)
       if (max(sum(e**2), sum((e + change)**2)) <= cap**2) then
          acting = e + theta*change
          slope = theta*eye
@@ -60,7 +60,7 @@ contains
       call average_projection(e, change, cap, acting, slope)
       acting = (2.0_wp - 2.0_wp*theta)*acting + (2.0_wp*theta - 1.0_wp)*p
       slope = (2.0_wp - 2.0_wp*theta)*slope + (2.0_wp*theta - 1.0_wp)*of_end
-   end subroutine recoverable
+   end subroutine recoverable_stress
 
    !> Compute ∫₀¹ p(e₀ + tΔe) dt and ∫₀¹ t ∂p/∂e dt.
    !>
@@ -74,7 +74,7 @@ contains
 
       length = hypot(change(1), change(2))
       if (length <= nothing*cap) then
-         call project(e + 0.5_wp*change, cap, mean, slope)
+         call return_to_cap(e + 0.5_wp*change, cap, mean, slope)
          slope = 0.5_wp*slope
          return
       end if
@@ -85,14 +85,14 @@ contains
       ends = max(0.0_wp, min(length, [-half, half] - start))
       mean = (ends(2) - ends(1))*(foot + (start + 0.5_wp*(ends(1) + ends(2)))*along)
       slope = 0.5_wp*(ends(2) - ends(1))*(ends(1) + ends(2))*eye
-      call add_beyond(foot, along, cap, start, 0.0_wp, ends(1), mean, slope)
-      call add_beyond(foot, along, cap, start, ends(2), length, mean, slope)
+      call add_beyond_cap(foot, along, cap, start, 0.0_wp, ends(1), mean, slope)
+      call add_beyond_cap(foot, along, cap, start, ends(2), length, mean, slope)
       mean = mean/length
       slope = slope/length**2
    end subroutine average_projection
 
    !> Add the contribution of a segment beyond the cap to ∫ p dt and, by Gauss's rule, ∫ t ∂p/∂e dt.
-   pure subroutine add_beyond(foot, along, cap, start, from, to, mean, slope)
+   pure subroutine add_beyond_cap(foot, along, cap, start, from, to, mean, slope)
       real(wp), intent(in) :: foot(2), along(2), cap  !< q, t̂, y
       real(wp), intent(in) :: start, from, to         !< s₀; ends t of the segment
       real(wp), intent(inout) :: mean(2), slope(2, 2)
@@ -107,10 +107,10 @@ contains
          + (to - from)*sum(ends)/sum(r)*along)
       do i = -1, 1, 2
          at = 0.5_wp*(from + to) + 0.5_wp*i*node*(to - from)
-         call project(foot + (start + at)*along, cap, p, of_point)
+         call return_to_cap(foot + (start + at)*along, cap, p, of_point)
          slope = slope + 0.5_wp*(to - from)*at*of_point
       end do
-   end subroutine add_beyond
+   end subroutine add_beyond_cap
 
    !> Compute ∫ ds/|e| = ln((s₁ + r₁)/(s₀ + r₀)), without differences of large numbers.
    pure real(wp) function log_ratio(foot, length, ends, r)

@@ -85,7 +85,7 @@ contains
       load(size(load)) = load(size(load)) + column%dashpot*base
       d = time_step*state%velocity
       if (column%dashpot <= 0.0_wp) d(size(d)) = time_step*base
-      call evaluate(column, state, time_step, load, d, stress, tangent, residual, scale)
+      call find_forces(column, state, time_step, load, d, stress, tangent, residual, scale)
       do i = 0, most_iterations - 1
          if (all(abs(residual) <= tolerance*scale)) exit
          call newton_iteration(column, state, time_step, load, d, stress, tangent, residual, scale)
@@ -118,14 +118,14 @@ contains
       factor = 1.0_wp
       do halving = 0, most_halvings
          d = from + factor*correction
-         call evaluate(column, state, time_step, load, d, stress, tangent, residual, scale)
+         call find_forces(column, state, time_step, load, d, stress, tangent, residual, scale)
          if (maxval(abs(residual)) < max(before, tolerance*scale)) exit
          factor = 0.5_wp*factor
       end do
    end subroutine newton_iteration
 
    !> Compute stresses, tangents and residual forces at increments of the nodes.
-   pure subroutine evaluate(column, state, time_step, load, d, stress, tangent, residual, scale)
+   pure subroutine find_forces(column, state, time_step, load, d, stress, tangent, residual, scale)
       type(shear_column_type), intent(in) :: column  !< layers as cells
       type(shear_state_type), intent(in) :: state    !< state at the start of the step
       real(wp), intent(in) :: time_step              !< Δt, s
@@ -155,7 +155,7 @@ contains
       residual(2:) = residual(2:) + stress
       if (column%dashpot <= 0.0_wp) residual(n + 1) = 0.0_wp
       scale = max(maxval(abs(load)), maxval(abs(stress)))
-   end subroutine evaluate
+   end subroutine find_forces
 
    !> Solve for the change of Δu with the tangents, by elimination from the surface downwards.
    pure subroutine solve_tangents(column, time_step, tangent, residual, correction)

@@ -7,7 +7,7 @@ module test_plane_law
    use dda_hysteretic_law, only: hysteretic_law_type, new_hysteretic_law
    use dda_material, only: material_type, elasticity
    use dda_material_law, only: strain_point_type
-   use dda_plane_branches, only: recoverable, potential
+   use dda_plane_branches, only: recoverable_stress, potential
    use dda_soil_curves, only: soil_type, curve_of
    use models, only: random, random_vector, walk
    use testing, only: check, error
@@ -26,7 +26,7 @@ contains
          e = 3.0_wp*random_vector(2)
          scale = 10.0_wp**random(-9.0_wp, 0.0_wp)
          change = 2.0_wp*scale*random_vector(2)
-         call recoverable(e, change, 1.0_wp, 0.5_wp, acting, slope)
+         call recoverable_stress(e, change, 1.0_wp, 0.5_wp, acting, slope)
          worst(1) = max(worst(1), abs(dot_product(acting, change) - potential(e + change, 1.0_wp) &
             + potential(e, 1.0_wp)))
          worst(2) = max(worst(2), norm2(acting) - 1.0_wp)
@@ -34,7 +34,7 @@ contains
          do k = 1, 2
             more = change
             more(k) = more(k) + 1.0e-6_wp
-            call recoverable(e, more, 1.0_wp, 0.5_wp, more, of_more)
+            call recoverable_stress(e, more, 1.0_wp, 0.5_wp, more, of_more)
             worst(3) = max(worst(3), maxval(abs((more - acting)/1.0e-6_wp - slope(:, k))))
          end do
       end do

@@ -15,15 +15,15 @@ module dda_elimination
    private
    public :: front_tree_type, tree_of_fronts, front_cost
 
-   !> columns of a front; more columns save no time, measured with 100,000 blocks
+   !> largest number of columns of a front: more save no time (measured, 100,000 blocks)
    integer, parameter :: most_columns = 128
 
    !> Fronts in postorder: children before parents, each subtree a contiguous range.
    type :: front_tree_type
       integer :: n = 0                   !< block rows
       integer :: fronts = 0              !< fronts
-      integer, allocatable :: order(:)   !< [n] block row eliminated at each permuted
-      integer, allocatable :: first(:)   !< [fronts+1] first permuted of each front
+      integer, allocatable :: order(:)   !< [n] block row of each permuted index
+      integer, allocatable :: first(:)   !< [fronts+1] first permuted index of each front
       integer, allocatable :: parent(:)  !< [fronts] front that receives its update; 0 for a root
    end type front_tree_type
 
@@ -113,7 +113,7 @@ contains
    end subroutine gather_columns
 
    pure logical function is_cheaper_merged(clusters, child, k)
-      type(clusters_type), intent(in) :: clusters  !< all of the tree
+      type(clusters_type), intent(in) :: clusters  !< all clusters of the tree
       integer, intent(in) :: child, k  !< clusters by their last columns
 
       associate (columns => clusters%columns, rows => clusters%rows)
@@ -171,7 +171,7 @@ contains
    pure subroutine number_fronts(n, order, clusters, tree)
       integer, intent(in) :: n  !< block rows
       integer, intent(in) :: order(n)  !< block row eliminated k-th
-      type(clusters_type), intent(in) :: clusters  !< all of the tree
+      type(clusters_type), intent(in) :: clusters  !< all clusters of the tree
       type(front_tree_type), intent(out) :: tree  !< fronts in postorder
       integer, allocatable :: cluster(:)
       integer :: front, k, filled
@@ -197,8 +197,8 @@ contains
    !> Compute a postorder of the clusters: the reverse of a stack traversal with parents first.
    pure subroutine find_postorder(n, clusters, cluster, parent)
       integer, intent(in) :: n  !< block rows
-      type(clusters_type), intent(in) :: clusters  !< all of the tree
-      integer, intent(out) :: cluster(:)  !< [fronts] the cluster that is each front
+      type(clusters_type), intent(in) :: clusters  !< all clusters of the tree
+      integer, intent(out) :: cluster(:)  !< [fronts] cluster that becomes each front
       integer, intent(out) :: parent(:)   !< [fronts]
       integer :: stack(n), above(n), height, front, k, child
 

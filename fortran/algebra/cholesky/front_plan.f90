@@ -50,15 +50,15 @@ module dda_front_plan
       integer(long), allocatable :: factor_start(:)
       integer, allocatable :: pivot_panels(:) !< [fronts] packed panels of the pivot rows
       integer(long) :: panel_of_task = 0   !< numbers in the largest panel of a task's fronts
-      integer(long) :: panel_of_root = 0   !< of a root front
+      integer(long) :: panel_of_root = 0   !< number of a root front
       !> root fronts wait for all tasks; a single thread processes all fronts in postorder
       logical :: tasks_first = .false.
       !> [fronts] offset of each update: in the workspace of a thread, or in the common workspace
       !> for updates of root fronts and updates that are added to them
       integer(long), allocatable :: update_start(:)
       integer(long) :: updates_passed = 0  !< numbers of updates from tasks to root fronts
-      integer(long) :: updates_of_task = 0 !< largest further need of a task
-      integer(long) :: updates_of_roots = 0 !< updates of root fronts, after passed ones
+      integer(long) :: updates_of_task = 0 !< largest size of the updates within a task
+      integer(long) :: updates_of_roots = 0 !< size of the updates of root fronts
       type(task_plan_type) :: sharing      !< division between threads
       !> [rows] position of each row in the vector of a solve; see `set_solve_rows`
       integer, allocatable :: solve_row(:)
@@ -308,9 +308,9 @@ contains
    pure subroutine stack_updates(fronts, level, before, plan, most)
       integer, intent(in) :: fronts(:)  !< some fronts, in postorder
       integer, intent(in) :: level(:)   !< [fronts] distance of each front from its root
-      integer(long), intent(in) :: before  !< numbers before the stacks
+      integer(long), intent(in) :: before  !< size of the memory before the stacks
       type(front_plan_type), intent(inout) :: plan  !< under construction
-      integer(long), intent(inout) :: most  !< numbers in the stacks, of this and others before
+      integer(long), intent(inout) :: most  !< size of the stacks, largest so far
       integer(long) :: height(0:1), peak(0:1)
       integer :: i, c, child
 
@@ -368,7 +368,7 @@ contains
    !> .true. if this front is the root of a subtree and its parent is a root front.
    pure logical function is_subtree_root(plan, front)
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
-      integer, intent(in) :: front  !< number in the plan
+      integer, intent(in) :: front  !< number of the front in the plan
 
       is_subtree_root = .false.
       if (plan%sharing%is_root_front(front) .or. plan%parent(front) == 0) return
@@ -378,7 +378,7 @@ contains
    !> .true. if the update of this front passes from a task to a root front that waits for it.
    pure logical function is_passed(plan, front)
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
-      integer, intent(in) :: front  !< number in the plan
+      integer, intent(in) :: front  !< number of the front in the plan
 
       is_passed = plan%tasks_first
       if (is_passed) is_passed = is_subtree_root(plan, front)
@@ -387,7 +387,7 @@ contains
    !> Number of block columns that a front eliminates.
    pure integer function pivot_columns(plan, front)
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
-      integer, intent(in) :: front  !< number in the plan
+      integer, intent(in) :: front  !< number of the front in the plan
 
       pivot_columns = plan%first(front + 1) - plan%first(front)
    end function pivot_columns
@@ -395,7 +395,7 @@ contains
    !> Number of block rows of the update of a front.
    pure integer function rows_below(plan, front)
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
-      integer, intent(in) :: front  !< number in the plan
+      integer, intent(in) :: front  !< number of the front in the plan
 
       rows_below = plan%row_start(front + 1) - plan%row_start(front)
    end function rows_below
@@ -403,7 +403,7 @@ contains
    !> Size of the update of a front: in each band of columns, the rows from its first one on.
    pure integer(long) function update_length(plan, front)
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
-      integer, intent(in) :: front  !< number in the plan
+      integer, intent(in) :: front  !< number of the front in the plan
       integer :: rows, ld, skipped
 
       rows = rows_below(plan, front)

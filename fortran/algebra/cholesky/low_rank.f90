@@ -19,7 +19,7 @@ module dda_low_rank
    use dda_errors, only: error_type
    use dda_front_plan, only: front_plan_type
    use dda_low_rank_columns, only: low_rank_columns_type, plan_columns, make_columns, &
-      multiply_columns, project, subtract_columns, vector_width, column_panels
+      multiply_columns, project_vector, subtract_columns, vector_width, column_panels
    use dda_rank_one, only: rank_one_type, most_changes, drift, add_change, forget_changes
    implicit none
    private
@@ -31,7 +31,7 @@ module dda_low_rank
       type(rank_one_type) :: terms
       type(low_rank_columns_type) :: columns               !< W
       integer :: n = 0                            !< terms that differ from zero
-      integer :: order(most_changes) = 0          !< [n] terms that enter, then those that leave
+      integer :: order(most_changes) = 0          !< [n] added terms, then removed terms
       !> [most_changes, most_changes] WᵀW, its lower triangle of panels
       real(wp), allocatable :: gram(:,:)
       !> [most_changes, most_changes] C = T D Tᵀ in the order above
@@ -174,7 +174,7 @@ contains
       integer :: used
 
       used = (low%terms%n + vector_width - 1)/vector_width
-      call project(low%columns, plan, used, y, share)
+      call project_vector(low%columns, plan, used, y, share)
       call solve_capacity(low, share)
       call subtract_columns(low%columns, plan, used, share, y)
    end subroutine correct

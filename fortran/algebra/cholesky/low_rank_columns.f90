@@ -16,7 +16,7 @@ module dda_low_rank_columns
    use dda_team, only: largest_team
    implicit none
    private
-   public :: low_rank_columns_type, plan_columns, make_columns, multiply_columns, project, &
+   public :: low_rank_columns_type, plan_columns, make_columns, multiply_columns, project_vector, &
       subtract_columns, vector_width, column_panels
 
    integer, parameter :: vector_width = 16                          !< columns in a panel
@@ -281,7 +281,7 @@ contains
    end subroutine multiply_panels
 
    !> Compute Wᵀ y of several panels.
-   subroutine project(columns, plan, used, y, share)
+   subroutine project_vector(columns, plan, used, y, share)
       type(low_rank_columns_type), intent(in) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
       integer, intent(in) :: used  !< panels with columns
@@ -293,7 +293,7 @@ contains
       do panel = 1, used
          call multiply_transposed_panel(columns, plan, panel, y, share(:, panel))
       end do
-   end subroutine project
+   end subroutine project_vector
 
    !> Compute Wᵀ y of one panel.
    pure subroutine multiply_transposed_panel(columns, plan, panel, y, share)

@@ -133,7 +133,7 @@ contains
    pure subroutine breadth_first(graph, from, mark, list, filled, last_level)
       type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
       integer, intent(in) :: from  !< vertex
-      integer, intent(inout) :: mark(:)    !< [n] level of each vertex met, 1 for `from`; else 0
+      integer, intent(inout) :: mark(:)    !< [n] level of each vertex, 1 for `from`; 0: not reached
       integer, intent(inout) :: list(:)    !< [n] vertices met
       integer, intent(inout) :: filled     !< how many
       integer, intent(out) :: last_level   !< start of the last level in the list

@@ -22,7 +22,7 @@ module dda_arnoldi
    end type operator_type
 
    abstract interface
-      !> y = A x
+      !> Compute y = A x.
       subroutine apply_operator(self, x, y)
          import :: operator_type, wp
          class(operator_type), intent(inout) :: self  !< A
@@ -40,7 +40,7 @@ module dda_arnoldi
    end type iteration_type
 
    integer, parameter :: least_basis = 20
-   !> restarts times size, if more than a hundred restarts; static models need few
+   !> largest product of size and restarts beyond 100; static models need few restarts
    real(wp), parameter :: affordable = 5.0e6_wp
 
 contains

@@ -61,14 +61,14 @@ contains
       real(wp), intent(inout) :: y(:)  !< [6n]
       integer :: i
 
-      if (deflation%known%dimension > 0) call project_known(deflation%known, y)
+      if (deflation%known%dimension > 0) call remove_null_components(deflation%known, y)
       do i = 1, deflation%kept
          y = y - dot_product(deflation%vector(:, i), y)*deflation%vector(:, i)
       end do
    end subroutine project_out
 
    !> Remove the components along the null vectors, group by group.
-   pure subroutine project_known(known, y)
+   pure subroutine remove_null_components(known, y)
       type(null_space_type), intent(in) :: known  !< in coordinates of the standard problem
       real(wp), intent(inout) :: y(6, *)  !< [6,n]
       real(wp) :: part(3, known%groups)
@@ -81,6 +81,6 @@ contains
       do b = 1, size(known%group)
          y(:, b) = y(:, b) - matmul(known%basis(:, :, b), part(:, known%group(b)))
       end do
-   end subroutine project_known
+   end subroutine remove_null_components
 
 end module dda_deflation

@@ -22,9 +22,9 @@ contains
       type(block_matrix_type), intent(in) :: stiffness  !< K, N/m
       type(mass_factor_type), intent(in) :: mass      !< G
       real(wp), intent(in) :: value                     !< 1/s²
-      real(wp), intent(in) :: affordable                !< most multiplications to spend
+      real(wp), intent(in) :: affordable                !< largest number of multiplications
       integer, intent(out) :: count                     !< eigenvalues above
-      logical, intent(out) :: certain                   !< .false.: too dear, or a doubtful pivot
+      logical, intent(out) :: certain  !< .false.: too costly, or uncertain sign of a pivot
       type(block_matrix_type) :: scaled
       type(band_type) :: factor
 
@@ -44,7 +44,7 @@ contains
    pure subroutine count_pivots(band, count, certain)
       real(wp), intent(inout) :: band(:,:)  !< [width+1, n] S − sI, lower storage; destroyed
       integer, intent(out) :: count  !< positive pivots
-      logical, intent(out) :: certain  !< no pivot is doubtful
+      logical, intent(out) :: certain  !< the signs of all pivots are certain
       real(wp) :: least, pivot, factor
       integer :: j, k, reach
 

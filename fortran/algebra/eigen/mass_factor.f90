@@ -9,7 +9,7 @@ module dda_mass_factor
    use dda_text, only: to_text
    use dda_block_matrix, only: block_matrix_type
    use dda_dense_eigen, only: cholesky_block
-   use dda_small_matrix, only: invert
+   use dda_small_matrix, only: invert_matrix
    implicit none
    private
    public :: mass_factor_type, factor_mass, scale_matrix, multiply_transposed, apply_factor
@@ -38,7 +38,7 @@ contains
                ' is not positive definite')
             return
          end if
-         call invert(factor%g(:, :, b), factor%inverse(:, :, b))
+         call invert_matrix(factor%g(:, :, b), factor%inverse(:, :, b))
       end do
    end subroutine factor_mass
 

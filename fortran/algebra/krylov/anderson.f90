@@ -11,7 +11,7 @@ module dda_anderson
    public :: anderson_type, forget, accelerate
 
    integer, parameter :: depth = 10   !< number of stored differences
-   integer, parameter :: long = 6*parallel_from  !< unknowns from which threads save time
+   integer, parameter :: long = 6*parallel_from  !< number of unknowns from which threads save time
    !> fraction of the diagonal added to the normal equations, against rounding in their elimination
    real(wp), parameter :: regular = depth*epsilon(1.0_wp)
 
@@ -67,7 +67,7 @@ contains
    !> Add their products with all columns of d_residual and with the residual.
    pure subroutine store_change(memory, slot, used, x, image, first, last, products)
       type(anderson_type), intent(inout) :: memory  !< gets this iteration
-      integer, intent(in) :: slot, used             !< column of the differences; columns
+      integer, intent(in) :: slot, used             !< column of the differences; number of columns
       real(wp), intent(in) :: x(:), image(:)        !< [n] x and g(x)
       integer, intent(in) :: first, last            !< of the range
       real(wp), intent(out) :: products(2*depth)
@@ -108,7 +108,7 @@ contains
    pure subroutine combine_iterates(memory, share, x, first, last)
       type(anderson_type), intent(in) :: memory  !< with this iteration
       real(wp), intent(in) :: share(:)           !< of the differences
-      real(wp), intent(inout) :: x(:)            !< [n] the next one
+      real(wp), intent(inout) :: x(:)            !< [n] next iterate
       integer, intent(in) :: first, last         !< of the range
       integer :: j
 

@@ -5,12 +5,12 @@ module dda_block_jacobi
    use dda_block_matrix, only: block_matrix_type, multiply_block
    use dda_compact_block, only: compact_size, expand
    use dda_conjugate_gradients, only: preconditioner_type
-   use dda_small_matrix, only: invert
+   use dda_small_matrix, only: invert_matrix
    implicit none
    private
    public :: block_jacobi_type, invert_diagonal, most_iterations, most_condition
 
-   integer, parameter :: parallel_from = 500  !< blocks from which threads save time
+   integer, parameter :: parallel_from = 500  !< number of blocks from which threads save time
 
    !> Inverses of the diagonal blocks.
    type, extends(preconditioner_type) :: block_jacobi_type
@@ -33,7 +33,7 @@ contains
       if (.not. allocated(jacobi%inverse)) allocate (jacobi%inverse(6, 6, matrix%n))
       !$omp parallel do schedule(static) if (matrix%n >= parallel_from)
       do i = 1, matrix%n
-         call invert(matrix%diagonal(:, :, i), jacobi%inverse(:, :, i))
+         call invert_matrix(matrix%diagonal(:, :, i), jacobi%inverse(:, :, i))
       end do
    end subroutine invert_diagonal
 
@@ -97,7 +97,7 @@ contains
       worst = 1.0_wp
       do i = 1, matrix%n
          call expand(alone(:, i), block)
-         call invert(block, inverse)
+         call invert_matrix(block, inverse)
          worst = max(worst, sum(inverse*matrix%diagonal(:, :, i)))
       end do
       bound = 2.0_wp*worst

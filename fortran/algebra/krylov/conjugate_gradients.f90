@@ -23,7 +23,7 @@ module dda_conjugate_gradients
    end type preconditioner_type
 
    abstract interface
-      !> z = P⁻¹ r
+      !> Compute z = P⁻¹ r.
       subroutine apply_type(self, n, r, z)
          import :: preconditioner_type, wp
          class(preconditioner_type), intent(inout) :: self  !< P

@@ -98,7 +98,7 @@ contains
       integer, intent(in) :: n  !< block rows
       real(wp), intent(in) :: change(6, n)  !< change of the right-hand side, N
       real(wp), intent(inout) :: x(6, n)  !< solution, m
-      logical, intent(out) :: done  !< otherwise x is unchanged
+      logical, intent(out) :: done  !< .false.: x is unchanged
 
       done = .false.
    end subroutine correct_nothing
@@ -109,7 +109,7 @@ contains
       class(equations_type), intent(in) :: equations    !< of a matrix with nearly the same values
       real(wp), intent(inout), contiguous :: x(:,:)  !< [6,n] first guess, becomes the solution, m
       type(convergence_type), intent(inout) :: convergence  !< asked and reached
-      logical, intent(out) :: done  !< otherwise x is not the solution
+      logical, intent(out) :: done  !< .false.: x is not the solution
 
       done = .false.
    end subroutine solve_nothing

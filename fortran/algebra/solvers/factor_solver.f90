@@ -131,7 +131,7 @@ contains
       class(equations_type), intent(in) :: equations    !< of a matrix with nearly the same values
       real(wp), intent(inout), contiguous :: x(:,:)  !< [6,n] first guess, becomes the solution, m
       type(convergence_type), intent(inout) :: convergence  !< asked and reached
-      logical, intent(out) :: done  !< otherwise x is not the solution
+      logical, intent(out) :: done  !< .false.: x is not the solution
 
       self%exact = .false.
       if (self%kept) then

@@ -103,7 +103,7 @@ contains
       integer, intent(in) :: n  !< block rows
       real(wp), intent(in) :: change(6, n)  !< change of the right-hand side, N
       real(wp), intent(inout) :: x(6, n)  !< solution, m
-      logical, intent(out) :: done  !< otherwise x is unchanged
+      logical, intent(out) :: done  !< .false.: x is unchanged
 
       done = self%iterations == 1
       if (.not. done) return

@@ -225,7 +225,7 @@ contains
       type(solver_type), intent(inout) :: solver      !< solver and counts
       class(equations_type), intent(in) :: equations  !< K x = b
       real(wp), intent(inout), contiguous :: x(:,:)   !< [6,n] first guess, becomes the solution, m
-      logical, intent(out) :: done                    !< otherwise x is not the solution
+      logical, intent(out) :: done                    !< .false.: x is not the solution
       type(convergence_type) :: convergence
 
       done = .false.
@@ -269,7 +269,7 @@ contains
 
       scale = sqrt(inner_product(size(b, 2), b, b))
       if (solver%rigid) scale = rounding/accuracy*scale
-      if (scale < solver%loads) scale = solver%loads  ! a NaN stays one
+      if (scale < solver%loads) scale = solver%loads  ! NaN remains NaN
    end function residual_scale
 
    !> Text on the solves, factors and iterations so far.

@@ -11,11 +11,11 @@ module dda_sor_solver
    private
    public :: sor_solver_type
 
-   integer, parameter :: sweeps_between = 10    !< two computations of the residual
+   integer, parameter :: sweeps_between = 10    !< sweeps between two residuals
    integer, parameter :: patience = 1000        !< sweeps after which there must be progress
    real(wp), parameter :: progress = 0.1_wp     !< reduction of the residual; at most 11,000 sweeps
    real(wp), parameter :: omega = 1.5_wp        !< relaxation factor of the original
-   real(wp), parameter :: diverged = 1.0e30_wp  !< a residual from which no sweep recovers
+   real(wp), parameter :: diverged = 1.0e30_wp  !< a larger residual has diverged
 
    !> The inverse diagonal blocks, as in `jacobi`, with another iteration.
    type, extends(jacobi_solver_type) :: sor_solver_type
@@ -32,7 +32,7 @@ contains
       type(block_matrix_type), intent(in) :: matrix  !< K̂
       real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side, N
       real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution, m
-      type(convergence_type), intent(inout) :: convergence  !< convergence; ‖b‖ replaces its scale
+      type(convergence_type), intent(inout) :: convergence  !< convergence; its scale becomes ‖b‖
       real(wp) :: size_of_b, wanted, enough
 
       self%iterations = 0

@@ -92,7 +92,7 @@ def test_a_change_without_a_value_is_refused(change, write_input, native, main):
         ("joint[1].cohesin=1", "no variable 'cohesin'; did you mean 'cohesion'?"),
         ("x=3", "a variable of several groups"),
         ("load.x=1", "the input has no group &load to change"),
-        ("foo", "must read NAME=VALUE"),
+        ("foo", "must have the form NAME=VALUE"),
         ("time_step=-1", "group &control (line 2): time_step = -1"),
         ("joint[2].cohesion=-1", "group &joint (line 7): cohesion = -1"),
     ],
