@@ -34,7 +34,7 @@ module dda_lapack
          integer, intent(in) :: n, nrhs, lda, ldb  !< sizes and leading dimensions
          real(wp), intent(inout) :: a(lda, *)  !< [n,n], becomes the factor
          real(wp), intent(inout) :: b(ldb, *)  !< [n,nrhs] right-hand sides, become the solutions
-         integer, intent(out) :: info  !< row whose pivot is not positive, else 0
+         integer, intent(out) :: info  !< row with a pivot that is not positive, else 0
       end subroutine dposv
 
       !> Cholesky factor of a symmetric positive definite matrix.
@@ -43,7 +43,7 @@ module dda_lapack
          character(len=1), intent(in) :: uplo  !< 'L': lower triangle
          integer, intent(in) :: n, lda  !< size and leading dimension
          real(wp), intent(inout) :: a(lda, *)  !< [n,n], becomes the factor
-         integer, intent(out) :: info  !< row whose pivot is not positive, else 0
+         integer, intent(out) :: info  !< row with a pivot that is not positive, else 0
       end subroutine dpotrf
 
       !> Solve with a triangular matrix.

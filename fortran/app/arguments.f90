@@ -66,7 +66,7 @@ contains
 
    !> Read a change of the input, NAME=VALUE.
    subroutine read_change(arguments, word, error)
-      type(arguments_type), intent(inout) :: arguments  !< arguments of the command line so far
+      type(arguments_type), intent(inout) :: arguments  !< arguments read so far
       character(len=*), intent(in) :: word  !< 'NAME=VALUE'
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=longest_change) :: change
@@ -80,7 +80,7 @@ contains
 
    !> Read a word: first the command, then the input file.
    subroutine read_word(arguments, word, error)
-      type(arguments_type), intent(inout) :: arguments  !< arguments of the command line so far
+      type(arguments_type), intent(inout) :: arguments  !< arguments read so far
       character(len=*), intent(in) :: word  !< argument
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 

@@ -25,7 +25,7 @@ contains
 
    !> Name the part of each item by the first item of the part.
    pure subroutine name_parts(part)
-      integer, intent(inout) :: part(:)  !< [items] after the last `join`
+      integer, intent(inout) :: part(:)  !< [items] partition after the last `join`
       integer :: i
 
       do i = 1, size(part)

@@ -31,14 +31,14 @@ contains
 
    !> Start timing; the time since the last lap is not counted.
    subroutine begin_laps(watch)
-      type(stopwatch_type), intent(inout) :: watch  !< does nothing unless it is running
+      type(stopwatch_type), intent(inout) :: watch  !< stopwatch; ignored unless running
 
       if (watch%running) call system_clock(watch%since)
    end subroutine begin_laps
 
    !> Add the time since the last lap to a phase.
    subroutine lap(watch, phase)
-      type(stopwatch_type), intent(inout) :: watch  !< does nothing unless it is running
+      type(stopwatch_type), intent(inout) :: watch  !< stopwatch; ignored unless running
       integer, intent(in) :: phase                  !< one of `phase_…`
       integer(int64) :: now
 

@@ -14,12 +14,12 @@ module dda_check_bodies
    private
    public :: separate_blocks, blocks_in_words, dispersion_in_words, check_bodies
 
-   integer, parameter :: enough = 4              !< sufficient cells across a part that bends
+   integer, parameter :: enough = 4  !< number of cells that suffices across a part that bends
    real(wp), parameter :: facing = -0.866_wp     !< cosine between edges that face each other
    real(wp), parameter :: aside = 0.53_wp        !< positions along an edge at which rays start
    real(wp), parameter :: most_error = 0.2_wp    !< error of stresses without a warning
    real(wp), parameter :: slender = 3.0_wp       !< largest slenderness of cells in half-offset rows
-   real(wp), parameter :: least_share = 0.1_wp   !< fraction of an edge: largest face in such a row
+   real(wp), parameter :: least_share = 0.1_wp   !< largest face in an offset row over the edge
 
    !> The thinnest part of a body.
    type :: thinnest_type
@@ -150,7 +150,7 @@ contains
       integer, intent(in) :: first(:), weld(:) !< welds of each cell
       logical, intent(in) :: free(:)           !< [vertices] the edge is a free side
       integer, intent(in) :: edge              !< free edge, by its first vertex
-      integer, intent(out) :: cells            !< cells that the ray passes
+      integer, intent(out) :: cells            !< number of cells that the ray crosses
       real(wp), intent(out) :: width           !< length of the ray, m
       real(wp) :: at(2), way(2), step
       integer :: cell, out
@@ -182,7 +182,7 @@ contains
       type(weld_type), intent(in) :: welds(:)  !< welds of the cell of the edge
       integer, intent(in) :: edge              !< edge by its first vertex
       real(wp), intent(in) :: at(2)            !< m
-      real(wp), parameter :: half = 0.5001_wp  !< half of a face, and rounding
+      real(wp), parameter :: half = 0.5001_wp  !< 0.5 plus rounding: largest face over the edge
       integer :: i
 
       other = 0

@@ -29,7 +29,7 @@ module dda_check_report
       character(len=:), allocatable :: found    !< number and limit
       character(len=:), allocatable :: source   !< source of the limit
       character(len=:), allocatable :: advice   !< what to change, '' if nothing
-      type(doubt_type) :: brief                 !< text in the verdict of a run
+      type(doubt_type) :: brief                 !< text of the line in the verdict of a run
    end type line_type
 
    !> All lines, and the numbers used for them.

@@ -18,10 +18,10 @@ module dda_impact_regime
 
    !> Regime of the unbonded contacts of a simulation.
    type :: impact_regime_type
-      integer :: prescribed = 0              !< number whose joint has a restitution
-      integer :: others = 0                  !< number whose joint has none
-      real(wp) :: lowest = huge(1.0_wp)      !< largest or smallest Ω of the others
-      real(wp) :: highest = 0.0_wp           !< largest or smallest Ω of the others
+      integer :: prescribed = 0              !< contacts whose joint has a restitution
+      integer :: others = 0                  !< contacts whose joint has none
+      real(wp) :: lowest = huge(1.0_wp)      !< largest or smallest Ω without restitution
+      real(wp) :: highest = 0.0_wp           !< largest or smallest Ω without restitution
       character(len=:), allocatable :: words   !< blank: there are none
       character(len=:), allocatable :: advice
    end type impact_regime_type

@@ -54,7 +54,7 @@ module dda_linear_model
       integer :: n = 0                              !< blocks
       type(block_matrix_type) :: stiffness          !< K, N/m per metre of thickness
       real(wp), allocatable :: mass(:,:,:)          !< [6,6,n] M
-      real(wp), allocatable :: elastic(:,:,:)       !< [3,3,n] of the strains
+      real(wp), allocatable :: elastic(:,:,:)       !< [3,3,n] elastic matrix of the strains
       type(linear_terms_type) :: terms              !< terms of elements, then of closed contacts
       integer :: element_terms = 0                  !< of elements
       real(wp) :: normal_stiffness = 0.0_wp         !< k_n, N/m per metre of thickness
@@ -67,9 +67,9 @@ module dda_linear_model
       real(wp) :: time_step = 0.0_wp                !< Δt of the run, s
       real(wp) :: dynamic_factor = 1.0_wp           !< of the run
       integer :: closed = 0                         !< contacts that are not open
-      integer :: sliding = 0                        !< contacts among them that slide
-      integer :: by_penalty = 0                     !< contacts among them that have k_n
-      integer :: unilateral = 0                     !< contacts among them that are not bonded
+      integer :: sliding = 0                        !< closed contacts that slide
+      integer :: by_penalty = 0                     !< closed contacts with stiffness k_n
+      integer :: unilateral = 0                     !< closed contacts without a bond
       real(wp) :: penetration = 0.0_wp              !< deepest penetration of closed contacts, m
       type(doubt_type), allocatable :: bending(:)   !< of bonded joints
       real(wp), allocatable :: block_mass(:)        !< [n] kg per metre of thickness

@@ -10,7 +10,7 @@ module dda_magnitudes
    public :: magnitude_notes, note_length
 
    integer, parameter :: note_length = 320  !< bytes
-   real(wp), parameter :: most_gravity = 30.0_wp   !< m/s²: over three times that of the Earth
+   real(wp), parameter :: most_gravity = 30.0_wp   !< m/s², three times the gravity of the Earth
    !> kg/m³: range of unit weights of soil and rock in kN/m³; geofoam is in it, but is less stiff
    real(wp), parameter :: weights(2) = [10.0_wp, 40.0_wp]
    real(wp), parameter :: of_foam(2) = [1.0e5_wp, 1.0e8_wp]  !< Pa: range of block materials

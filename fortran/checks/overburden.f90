@@ -84,7 +84,7 @@ contains
    pure subroutine add_pairs(overburden, above, b)
       type(overburden_type), intent(inout) :: overburden  !< gets the pairs
       integer, intent(in) :: above(:)  !< [columns] lowest blocks so far, 0: none
-      integer, intent(in) :: b         !< the block below them
+      integer, intent(in) :: b         !< block below the lowest blocks so far
       integer, allocatable :: more(:,:)
       integer :: i
 

@@ -55,7 +55,7 @@ module dda_reduced_model
       integer :: m = 0                           !< vectors of the basis
       real(wp), allocatable :: basis(:,:,:)      !< [6,n,room] orthonormal in M
       real(wp), allocatable :: stiffness(:,:)    !< [room,room] K
-      real(wp), allocatable :: part(:,:,:)       !< [room,room,parts] as in `weights_type`
+      real(wp), allocatable :: part(:,:,:)       !< [room,room,parts] in the order of `weights_type`
       real(wp), allocatable :: force(:,:)        !< [room,instants] b
       real(wp) :: residual = 0.0_wp              !< largest at the sample frequencies, relative
    end type reduced_model_type

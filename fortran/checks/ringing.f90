@@ -22,7 +22,7 @@ module dda_ringing
    !> The slowest alternating mode.
    type :: ringing_type
       real(wp) :: steps = 0.0_wp  !< steps of decay to 1/e; 0: nothing rings; huge: no decay
-      real(wp) :: resolution = 0.0_wp        !< Ω = ωΔt of it
+      real(wp) :: resolution = 0.0_wp        !< Ω = ωΔt of this mode
       character(len=:), allocatable :: words
       character(len=:), allocatable :: advice
       character(len=:), allocatable :: brief

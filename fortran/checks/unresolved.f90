@@ -29,7 +29,7 @@ module dda_unresolved
       integer :: modes = 0                    !< modes of the model, 6 for each block
       integer :: least = 0                    !< lower bound of their number
       integer :: most = 0                     !< upper bound
-      logical :: exact = .false.              !< both bounds are equal
+      logical :: exact = .false.              !< .true.: both bounds are equal
       !> by the kind with most energy; of `most`, or of the exact count
       integer :: of_kind(energy_kinds) = 0
       character(len=:), allocatable :: words

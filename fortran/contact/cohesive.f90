@@ -24,7 +24,7 @@ module dda_cohesive
 
    integer, parameter :: spent_bounds(2) = [4, 5] !< memory columns: bounds of the dissipated energy
 
-   real(wp), parameter :: nothing = 1.0e-6_wp  !< final fraction of the strength in softening
+   real(wp), parameter :: nothing = 1.0e-6_wp  !< fraction of the strength after softening
    integer, parameter :: most_steps = 60       !< iterations of Newton's method, which is monotone
 
    !> Strength and fracture energies.

@@ -43,8 +43,8 @@ module dda_contact
       integer, allocatable :: vertex(:)    !< touching vertex; for a point between corners, an edge
       integer, allocatable :: edge(:)          !< touched edge, given by its first vertex
       integer, allocatable :: corner(:)        !< vertex of a contact of two corners, else 0
-      integer, allocatable :: block_v(:)       !< block of the vertex
-      integer, allocatable :: block_e(:)       !< block of the edge
+      integer, allocatable :: block_v(:)       !< block that owns the vertex
+      integer, allocatable :: block_e(:)       !< block that owns the edge
       integer, allocatable :: pair(:)          !< number of the near pair of its two blocks
       ! Geometry at the start of the step
       !> signed distance to the edge minus `offset`, m; negative in compression
@@ -56,7 +56,7 @@ module dda_contact
       integer, allocatable :: joint(:)       !< number of the joint material, see dda_contact_joints
       integer, allocatable :: state(:)         !< open, slide or stick
       logical, allocatable :: bonded(:)        !< bond with cohesion and tension is intact
-      logical, allocatable :: was_bonded(:)    !< at the start of the step
+      logical, allocatable :: was_bonded(:)    !< bonded at the start of the step
       logical, allocatable :: was_closed(:)    !< the normal spring acted at the start of the step
       !> signed distance at which the normal spring is free of force, m: ≤ 0, or from initial stress
       real(wp), allocatable :: offset(:)
@@ -76,10 +76,10 @@ module dda_contact
       real(wp), allocatable :: share(:)     !< fraction of the stiffness of a contact, 1 at a corner
       real(wp), allocatable :: memory(:,:)     !< [columns,n] memory of the joint laws
       real(wp), allocatable :: begins(:)       !< initial memory of a contact without history
-      real(wp), allocatable :: was_weakened(:) !< at the start of the step
+      real(wp), allocatable :: was_weakened(:) !< bonded at the start of the step
       !> [2,n] slopes: of the normal force −dN/dgap, and of the shear force if sticking, N/m
       real(wp), allocatable :: tangent(:,:)
-      real(wp), allocatable :: line(:,:)       !< [2,n] these forces at zero gap and stretch, N/m
+      real(wp), allocatable :: line(:,:)       !< [2,n] tangent forces at zero gap and stretch, N/m
       !> [2,n] rise per slip of a contact that slides and is lifted by slip: assumed; in K̂.  Its
       !> normal force acts along gap − rise × slip; `slide_force` is the rest of friction
       real(wp), allocatable :: tilt(:,:)
@@ -96,7 +96,7 @@ module dda_contact
       real(wp), allocatable :: rate(:,:)       !< [2,n] initial rates of gap and slip, m/s
       real(wp), allocatable :: lead(:)         !< lead, s: its spring acts at gap + lead × rate
       real(wp), allocatable :: spring_gap(:)   !< gap + lead × rate at the start of the step, m
-      real(wp), allocatable :: static_force(:) !< normal force without that of impacts, N/m
+      real(wp), allocatable :: static_force(:) !< normal force without impacts, N/m
       !> [2,n] derivatives: of the acting gap by the gap, and of the acting stretch by the slip
       real(wp), allocatable :: gain(:,:)
       real(wp), allocatable :: shift(:,:)      !< [2,n] shift of the acting gap and stretch, m
@@ -115,7 +115,7 @@ module dda_contact
       real(wp), allocatable :: spring(:,:)     !< [2,n] normal and shear stiffness in K̂, N/m
       real(wp), allocatable :: free_force(:,:) !< [2,n] assumed normal and shear force at d = 0, N/m
       integer, allocatable :: close_count(:)   !< number of closings in the iteration of this step
-      integer, allocatable :: trial_state(:)   !< state by the law at the solution
+      integer, allocatable :: trial_state(:)   !< state at the solution by the law
       !> largest difference between assumed and computed force, N/m
       real(wp), allocatable :: force_residual(:)
       real(wp), allocatable :: new_gap(:)      !< gap at the end of the step, linear in d, m

@@ -40,7 +40,7 @@ module dda_contact_damping
       real(wp) :: friction = 0.0_wp     !< by slip
       real(wp) :: damping = 0.0_wp      !< in dashpots
       real(wp) :: impact = 0.0_wp       !< loss in impacts, including their friction
-      real(wp) :: algorithmic = 0.0_wp  !< by the time integration
+      real(wp) :: algorithmic = 0.0_wp  !< loss by the time integration
    end type losses_type
 
 contains

@@ -25,11 +25,11 @@ contains
    !> acts at the vertex, so that the pair of shear forces has no moment.  The lever arm of the
    !> normal force is the same for both blocks.
    pure subroutine set_contacts(contacts, first, blocks, n, candidate)
-      type(contacts_type), intent(inout) :: contacts   !< list with capacity for them
+      type(contacts_type), intent(inout) :: contacts   !< list with capacity for the candidates
       integer, intent(in) :: first                     !< position of the first candidate
       type(blocks_type), intent(in) :: blocks          !< present geometry
       integer, intent(in) :: n                         !< number of candidates
-      type(candidate_type), intent(in) :: candidate(n) !< in the order of the list
+      type(candidate_type), intent(in) :: candidate(n) !< candidates in the order of the list
       real(wp) :: along(2), normal(2), from(2), reference(2)
       integer :: c, i, j, v, e
 

@@ -104,7 +104,7 @@ contains
       integer, intent(in) :: c                     !< number of the contact
       real(wp), intent(in) :: normal_force         !< N, compression, N/m
       real(wp), intent(in) :: shear_force          !< T, resistance to slip, N/m
-      real(wp), intent(inout) :: on_v(6), on_e(6)  !< of the blocks of vertex and edge, N
+      real(wp), intent(inout) :: on_v(6), on_e(6)  !< forces on the blocks of vertex and edge, N
 
       associate (normal => contacts%normal(:, c), gradient_v => contacts%gradient_v(:, c), &
          gradient_e => contacts%gradient_e(:, c))

@@ -31,7 +31,7 @@ module dda_contact_joints
    private
    public :: set_joints
 
-   real(wp), parameter :: same_angle = 1.0e-6_wp  !< difference of sines below which they are equal
+   real(wp), parameter :: same_angle = 1.0e-6_wp  !< difference of equal sines
    real(wp), parameter :: straight = 0.9986_wp    !< cosine of 3°
 
 contains
@@ -109,7 +109,7 @@ contains
       integer, intent(in) :: c                       !< contact
       type(blocks_type), intent(in) :: blocks        !< present geometry
       type(detection_type), intent(in) :: detection  !< penetrations and sizes of corners
-      integer, intent(out) :: edge(2)                !< the first is touched
+      integer, intent(out) :: edge(2)                !< edges; the first one is touched
       integer, intent(out) :: n                      !< number of edges that may be touched, 1 or 2
       type(choice_type) :: choice
       real(wp) :: size

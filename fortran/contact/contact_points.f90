@@ -29,7 +29,7 @@ module dda_contact_points
       integer :: pair = 1                                !< first contact of the present near pair
       type(candidate_type), allocatable :: candidate(:)  !< [n]
       integer, allocatable :: point(:)                   !< [n] 0: corner
-      real(wp), allocatable :: fraction(:)               !< [n] fraction of the edge before it
+      real(wp), allocatable :: fraction(:)  !< [n] fraction of the edge before the point
    end type point_list_type
 
 contains
@@ -143,7 +143,7 @@ contains
       type(point_list_type), intent(inout) :: list    !< receives a contact
       type(candidate_type), intent(in) :: candidate   !< vertex and edge
       integer, intent(in) :: point                    !< number in its overlap, 0: corner
-      real(wp), intent(in) :: fraction                !< fraction of the edge before it
+      real(wp), intent(in) :: fraction                !< fraction of the edge before the point
       type(candidate_type), allocatable :: longer(:)
 
       list%n = list%n + 1

@@ -100,7 +100,7 @@ contains
          corners%overshoot, past_end)
       corners%normal(:, 1) = along(:, 2)
       corners%normal(:, 2) = -along(:, 1)
-      if (size(blocks%joined) == 0) then  ! without cells, edges at a vertex belong to its block
+      if (size(blocks%joined) == 0) then  ! without cells, all edges at a vertex belong to one block
          corners%separation = min( &
             along(:, 1)*along(before, 2) - along(:, 2)*along(before, 1), &
             along(:, 2)*along(after, 1) - along(:, 1)*along(after, 2))

@@ -158,10 +158,10 @@ contains
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c        !< number of the contact
-      real(wp), intent(in) :: gap     !< at the end of the step, m
+      real(wp), intent(in) :: gap     !< gap at the end of the step, m
       real(wp), intent(in) :: stretch !< stretch of the shear spring without slip at that time, m
       type(response_type), intent(out) :: response  !< state and forces
-      real(wp) :: at(2)  ! gap and stretch at which it acts, m
+      real(wp) :: at(2)  ! gap and stretch at which the contact acts, m
 
       at = acting(contacts, laws, c, [gap, stretch])
       if (.not. laws%plain) then
@@ -197,7 +197,7 @@ contains
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c        !< number of the contact
-      real(wp), intent(in) :: gap     !< at the end of the step, m
+      real(wp), intent(in) :: gap     !< gap at the end of the step, m
       real(wp), intent(in) :: stretch !< stretch of the shear spring without slip at that time, m
       real(wp) :: at(2)
 

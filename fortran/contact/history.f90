@@ -225,7 +225,7 @@ contains
    pure subroutine start_contact(new, c, touching, begun)
       type(contacts_type), intent(inout) :: new  !< list with geometry
       integer, intent(in) :: c                   !< contact
-      real(wp), intent(in) :: touching           !< gap up to which it is assumed closed, m
+      real(wp), intent(in) :: touching           !< gap up to which the contact is assumed closed, m
       logical, intent(in) :: begun               !< .false.: first list of the run
 
       new%joint(c) = 0

@@ -356,7 +356,7 @@ contains
    !> Tilt the line of contact c, which slides and is lifted by slip, at a response of the law.
    !> Its normal spring acts along gap − rise × slip, in series with the shear spring.
    pure subroutine tilt_line(contacts, law, c, at, response)
-      type(contacts_type), intent(inout) :: contacts  !< contacts of this step; get tilt and line
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step; tilt and line change
       class(joint_law_type), intent(in) :: law        !< of the contact
       integer, intent(in) :: c                        !< number of the contact
       real(wp), intent(in) :: at(2)                   !< gap, stretch, m

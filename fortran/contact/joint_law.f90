@@ -26,7 +26,7 @@ module dda_joint_law
    type :: column_type
       character(len=24) :: name            !< name in the output, after `contact_`
       real(wp) :: initial = 0.0_wp         !< initial value without a history
-      logical :: of_contact = .false.  !< the value belongs to a contact; new points do not copy it
+      logical :: of_contact = .false.  !< new points of the overlap do not copy the value
       real(wp) :: limit = huge(1.0_wp)     !< limit above which results are uncertain
       character(len=96) :: advice = ''     !< why, and what to do
    end type column_type

@@ -48,7 +48,7 @@ contains
       case ('rate_state')
          allocate (slot%law, source=new_rate_state(joint))
       case default
-         return  ! the reader of the input rejects it
+         return  ! the input reader rejects unknown laws
       end select
       associate (law => slot%law)
          law%normal_per_area = joint%normal_stiffness > 0.0_wp

@@ -288,7 +288,7 @@ contains
    subroutine probe_block(neighbours, blocks, pair, a, b, reach)
       type(neighbours_type), intent(inout) :: neighbours  !< probes are appended
       type(blocks_type), intent(in) :: blocks             !< present geometry
-      integer, intent(in) :: pair, a, b                   !< near pair, and its two blocks
+      integer, intent(in) :: pair, a, b  !< number of the near pair, and its two blocks
       real(wp), intent(in) :: reach                       !< m
       real(wp) :: low(2), high(2)
       integer :: v, e, n, last

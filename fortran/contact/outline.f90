@@ -101,7 +101,7 @@ contains
    pure subroutine choose_first(new, free, span)
       real(wp), intent(in) :: new(2)       !< fractions of an edge; empty if the first is larger
       real(wp), intent(in) :: free         !< fraction of the edge that is already treated
-      real(wp), intent(inout) :: span(2)   !< the best so far
+      real(wp), intent(inout) :: span(2)   !< best interval so far
 
       if (new(2) - max(new(1), free) <= least) return
       if (max(new(1), free) < span(1) - least .or. (max(new(1), free) <= span(1) + least .and. &

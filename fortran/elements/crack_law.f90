@@ -37,9 +37,9 @@ module dda_crack_law
 
    !> Motion of a point in a step.
    type :: motion_type
-      real(wp) :: opening(2) = 0.0_wp   !< g at both ends, m
-      real(wp) :: slip(2) = 0.0_wp      !< s at both ends, m
-      real(wp) :: slider(2) = 0.0_wp    !< part by slip of the slider, m
+      real(wp) :: opening(2) = 0.0_wp   !< g at the start and end of the step, m
+      real(wp) :: slip(2) = 0.0_wp      !< s at the start and end of the step, m
+      real(wp) :: slider(2) = 0.0_wp    !< slip of the friction slider in the step, m
       logical :: sticks = .true.        !< the slider does not slip
    end type motion_type
 
@@ -88,7 +88,7 @@ contains
       if (.not. motion%sticks) motion%slider(2) = motion%slip(2) - sign(most, elastic)
    end function point_motion
 
-   !> Frozen D* of a point.
+   !> D* of a point, frozen in a solution.
    pure real(wp) function acting_damage(self, point, state) result(share)
       class(crack_law_type), intent(in) :: self     !< law
       type(strain_point_type), intent(in) :: point  !< at its position

@@ -434,7 +434,7 @@ contains
       integer, intent(in) :: block(:)                 !< [n] blocks of the model that the column has
       type(blocks_type), intent(in) :: column  !< blocks of the column at the start of the step
       real(wp), intent(in) :: d(:,:)  !< [6,n] increments of these blocks in the step
-      real(wp), intent(in) :: force(:,:)              !< [6,n] forces on them at the side, N/m …
+      real(wp), intent(in) :: force(:,:)  !< [6,n] forces on these blocks at the side, N/m …
       integer :: i, k, b
 
       do i = 1, size(elements%kind)

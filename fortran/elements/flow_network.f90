@@ -72,7 +72,7 @@ contains
       integer :: c, k, side, node, n
 
       allocate (network%row_of(2, 2, size(network%absent)), source=0)
-      count = 0  ! memory of each node, then its blocks
+      count = 0  ! first the upper bound, then the number of blocks of each node
       do c = 1, size(network%absent)
          associate (ends => network%flow%channel(c)%node)
             count(ends) = count(ends) + 2

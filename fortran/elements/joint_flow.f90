@@ -53,7 +53,7 @@ module dda_joint_flow
       real(wp), allocatable :: pressure(:)    !< [nodes] Pa
       real(wp), allocatable :: empty(:)       !< [nodes] volume without water w, m³ per metre
       logical, allocatable :: vented(:)       !< [nodes] nodes that are assumed not full
-      logical, allocatable :: is_dry(:)  !< [boundaries] the load to which it belongs does not act
+      logical, allocatable :: is_dry(:)  !< [boundaries] the load of the boundary does not act
       ! Of the step
       type(step_type) :: step
       integer :: rounds = 0                   !< of states
@@ -112,7 +112,7 @@ contains
 
    !> .true. if the load to which a boundary belongs does not act.
    pure logical function is_missing(load, loads)
-      integer, intent(in) :: load                   !< number of the load; 0: it belongs to no load
+      integer, intent(in) :: load                   !< number of the load; 0: none
       type(edge_load_type), intent(in) :: loads(:)  !< of the model
 
       is_missing = load > 0

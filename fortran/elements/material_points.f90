@@ -46,7 +46,7 @@ module dda_material_points
       integer, allocatable :: block(:,:)                 !< [2,n] block and 0, or cells of the face
       integer, allocatable :: side(:,:)  !< [2,n] points of the face of a jump, else 0
       integer, allocatable :: crack(:)                   !< [n] point 1 … 3 of a broken face, else 0
-      integer :: first_crack = 0                         !< points before those of broken faces
+      integer :: first_crack = 0  !< number of points before those of broken faces
       real(wp), allocatable :: area(:)                   !< [n] m²; of jumps 1
       type(strain_point_type), allocatable :: point(:)   !< [n]
       type(weld_type), allocatable :: face(:)            !< [n]

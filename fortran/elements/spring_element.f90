@@ -68,7 +68,7 @@ contains
    !> Change of the extension due to increments or rates of all blocks.
    pure function extension_change(spring, d) result(change)
       type(spring_type), intent(in) :: spring  !< both springs of an element
-      real(wp), intent(in) :: d(:,:)           !< [6,blocks] of their coordinates
+      real(wp), intent(in) :: d(:,:)           !< [6,blocks] increments or rates of the coordinates
       real(wp) :: change(2)
 
       change = matmul(d(:, spring%block(1)), spring%row(:, :, 1))
@@ -78,7 +78,7 @@ contains
    !> Dashpot coefficient c, N s/m per metre of thickness.
    pure function dashpots_of(self, spring, step) result(dashpot)
       class(spring_element_type), intent(in) :: self  !< elements of this kind
-      type(spring_type), intent(in) :: spring         !< spring of one of them
+      type(spring_type), intent(in) :: spring         !< spring of one element
       type(step_type), intent(in) :: step             !< the present one
       real(wp) :: dashpot(2)
 
@@ -197,7 +197,7 @@ contains
    !> Energy ½ k y² + ½ (1 − χ) c Δt w², J per metre of thickness.
    pure real(wp) function spring_energy(self, spring, step, y, w)
       class(spring_element_type), intent(in) :: self  !< elements of this kind
-      type(spring_type), intent(in) :: spring         !< spring of one of them
+      type(spring_type), intent(in) :: spring         !< spring of one element
       type(step_type), intent(in) :: step             !< the present one
       real(wp), intent(in) :: y(2), w(2)  !< extension, m, and its rate, m/s, relative to the motion
 

@@ -42,9 +42,9 @@ contains
 
    !> Read an input file; an open analysis is discarded.
    subroutine read_input(analysis, file, error, changes)
-      type(analysis_type), intent(out) :: analysis  !< ready to be checked or begun
+      type(analysis_type), intent(out) :: analysis  !< analysis, ready to be checked or begun
       character(len=*), intent(in) :: file          !< path of the namelist file
-      type(error_type), allocatable, intent(out) :: error  !< names file, group, line and value
+      type(error_type), allocatable, intent(out) :: error  !< error with file, group, line and value
       !> variables to change, as 'joint[bedding].friction_angle=30'
       character(len=*), intent(in), optional :: changes(:)
 
@@ -107,7 +107,7 @@ contains
    subroutine advance_analysis(analysis, steps, error)
       type(analysis_type), intent(inout) :: analysis  !< begun
       integer, intent(in) :: steps                    !< number of steps
-      type(error_type), allocatable, intent(out) :: error  !< names step, contact and blocks
+      type(error_type), allocatable, intent(out) :: error  !< error with step, contact and blocks
 
       call require_that(allocated(analysis%run), 'the analysis has not begun', error)
       if (.not. allocated(error)) call continue_run(analysis%run, int(steps, long), error)
@@ -168,7 +168,7 @@ contains
       !> name in the output: displacement, velocity, acceleration; energy_kinetic …
       character(len=*), intent(in) :: quantity
       real(wp), allocatable, intent(out) :: time(:)    !< [samples] s
-      real(wp), allocatable, intent(out) :: values(:)  !< [samples] in SI units
+      real(wp), allocatable, intent(out) :: values(:)  !< [samples] values in SI units
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=*), intent(in), optional :: point  !< measured point; requires an axis
       character, intent(in), optional :: axis          !< 'x' or 'y'

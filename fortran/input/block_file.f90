@@ -77,7 +77,7 @@ contains
    !> Check the length of the file, which must have the classic format.
    subroutine check_file_length(reader, error)
       type(reader_type), intent(inout) :: reader  !< reader with the name of its file
-      type(error_type), allocatable, intent(out) :: error  !< there is no such file
+      type(error_type), allocatable, intent(out) :: error  !< error; for example a missing file
       type(byte_file_type) :: bytes
       integer(int8), allocatable :: head(:)
 
@@ -168,7 +168,7 @@ contains
       type(reader_type), intent(inout) :: reader  !< open; retains the first error
       character(len=*), intent(in) :: name  !< of the variable
       integer, intent(in) :: rank  !< required number of dimensions
-      logical, intent(in) :: text  !< it must contain characters; .false.: numbers
+      logical, intent(in) :: text  !< .true.: characters required; .false.: numbers
       integer, intent(out) :: shape_of(2)  !< lengths; 1 beyond `rank`
       integer, parameter :: numeric(*) = [nf90_double, nf90_float, nf90_int, &
          nf90_short, nf90_byte]
@@ -220,7 +220,7 @@ contains
    subroutine read_integers(reader, name, n, values)
       type(reader_type), intent(inout) :: reader  !< open; retains the first error
       character(len=*), intent(in) :: name  !< of the variable
-      integer, intent(in) :: n  !< values that it must have
+      integer, intent(in) :: n  !< required number of values
       integer, allocatable, intent(out) :: values(:)  !< [n], 0 on failure
       integer :: id, length, kind
 
@@ -316,7 +316,7 @@ contains
    subroutine read_numbers(reader, name, n, names, numbers)
       type(reader_type), intent(inout) :: reader  !< open; retains the first error
       character(len=*), intent(in) :: name  !< of the variable
-      integer, intent(in) :: n  !< values that it must have
+      integer, intent(in) :: n  !< required number of values
       character(len=*), intent(in) :: names(:)  !< list of names, numbered from 1
       integer, allocatable, intent(out) :: numbers(:)  !< [n]
       integer :: i
@@ -334,7 +334,7 @@ contains
 
    !> Checksum of all values that a run reads from the file.
    integer(long) function checksum_of_blocks(blocks) result(checksum)
-      type(block_file_type), intent(inout) :: blocks  !< blocks as read; only read here
+      type(block_file_type), intent(inout) :: blocks  !< blocks of the file, unchanged
       type(archive_type) :: archive
       character(len=:), allocatable :: text
       integer :: i

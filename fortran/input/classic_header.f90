@@ -50,7 +50,7 @@ contains
 
    !> Skip name, dimensions, attributes, type, size and position of a variable.
    pure subroutine skip_variable(cursor)
-      type(cursor_type), intent(inout) :: cursor  !< position before a variable; on return after it
+      type(cursor_type), intent(inout) :: cursor  !< at a variable; on return, behind the variable
       integer(long) :: dimensions, bytes
 
       call skip_name(cursor)
@@ -63,7 +63,7 @@ contains
 
    !> Skip a list of attributes: name, type and values, padded to four bytes.
    pure subroutine skip_attributes(cursor)
-      type(cursor_type), intent(inout) :: cursor  !< position before a list; on return after it
+      type(cursor_type), intent(inout) :: cursor  !< before a list; on return, behind the list
       integer(long) :: i, n, bytes, values
 
       call begin_list(cursor, n)
@@ -77,7 +77,7 @@ contains
 
    !> Read the kind of a list and its number of entries, at most the length of the file.
    pure subroutine begin_list(cursor, n)
-      type(cursor_type), intent(inout) :: cursor  !< before a list; on return at its first entry
+      type(cursor_type), intent(inout) :: cursor  !< before a list; on return, at the first entry
       integer(long), intent(out) :: n  !< entries
 
       call skip_bytes(cursor, 4_long)
@@ -88,7 +88,7 @@ contains
 
    !> Skip a name: its length, and letters padded to four bytes.
    pure subroutine skip_name(cursor)
-      type(cursor_type), intent(inout) :: cursor  !< position before a name; on return after it
+      type(cursor_type), intent(inout) :: cursor  !< before a name; on return, behind the name
       integer(long) :: letters
 
       call read_number(cursor, letters)
@@ -97,7 +97,7 @@ contains
 
    !> Read a valid type, as the bytes of a value.
    pure subroutine read_type(cursor, bytes)
-      type(cursor_type), intent(inout) :: cursor  !< position before a type; on return after it
+      type(cursor_type), intent(inout) :: cursor  !< before a type; on return, behind the type
       integer(long), intent(out) :: bytes  !< 0 for an invalid type
       integer(long) :: kind
 
@@ -109,7 +109,7 @@ contains
 
    !> Read a number of four bytes, most significant first; not negative.
    pure subroutine read_number(cursor, number)
-      type(cursor_type), intent(inout) :: cursor  !< position before the number; on return after it
+      type(cursor_type), intent(inout) :: cursor  !< before a number; on return, behind the number
       integer(long), intent(out) :: number  !< 0 beyond the end of the file
       integer :: i
 

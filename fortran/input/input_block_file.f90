@@ -83,7 +83,7 @@ contains
    !> Find the positions in the model of the materials or joints that a file uses.
    subroutine find_names(group, path, kind, names, used, known, usual, positions, error)
       type(group_type), intent(in) :: group      !< of the group
-      character(len=*), intent(in) :: path, kind !< of the file; 'material' or 'joint'
+      character(len=*), intent(in) :: path, kind !< path of the file; 'material' or 'joint'
       character(len=*), intent(in) :: names(:)   !< in the file
       integer, intent(in) :: used(:)             !< numbers of the names that are used; 0: none
       character(len=*), intent(in) :: known(:)   !< of the model

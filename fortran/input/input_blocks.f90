@@ -128,7 +128,7 @@ contains
       type(rest_values), intent(in) :: rest      !< values of the variables of initial stress
       type(model_type), intent(in) :: model      !< with its gravity
       type(outlines_type), intent(inout) :: outlines         !< outlines with the new blocks
-      integer, intent(in) :: first               !< of the new blocks
+      integer, intent(in) :: first               !< number of the first new block
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       if (allocated(error) .or. .not. rest%geostatic) return

@@ -24,7 +24,7 @@ contains
       integer, intent(in) :: lines(:)  !< [groups &boundary so far] line numbers in the input
       type(group_type), intent(in) :: group  !< of the input
       type(edge_piece_type), intent(in) :: pieces(:)  !< that it takes
-      character(len=*), intent(in) :: direction  !< its direction, see `boundary_edge_type`
+      character(len=*), intent(in) :: direction  !< direction as in `boundary_edge_type`
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       logical :: taken(size(model%blocks%owner))
       integer :: i, k
@@ -51,7 +51,7 @@ contains
    pure logical function overlaps(blocks, piece, direction, other)
       type(blocks_type), intent(in) :: blocks         !< of the model
       type(edge_piece_type), intent(in) :: piece      !< number of steps
-      character(len=*), intent(in) :: direction       !< direction in which it is to act
+      character(len=*), intent(in) :: direction       !< direction of the new boundary
       type(boundary_edge_type), intent(in) :: other   !< taken
       real(wp) :: a(2), b(2)
 
@@ -66,7 +66,7 @@ contains
    !> Direction of a boundary that acts in one direction.
    pure function unit_vector(blocks, piece, direction) result(vector)
       type(blocks_type), intent(in) :: blocks      !< of the model
-      type(edge_piece_type), intent(in) :: piece   !< piece that it acts on
+      type(edge_piece_type), intent(in) :: piece   !< part of an edge with the boundary
       character(len=*), intent(in) :: direction    !< 'x', 'y' or 'normal'
       real(wp) :: vector(2)
 

@@ -22,7 +22,7 @@ module dda_input_changes
       character(len=:), allocatable :: path   !< as written
       character(len=:), allocatable :: value  !< value as typed; unallocated: remove the variable
       integer :: variable = 0                 !< position in `input_variables`, once found
-      character(len=:), allocatable, private :: group, which, name  !< which: '' if not given
+      character(len=:), allocatable, private :: group, which, name  !< '' if not given in the path
    end type change_type
 
    !> Positions of the assignments of a group.

@@ -92,7 +92,7 @@ contains
 
    !> Set the depth of the reservoir whose water moves with the steep edges of a load.
    subroutine set_reservoir(load, model, group, depth, error)
-      type(edge_load_type), intent(inout) :: load  !< with its pieces and level
+      type(edge_load_type), intent(inout) :: load  !< load with its pieces and level
       type(model_type), intent(in) :: model  !< with its blocks
       type(group_type), intent(in) :: group  !< of the input
       real(wp), intent(in) :: depth          !< as given, m
@@ -304,7 +304,7 @@ contains
    pure subroutine add_pressures(load, blocks, segment, values, pieces)
       type(edge_load_type), intent(inout) :: load  !< load with the earlier pieces
       type(blocks_type), intent(in) :: blocks  !< blocks in their initial state
-      real(wp), intent(in) :: segment(2, 2), values(2)  !< its ends, m; pressures there, Pa
+      real(wp), intent(in) :: segment(2, 2), values(2)  !< ends of the segment, m; pressures, Pa
       type(edge_piece_type), intent(in) :: pieces(:)  !< on it
       real(wp) :: more(2, size(pieces))
       integer :: k, i

@@ -24,7 +24,7 @@ contains
       type(group_type), intent(in) :: group          !< of the input
       type(edges_values), intent(in) :: edges        !< criteria of the group
       type(model_type), intent(in) :: model          !< with its blocks
-      type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< in the order of the blocks
+      type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< parts in the order of blocks
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       character(len=*), intent(in), optional :: side !< side that replaces the one of the group
       logical :: wanted(model%blocks%n)

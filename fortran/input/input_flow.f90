@@ -345,7 +345,7 @@ contains
       integer :: i, k, load
 
       at = pack([(i, i=1, size(groups))], [(groups(i)%name == 'water' .or. groups(i)%name == &
-         'traction', i=1, size(groups))])  ! in the order of the edge loads
+         'traction', i=1, size(groups))])  ! numbered like the edge loads
       do load = 1, size(at)
          if (allocated(error)) return
          associate (water => model%edge_loads(load), group => groups(at(load)))

@@ -223,7 +223,7 @@ contains
    pure subroutine check_length(error, group, name, text)
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(group_type), intent(in) :: group     !< of the input
-      character(len=*), intent(in) :: name, text  !< of the variable; its value
+      character(len=*), intent(in) :: name, text  !< name and value of the variable
 
       if (len(text) > name_length) call input_error(error, group, name//' = '//quoted(text)// &
          ' is too long: at most '//to_text(name_length)//' bytes')
@@ -234,7 +234,7 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(group_type), intent(in) :: group                  !< of the input
       character(len=*), intent(in) :: names                  !< names of the variables: 'x y …'
-      real(wp), intent(in) :: values(:)  !< one value per variable, in their units
+      real(wp), intent(in) :: values(:)  !< one value per variable, in its unit
       integer :: i, first, last
 
       first = 1

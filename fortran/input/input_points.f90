@@ -45,7 +45,7 @@ contains
          b = 0
          return
       end if
-      do b = 1, model%blocks%n  ! among blocks of that name, the one that contains the point
+      do b = 1, model%blocks%n  ! of several blocks with the name, use the one at the point
          if (model%block_names(b) /= wanted) cycle
          if (holds(model%blocks, b, point)) return
       end do
@@ -191,7 +191,7 @@ contains
    !> Next block, of another body, that contains a point; 0 if there is none.
    pure integer function other_container(blocks, first, point) result(b)
       type(blocks_type), intent(in) :: blocks  !< of the model
-      integer, intent(in) :: first             !< block that contains it
+      integer, intent(in) :: first             !< first block that contains the point
       real(wp), intent(in) :: point(2)         !< m
 
       do b = first + 1, blocks%n

@@ -19,7 +19,7 @@ module dda_input_resolved
    public :: resolved_values
 
    character(len=*), parameter :: of_blocks(*) = [character(len=8) :: 'block', 'blocks', &
-      'layers', 'drums', 'wall']  !< groups whose values are those of blocks
+      'layers', 'drums', 'wall']  !< groups that define blocks
    character(len=*), parameter :: always(*) = [character(len=7) :: 'contact', 'output']
 
    !> A text that can be extended.
@@ -69,7 +69,7 @@ contains
       type(page_type), intent(inout) :: page   !< gets them
       integer, intent(in) :: g                 !< position of the group in `input_groups`
       type(group_type), intent(in) :: group    !< with its values
-      integer, intent(in) :: k                 !< number of the group among those of its kind
+      integer, intent(in) :: k                 !< number of the group among all of its kind
       type(model_type), intent(in) :: model    !< of the input
       character(len=:), allocatable :: value, between
       integer :: v, i
@@ -94,7 +94,7 @@ contains
       type(model_type), intent(in) :: model    !< of the input
       type(group_type), intent(in) :: group    !< with its values
       character(len=*), intent(in) :: name     !< of the variable
-      integer, intent(in) :: k                 !< number of the group among those of its kind
+      integer, intent(in) :: k                 !< number of the group among all of its kind
       character(len=:), allocatable :: value
 
       value = ''

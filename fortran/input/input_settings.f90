@@ -86,7 +86,7 @@ contains
    !> Read &output: file and intervals.
    subroutine read_output(group, settings, error)
       type(group_type), intent(in) :: group  !< of the input
-      type(output_settings_type), intent(inout) :: settings  !< on entry with the default file
+      type(output_settings_type), intent(inout) :: settings  !< settings with the default file
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(output_values) :: own
 

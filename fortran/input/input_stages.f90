@@ -271,7 +271,7 @@ contains
 
       !> Reject a stage that repeats an action of an earlier stage.
       subroutine refuse_repeated(again, what, names, done)
-         logical, intent(in) :: again(:)          !< [names] in stage k and in this stage
+         logical, intent(in) :: again(:)          !< [names] named in stage k and in this stage
          character(len=*), intent(in) :: what, names(:), done  !< action; all names; earlier action
          integer :: i
 

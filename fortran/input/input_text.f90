@@ -102,9 +102,9 @@ contains
    pure subroutine read_variable(text, g, at, v, failure)
       character(len=*), intent(in) :: text   !< text up to the slash of the group
       integer, intent(in) :: g               !< position of the group in `input_groups`
-      integer, intent(inout) :: at           !< position of the name; on return after it
+      integer, intent(inout) :: at           !< position of the name; on return, behind the variable
       integer, intent(out) :: v              !< position in `input_variables`
-      character(len=:), allocatable, intent(inout) :: failure  !< allocated if there is none
+      character(len=:), allocatable, intent(inout) :: failure  !< message; allocated on failure
       character(len=:), allocatable :: name
 
       v = 0
@@ -309,7 +309,7 @@ contains
    pure subroutine find_slash(text, first, last, lines)
       character(len=*), intent(in) :: text  !< of the input
       integer, intent(in) :: first  !< position of its &
-      integer, intent(out) :: last, lines  !< position of its slash; number of line ends before it
+      integer, intent(out) :: last, lines  !< position of the slash; line ends before it
       character :: quote
 
       last = first

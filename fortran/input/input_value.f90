@@ -120,7 +120,7 @@ contains
    pure subroutine read_range(text, size, range)
       character(len=*), intent(in) :: text     !< text between brackets and commas
       integer, intent(in) :: size              !< of the list
-      type(part_type), intent(out) :: range    !< range; empty if it is not within the list
+      type(part_type), intent(out) :: range    !< range; empty if outside the list
       integer :: colon, second, last, status(3)
 
       colon = index(text, ':')
@@ -178,7 +178,7 @@ contains
    !> Read one value and store it in positions of the list.
    pure subroutine read_item(text, at, variable, places, value, failure)
       character(len=*), intent(in) :: text         !< of the group
-      integer, intent(inout) :: at                 !< position of the value; on return after it
+      integer, intent(inout) :: at  !< position of the value; on return, behind the value
       type(variable_type), intent(in) :: variable  !< of the schema
       type(part_type), intent(in) :: places        !< positions to fill; none: there are no more
       type(value_type), intent(inout) :: value     !< gets it
@@ -214,8 +214,8 @@ contains
    !> Read a text in quotes, in which doubled quotes are one, or a text that begins with a digit.
    pure subroutine read_word(text, at, word)
       character(len=*), intent(in) :: text  !< of the group
-      integer, intent(inout) :: at          !< position of the text; on return after it
-      character(len=:), allocatable, intent(out) :: word  !< word; not allocated if there is none
+      integer, intent(inout) :: at          !< position of the text; on return, behind the text
+      character(len=:), allocatable, intent(out) :: word  !< word; not allocated if missing
       integer :: length, i
       character :: quote
 
@@ -243,7 +243,7 @@ contains
    !> Read a number, or a logical value as 0 or 1.
    pure subroutine read_number(text, at, logical_wanted, number, fits)
       character(len=*), intent(in) :: text    !< of the group
-      integer, intent(inout) :: at            !< position of the value; on return after it
+      integer, intent(inout) :: at            !< position of the value; on return, behind the value
       logical, intent(in) :: logical_wanted   !< .true. or T, .false. or F
       real(wp), intent(out) :: number         !< number; infinite if too large
       logical, intent(out) :: fits            !< there is one

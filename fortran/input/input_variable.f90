@@ -14,7 +14,7 @@ module dda_input_variable
    type :: group_entry_type
       character(len=16) :: name
       logical :: repeats          !< may appear more than once
-      logical :: built            !< `sitedda build` converts it into blocks
+      logical :: built            !< `sitedda build` converts the group into blocks
       integer :: first, last      !< positions of its variables in `input_variables`
    end type group_entry_type
 
@@ -28,8 +28,8 @@ module dda_input_variable
       character(len=128) :: allowed = ''  !< allowed words: "'one', 'another'"
       logical :: required = .false.
       character(len=16) :: usual = ''    !< default of a word
-      character(len=12) :: switch = ''   !< variable on which it depends, if any
-      character(len=128) :: belongs = '' !< values of that variable for which it is used
+      character(len=12) :: switch = ''   !< other variable on which this one depends, if any
+      character(len=128) :: belongs = '' !< values of the other variable for which this one is used
    end type variable_type
 
    !> Requirement or exclusion for a group that satisfies a condition.  Conditions are "name": given

@@ -35,7 +35,7 @@ module dda_scheme
    !> A time step: where it begins, how long it is, and how it is integrated.
    type :: step_type
       type(scheme_type) :: scheme = scheme_type()
-      real(wp) :: time = 0.0_wp       !< time of its start, s
+      real(wp) :: time = 0.0_wp       !< time at the start of the step, s
       real(wp) :: time_step = 0.0_wp  !< Δt, s
    end type step_type
 

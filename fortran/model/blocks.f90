@@ -47,7 +47,7 @@ module dda_blocks
       integer, allocatable :: outline(:,:)
       real(wp), allocatable :: rest_share(:)       !< [n] fraction of the area outside welded faces
       integer, allocatable :: joined_first(:)      !< [n+1] first of a cell's list in `joined`
-      integer, allocatable :: joined(:)            !< later cells of its body that it touches
+      integer, allocatable :: joined(:)            !< later cells of the same body that touch a cell
       real(wp), allocatable :: reference(:,:)      !< [2, vertices] offset ρ from the centroid, m
       real(wp), allocatable :: radius(:)           !< [n] farthest vertex from the centroid, m
       real(wp), allocatable :: area(:)             !< [n] reference area, m²
@@ -143,7 +143,7 @@ contains
    !> Retain only data of a model's blocks that the blocks of its run do not have.
    !> They are the initial state, and lists that stages change.
    pure subroutine keep_first_state(blocks)
-      type(blocks_type), intent(inout) :: blocks  !< in their initial state, before `begin_motion`
+      type(blocks_type), intent(inout) :: blocks  !< initial blocks, before `begin_motion`
 
       deallocate (blocks%owner, blocks%next, blocks%previous, blocks%mixed, blocks%inner, &
          blocks%outline, blocks%rest_share, blocks%reference, blocks%radius, blocks%whole_area)
@@ -297,7 +297,7 @@ contains
       real(wp) :: momentum(6), half
 
       associate (mass => inertia(1), xx => inertia(2), yy => inertia(3), xy => inertia(4))
-         half = 0.5_wp*v(6)  ! of the shear strain
+         half = 0.5_wp*v(6)  ! half of the shear strain
          momentum(1:2) = mass*v(1:2)
          momentum(3) = (xx + yy)*v(3) + (xx - yy)*half + xy*(v(5) - v(4))
          momentum(4) = xx*v(4) + xy*(half - v(3))
@@ -308,7 +308,7 @@ contains
 
    !> Compute axes, deformation gradients, vertices and edges from the coordinates q.
    subroutine update_geometry(blocks)
-      type(blocks_type), intent(inout) :: blocks  !< coordinates; geometry is replaced
+      type(blocks_type), intent(inout) :: blocks  !< coordinates; geometry is updated
       integer :: p
 
       if (blocks%n < parallel_from) then
@@ -323,7 +323,7 @@ contains
 
    !> Update the geometry of blocks first … last.
    pure subroutine update_geometry_range(blocks, first, last)
-      type(blocks_type), intent(inout) :: blocks  !< coordinates; geometry is replaced
+      type(blocks_type), intent(inout) :: blocks  !< coordinates; geometry is updated
       integer, intent(in) :: first, last          !< blocks
       integer :: b
 

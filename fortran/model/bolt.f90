@@ -18,15 +18,15 @@ module dda_bolt
    type :: bolt_type
       character(len=64) :: name = ''
       logical :: grouted = .false.  !< grouted at a joint; .false.: between two anchors
-      logical :: compression = .false.              !< it also resists compression
+      logical :: compression = .false.              !< the bolt also resists compression
       logical :: present = .true.                   !< present; a stage may add or remove it
       integer, allocatable :: block(:)              !< [points] block of each point
       real(wp), allocatable :: reference(:,:)       !< [2,points] offsets ρ from the centroids, m
       real(wp), allocatable :: place(:,:)           !< [2,points] initial positions, m
-      real(wp) :: direction(2) = 0.0_wp             !< initial axis; it turns with the first block
+      real(wp) :: direction(2) = 0.0_wp  !< initial axis, which turns with the first block
       real(wp) :: stiffness(2) = 0.0_wp             !< axial, across; N/m per metre of thickness
       real(wp) :: pretension = 0.0_wp               !< N per metre of thickness
-      real(wp) :: yield(2) = never                  !< forces at which it yields, N/m
+      real(wp) :: yield(2) = never                  !< yield forces, N/m
       real(wp) :: rupture(2) = never                !< stretch since installation, m
    end type bolt_type
 

@@ -13,7 +13,7 @@ module dda_boundary
    type :: boundary_edge_type
       integer :: group = 0                          !< number of the group &boundary, from 1
       type(edge_piece_type) :: piece
-      character(len=8) :: direction = 'xy'  !< direction in which it acts: 'xy', 'x', 'y', 'normal'
+      character(len=8) :: direction = 'xy'  !< direction of its action: 'xy', 'x', 'y', 'normal'
    end type boundary_edge_type
 
    !> An incoming motion of a boundary, and the position of the measured motion of the model.
@@ -37,7 +37,7 @@ module dda_boundary
       real(wp), allocatable :: dashpot(:,:)
       type(fixed_point_type), allocatable :: point(:)  !< [2 × pieces] supports in static stages
       integer :: motion(2) = 0                      !< incoming, x and y; 0: none
-      real(wp) :: factor = 1.0_wp  !< factor between the motion and that of an outcrop
+      real(wp) :: factor = 1.0_wp  !< motion over motion of an outcrop
    end type boundary_type
 
 end module dda_boundary

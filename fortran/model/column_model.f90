@@ -21,7 +21,7 @@ contains
    !> Create the model of the column of a free field.
    type(model_type) function column_model(model, field) result(column)
       type(model_type), intent(in) :: model        !< complete
-      type(free_field_type), intent(in) :: field   !< one of its free fields
+      type(free_field_type), intent(in) :: field   !< free field of the model
       logical :: kept(size(model%fixed_points))
       integer :: number(model%blocks%n), i
 

@@ -120,7 +120,7 @@ contains
 
    !> Largest ω_l that a scheme admits at a time step, rad/s: (θ − ½) ω_l Δt ≤ 4.
    elemental real(wp) function highest_relaxation(theta, time_step) result(highest)
-      real(wp), intent(in) :: theta      !< of the scheme, ½ … 1
+      real(wp), intent(in) :: theta      !< θ of the scheme, ½ … 1
       real(wp), intent(in) :: time_step  !< Δt, s
 
       highest = huge(1.0_wp)

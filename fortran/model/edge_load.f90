@@ -9,9 +9,9 @@ module dda_edge_load
    public :: edge_load_type, values_at, history_of, load_uniform, load_level, load_surface, &
       load_line
 
-   integer, parameter :: load_uniform = 1  !< the same traction everywhere
-   integer, parameter :: load_level = 2    !< hydrostatic below a level
-   integer, parameter :: load_surface = 3  !< hydrostatic below a phreatic line
+   integer, parameter :: load_uniform = 1  !< traction, equal on all parts
+   integer, parameter :: load_level = 2    !< hydrostatic pressure below a level
+   integer, parameter :: load_surface = 3  !< hydrostatic pressure below a phreatic line
    integer, parameter :: load_line = 4     !< pressures at the ends of each part
 
    !> A load (group &traction or &water).
@@ -40,7 +40,7 @@ contains
    pure function values_at(load, time) result(values)
       type(edge_load_type), intent(in) :: load  !< its times
       real(wp), intent(in) :: time              !< s
-      real(wp) :: values(3)                     !< Pa (of water 1), Pa, m
+      real(wp) :: values(3)                     !< pressure (Pa) or factor, shear (Pa), level (m)
       real(wp) :: share
       integer :: k, last
 

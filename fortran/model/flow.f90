@@ -41,7 +41,7 @@ module dda_flow
 
    !> Head, pressure or inflow at nodes over time (group &flow_boundary).
    type :: flow_boundary_type
-      integer, allocatable :: node(:)       !< node that it acts on
+      integer, allocatable :: node(:)       !< nodes on which the boundary acts
       logical :: inflow = .false.           !< values are inflows; .false.: pressures at y = 0
       logical :: head = .false.  !< values are heads: pressures are hydrostatic below them
       logical :: dry_above = .false.        !< nodes above the level are open to the air: p = 0

@@ -16,7 +16,7 @@ module dda_material_law
    private
    public :: material_law_type, strain_point_type, loss_plastic, loss_damping, loss_scheme, losses
 
-   integer, parameter :: loss_plastic = 1  !< by slip or yielding
+   integer, parameter :: loss_plastic = 1  !< loss by slip or yielding
    integer, parameter :: loss_damping = 2  !< loss by small-strain damping
    integer, parameter :: loss_scheme = 3   !< by the time integration
    integer, parameter :: losses = 3
@@ -28,7 +28,7 @@ module dda_material_law
       logical :: plane_strain = .true.       !< else plane stress
       real(wp) :: length = 0.0_wp            !< root of the area, m
       real(wp) :: thickness = 0.0_wp         !< area over length for a face, else `length`, m
-      real(wp) :: cap = huge(1.0_wp)         !< of the force of a jump, N/m
+      real(wp) :: cap = huge(1.0_wp)         !< largest force of a jump, N/m
       real(wp) :: strength = 0.0_wp          !< strength of a broken face in tension, Pa
       real(wp) :: bounding(3) = 0.0_wp       !< stresses in frozen bounds, Pa
    end type strain_point_type

@@ -33,7 +33,7 @@ module dda_model
    !> A model; blocks have their initial state.
    type :: model_type
       character(len=:), allocatable :: title
-      character(len=:), allocatable :: file          !< file from which it was read
+      character(len=:), allocatable :: file          !< file from which the model was read
       character(len=:), allocatable :: text          !< text of the input, for provenance
       character(len=:), allocatable :: values  !< all values of the input, see `resolved_values`
       !> added to every position in the output: the engine computes near zero

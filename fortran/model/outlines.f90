@@ -36,9 +36,9 @@ contains
       type(outlines_type), intent(inout) :: outlines  !< list
       real(wp), intent(in) :: vertices(:,:)           !< [2, any] counter-clockwise, m
       integer, intent(in) :: material, joint, source  !< see `outlines_type`
-      character(len=*), intent(in) :: name            !< '' if it has none
+      character(len=*), intent(in) :: name            !< name; '' if there is none
       integer, intent(in), optional :: edge_joints(:) !< [edges] instead of `joint`
-      character(len=*), intent(in), optional :: body  !< body that it is a cell of
+      character(len=*), intent(in), optional :: body  !< body of which the polygon is a cell
       integer :: n, last
 
       n = outlines%n + 1

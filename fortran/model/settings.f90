@@ -27,7 +27,7 @@ module dda_settings
 
    !> Group &output.
    type, extends(output_values) :: output_settings_type
-      !> named in the input and not by the caller, who may name any path
+      !> named in the input; a caller may name any path
       logical :: named_by_input = .true.
    end type output_settings_type
 

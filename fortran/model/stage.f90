@@ -17,7 +17,7 @@ module dda_stage
       real(wp) :: duration = 0.0_wp          !< duration as given, s; 0: `steps` is given
       character(len=16) :: integration = ''  !< integration of a dynamic stage
       real(wp) :: theta = 0.75_wp            !< of integration 'theta'
-      real(wp) :: displacement = huge(1.0_wp) !< largest of a block in a static stage, m
+      real(wp) :: displacement = huge(1.0_wp) !< limit for a block in a static stage, m
       logical :: zero_displacements = .false. !< measured displacements count from its beginning
       logical, allocatable :: removed(:)     !< [blocks] removed
       logical, allocatable :: released(:)    !< [fixed points] released

@@ -14,7 +14,7 @@ module dda_stop_settings
       real(wp) :: rest_time = 0.0_wp       !< s without movement
       real(wp) :: rest_movement = 0.0_wp   !< movement of a vertex in this time, m, that is ignored
       integer :: reference = 0          !< reference block of movements; 0: initial positions
-      logical, allocatable :: watched(:)   !< [blocks]; not allocated: nothing ends the run
+      logical, allocatable :: watched(:)   !< [blocks] selected; not allocated: no rule
    end type stop_settings_type
 
 end module dda_stop_settings

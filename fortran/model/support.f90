@@ -15,7 +15,7 @@ module dda_support
       real(wp) :: place(2) = 0.0_wp                 !< first position, m
       !> [2,2] fixed directions in its columns, unit vectors: x and y, or those of an edge
       real(wp) :: axes(2, 2) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 2])
-      logical :: held(2) = .true.                   !< along each of them
+      logical :: held(2) = .true.                   !< fixed along each of these directions
       real(wp) :: stiffness = 0.0_wp                !< N/m per metre of thickness; 0: rigid
       !> along each direction, from the stage on that fixes the point
       logical :: waiting(2) = .false.

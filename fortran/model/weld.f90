@@ -12,21 +12,21 @@ module dda_weld
    public :: weld_type, set_welds, new_weld, take_area, welds_within, is_shifted, is_whole
    public :: weld_whole, weld_cracked, weld_open
 
-   integer, parameter :: weld_whole = 0    !< the face has a strain
-   integer, parameter :: weld_cracked = 1  !< a joint has its traction; the face is closed
+   integer, parameter :: weld_whole = 0    !< face that is intact and has a strain
+   integer, parameter :: weld_cracked = 1  !< face replaced by a joint, and closed
    integer, parameter :: weld_open = 2     !< the edges of the face are sides of the body
 
    !> A welded face, from a to b in the order of the first cell, in the reference shapes.
    type :: weld_type
       integer :: block(2) = 0            !< its cells
-      integer :: edge(2) = 0             !< edges that contain it, given by their first vertices
+      integer :: edge(2) = 0  !< edges that contain the face, given by their first vertices
       real(wp) :: length = 0.0_wp        !< L, m
       real(wp) :: along(2) = 0.0_wp      !< unit vector from a to b
       real(wp) :: middle(2, 2) = 0.0_wp  !< offsets ρ of its midpoint in both cells, m
       real(wp) :: area(2) = 0.0_wp       !< area of its triangles, m²
       !> m, added to positions of the second cell if it is an image in level ground; else 0
       real(wp) :: shift(2) = 0.0_wp
-      integer :: joint = 0               !< joint material that replaces it when it breaks; 0: never
+      integer :: joint = 0               !< joint that replaces the face when it breaks; 0: never
       integer :: state = weld_whole
       !> [component,cell] initial stress that the broken face left in its cells, Pa m²
       real(wp) :: left(3, 2) = 0.0_wp

@@ -474,7 +474,7 @@ contains
       type(output_type), intent(inout) :: output  !< file being written
       type(output_variable_type), intent(in) :: variable  !< of the schema
       real(wp), contiguous, intent(in) :: values(:)  !< values in the order of the file
-      integer, intent(in) :: first, rows             !< of the slowest dimension
+      integer, intent(in) :: first, rows             !< rows of the slowest dimension
 
       integer :: starts(size(variable%dimensions)), counts(size(variable%dimensions)), n
 
@@ -507,7 +507,7 @@ contains
       type(output_type), intent(inout) :: output  !< file being written
       type(reader_type), intent(inout) :: reader  !< of the journal
       integer, intent(in) :: row           !< each_frame or each_contact
-      integer, intent(in) :: first, rows   !< of the slowest dimension
+      integer, intent(in) :: first, rows   !< rows of the slowest dimension
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp), allocatable :: part(:)
       integer :: i

@@ -112,7 +112,7 @@ contains
 
       !> Return an error if the name leads to a file that is read.
       subroutine refuse_read_file(file, words)
-         character(len=*), intent(in) :: file, words  !< path; what it is
+         character(len=*), intent(in) :: file, words  !< path of the file; what the file is
 
          if (allocated(error)) return
          if (same_file(name, file)) call fail(error, error_file, 'the output '//name// &

@@ -12,7 +12,7 @@ module dda_resolved_band
    public :: resolved_frequency
 
    real(wp), parameter :: least_wave = 8.0_wp      !< wave length over the side of a block
-   real(wp), parameter :: sampling_share = 0.25_wp !< of the sampling rate
+   real(wp), parameter :: sampling_share = 0.25_wp !< fraction of the sampling rate
 
 contains
 

@@ -11,7 +11,7 @@ module dda_rest_bound
    !> fraction of the model size: rounding and tolerance of equilibrium without loads, measured
    real(wp), parameter :: rest_share = 1.0e-9_wp
    real(wp), parameter :: rounding_share = 100*epsilon(1.0_wp)  !< rounding of positions
-   real(wp), parameter :: drive_share = 1.0e-9_wp               !< of the prescribed motion
+   real(wp), parameter :: drive_share = 1.0e-9_wp               !< fraction of the prescribed motion
 
 contains
 

@@ -102,7 +102,7 @@ contains
       character(len=*), intent(in) :: units  !< units as in the list of maxima
       real(wp), intent(in) :: value          !< not negative
       character(len=:), allocatable, intent(out) :: shown
-      real(wp), intent(out) :: scale         !< factor from units to those shown
+      real(wp), intent(out) :: scale         !< factor from the unit to the displayed unit
       integer :: i
 
       shown = units

@@ -112,7 +112,7 @@ module dda_byte_file
 
       integer(c_int) function c_flock(descriptor, operation) bind(c, name='flock')
          import :: c_int
-         integer(c_int), value :: descriptor, operation  !< of an open file; LOCK_…
+         integer(c_int), value :: descriptor, operation  !< descriptor of an open file; LOCK_…
       end function c_flock
 
       type(c_ptr) function c_errno() bind(c, name='__errno_location')

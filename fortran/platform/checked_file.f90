@@ -119,7 +119,7 @@ contains
    !> Write bytes, and add them to the checksum.
    subroutine put_bytes(self, bytes)
       class(checked_stream_type), intent(inout) :: self  !< open to be written
-      integer(int8), contiguous, intent(inout) :: bytes(:)  !< [any]; only read here
+      integer(int8), contiguous, intent(inout) :: bytes(:)  !< [any] bytes, unchanged
 
       call add_bytes(self%checksum, bytes)
       call write_bytes(self%file, bytes, self%error)

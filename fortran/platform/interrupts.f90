@@ -30,7 +30,7 @@ module dda_interrupts
       real(wp) :: since = -1.0_wp       !< processor time when a step first noticed the request, s
    end type request_type
 
-   integer(c_int), volatile :: last_signal = 0   !< that the process has received
+   integer(c_int), volatile :: last_signal = 0   !< last signal that the process has received
    type(request_type) :: request
    !$omp threadprivate(request)
    procedure(host_type), pointer :: host => null()
@@ -81,7 +81,7 @@ contains
 
    !> Request this thread to stop; 0 withdraws the request.
    subroutine request_stop(number)
-      integer(c_int), intent(in) :: number  !< number of the signal that requires it
+      integer(c_int), intent(in) :: number  !< number of the signal that ends the step
 
       request%signal = number
    end subroutine request_stop

@@ -14,7 +14,7 @@ module dda_netcdf_calls
       describe_variable, describe_flags, describe, describe_number, text_of, put, &
       name_length, put_names
 
-   integer, parameter :: name_length = 64     !< of names in a file
+   integer, parameter :: name_length = 64     !< length of names in a file
    integer, parameter :: names_at_once = 256  !< written together
 
    !> An open file; after a failed call, later calls do nothing.
@@ -28,7 +28,7 @@ module dda_netcdf_calls
    interface
       integer function nf_put_vara_double(id, variable, start, count, values)
          import :: wp
-         integer, intent(in) :: id, variable, start(*), count(*)  !< of the netCDF library
+         integer, intent(in) :: id, variable, start(*), count(*)  !< arguments of the netCDF library
          real(wp), intent(in) :: values(*)  !< values in the order of the file
       end function nf_put_vara_double
    end interface
@@ -165,7 +165,7 @@ contains
    !> Write names with visible ends; bytes that are not text (UTF-8) become question marks.
    subroutine put_names(dataset, variable, names, otherwise)
       type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
-      character(len=*), intent(in) :: variable  !< of the file, dimension `name_length` first
+      character(len=*), intent(in) :: variable  !< variable with the dimension `name_length` first
       character(len=*), intent(in) :: names(:)  !< [names] blank-padded
       character(len=*), intent(in), optional :: otherwise !< text and number for a blank name
       character(len=name_length) :: ended(names_at_once), name

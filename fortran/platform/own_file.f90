@@ -35,7 +35,7 @@ contains
    !> Return an error if a name belongs to a file that must not be replaced.
    subroutine check_replaceable(name, kind, error)
       character(len=*), intent(in) :: name     !< path
-      type(own_kind_type), intent(in) :: kind  !< that may be replaced
+      type(own_kind_type), intent(in) :: kind  !< kind of a file that may be replaced
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       type(file_status_type) :: found
 

@@ -17,8 +17,8 @@ module dda_team
 
    real(wp), parameter :: between = 0.3_wp        !< s between checks: many turns
    real(wp), parameter :: bearable = 0.25_wp      !< processors that may be lost to other programs
-   real(wp), parameter :: first_pause = 5.0_wp    !< s before the full team is tried again
-   real(wp), parameter :: longest_pause = 64.0_wp !< s; it doubles with each try that fails
+   real(wp), parameter :: first_pause = 5.0_wp    !< s before all threads are tried again
+   real(wp), parameter :: longest_pause = 64.0_wp !< s; the pause doubles with each failed attempt
    character(len=*), parameter :: waits = '/proc/thread-self/schedstat'
 
    !> Threads of this process.

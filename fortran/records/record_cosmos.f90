@@ -42,8 +42,8 @@ contains
    subroutine read_cosmos(reader, record, quantity, channel)
       type(line_reader_type), intent(inout) :: reader        !< reader at the start of the file
       type(record_type), intent(inout) :: record  !< record, filled from the file
-      character(len=*), intent(in) :: quantity               !< blank: that of the first section
-      !> 1, 2, … among the sections of the quantity
+      character(len=*), intent(in) :: quantity  !< quantity; blank: that of the first section
+      !> number of the section of the quantity, from 1
       integer, intent(in) :: channel
       type(state_type) :: state
       character(len=:), allocatable :: text

@@ -21,7 +21,7 @@ contains
 
    !> Find the format; an error if no line identifies it.
    subroutine detect_format(reader, format)
-      type(line_reader_type), intent(inout) :: reader  !< at the start of the file, on return too
+      type(line_reader_type), intent(inout) :: reader  !< reader, rewound to the start of the file
       character(len=:), allocatable, intent(out) :: format    !< 'smc', 'at2', …
       character(len=:), allocatable :: text, first
       logical :: found, open
@@ -52,7 +52,7 @@ contains
       character(len=*), intent(in) :: text      !< line of the file, without comment
       integer, intent(inout) :: heading  !< number of columns named by an earlier line; 0: none
       logical, intent(inout) :: open            !< columns may still follow
-      character(len=:), allocatable, intent(inout) :: format  !< 'text' if they do
+      character(len=:), allocatable, intent(inout) :: format  !< receives 'text' if columns follow
       integer :: numbers
 
       if (text == '') return

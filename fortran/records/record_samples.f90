@@ -108,7 +108,7 @@ contains
    subroutine read_row(reader, text, commas, most, surplus, list)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       character(len=*), intent(in) :: text  !< line of the file
-      logical, intent(in) :: commas  !< commas may separate numbers; .false.: numbers need no blanks
+      logical, intent(in) :: commas  !< .true.: commas may separate; .false.: fixed width
       integer(long), intent(in) :: most  !< numbers that the list may have
       character(len=*), intent(in) :: surplus  !< message if there are more
       type(sample_list_type), intent(inout) :: list  !< list to which values are added
@@ -135,7 +135,7 @@ contains
    pure subroutine read_quantity(reader, text, quantity)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       character(len=*), intent(in) :: text  !< line of the file
-      character(len=:), allocatable, intent(out) :: quantity  !< of the record, blank on failure
+      character(len=:), allocatable, intent(out) :: quantity  !< quantity; blank on failure
 
       quantity = quantity_in(lower_case(text))
       if (index(lower_case(text), 'spectr') > 0) then

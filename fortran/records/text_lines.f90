@@ -17,14 +17,14 @@ module dda_text_lines
    integer, parameter :: longest_line = 10000  !< characters; a record has no longer line
    integer(long), parameter :: largest_file = 268435456_long !< bytes (256 MiB)
 
-   integer, parameter :: blank = 32  !< bytes below it are control characters
+   integer, parameter :: blank = 32  !< smaller bytes are control characters
    character, parameter :: tab = achar(9), line_feed = achar(10), form_feed = achar(12), &
       carriage_return = achar(13), dos_end = achar(26)
    character(len=*), parameter :: byte_order_mark = char(239)//char(187)//char(191)
 
    !> A file and the position in it.
    type :: line_reader_type
-      character(len=:), allocatable :: file        !< its name, for messages
+      character(len=:), allocatable :: file        !< name of the file, for messages
       type(error_type), allocatable :: error       !< the first one
       integer :: line = 0                          !< number of the last returned line
       integer, private :: next = 1                 !< position of the next line in the text

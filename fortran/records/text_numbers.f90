@@ -46,7 +46,7 @@ contains
       integer, intent(out) :: state                  !< `number_…`
       !> a sign may begin the next number without a blank
       logical, intent(in), optional :: joined
-      logical, intent(in), optional :: commas        !< one comma may follow the number
+      logical, intent(in), optional :: commas        !< .true.: a comma may follow the number
       type(scan_type) :: scan
       integer :: at
       logical :: complete

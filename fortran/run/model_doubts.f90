@@ -52,7 +52,7 @@ contains
       allocate (report)
       call check_model(simulation, report, error, &
          budget=max(least_budget, run_steps(simulation%model)))
-      if (stop_requested()) return  ! the run reports it
+      if (stop_requested()) return  ! the run reports the stop
       call add_lines(simulation, report)
       if (allocated(error)) call add_doubt(simulation%doubts, '', error%message, .true.)
    end subroutine doubt_as_begun

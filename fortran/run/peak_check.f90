@@ -17,7 +17,7 @@ module dda_peak_check
    private
    public :: peak_warning
 
-   real(wp), parameter :: most_difference = 0.02_wp   !< of amplitude or frequency
+   real(wp), parameter :: most_difference = 0.02_wp   !< difference in amplitude or frequency
    real(wp), parameter :: died_out = 1.0e-3_wp        !< motion at the end over its peak
    real(wp), parameter :: long_ringing = 100.0_wp     !< steps
 
@@ -27,7 +27,7 @@ contains
    subroutine peak_warning(simulation, wanted, peak, text)
       type(simulation_type), intent(in) :: simulation   !< simulation at the end of the run
       type(amplification_type), intent(in) :: wanted    !< points, axis, band (Hz)
-      type(response_peak_type), intent(in) :: peak      !< as found in the output
+      type(response_peak_type), intent(in) :: peak      !< peak found in the output
       character(len=:), allocatable, intent(out) :: text  !< blank if all agree
       type(linear_model_type) :: linear
       type(transfer_type) :: transfer

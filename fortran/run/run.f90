@@ -45,7 +45,7 @@ module dda_run
       type(simulation_type) :: simulation
       type(journal_type) :: journal
       type(checkpoints_type) :: checkpoints
-      type(rate_limiter_type) :: publishing                 !< of the partial output
+      type(rate_limiter_type) :: publishing                 !< limits the rate of partial outputs
       real(wp), allocatable :: sample(:)
       type(reserve_type) :: reserve                 !< memory reserved for writing the output
       character(len=:), allocatable :: notice       !< position from which a resumed run continues

@@ -156,7 +156,7 @@ contains
    pure subroutine apply_taper(series, wanted, method)
       real(wp), intent(inout) :: series(:)       !< [samples]
       type(baseline_type), intent(in) :: wanted  !< processing of the record
-      character(len=:), allocatable, intent(inout) :: method  !< report, to which this is added
+      character(len=:), allocatable, intent(inout) :: method  !< report on the processing, extended
 
       if (.not. wanted%taper > 0.0_wp) return
       if (wanted%order > 0) then

@@ -14,7 +14,7 @@ contains
 
    !> Compute X(k) = Σ x(j) exp(−2πi j k/n), k = 0 … n/2, of a real series; not scaled.
    subroutine forward_transform(series, spectrum, planned)
-      real(wp), intent(inout) :: series(:)                  !< [n]; left as it was
+      real(wp), intent(inout) :: series(:)                  !< [n] series, unchanged on return
       complex(wp), intent(out) :: spectrum(:)               !< [n/2 + 1]
       !> false: FFTW has no plan (out of memory)
       logical, intent(out) :: planned

@@ -24,7 +24,7 @@ module dda_motion_curve
       real(wp), allocatable :: velocity(:)     !< velocity at the samples (m/s) [samples]
       real(wp), allocatable :: acceleration(:) !< acceleration at the samples (m/s²) [samples]
       real(wp), allocatable :: higher(:,:)     !< factors of s³, s⁴, s⁵ (m/s³ …) [3, samples − 1]
-      real(wp) :: velocity_after = 0.0_wp      !< after the last sample (m/s)
+      real(wp) :: velocity_after = 0.0_wp      !< velocity after the last sample (m/s)
       logical :: ends_at_rest = .true.         !< except for rounding
       !> velocity between the last two samples of a displacement that ends at rest (m/s)
       real(wp) :: cut_velocity = 0.0_wp

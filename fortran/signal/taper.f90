@@ -22,7 +22,7 @@ contains
       width = 0.5_wp*fraction*real(count - 1, wp)
       if (.not. width > 0.0_wp) return
       do i = 1, count
-         ! Half a cosine, of the end nearer to the sample.
+         ! Half a cosine by the distance to the nearer end.
          weight(i) = 0.5_wp*(1.0_wp - cos(pi*min(1.0_wp, real(min(i - 1, count - i), wp)/width)))
       end do
    end function cosine_taper

@@ -25,7 +25,7 @@ module dda_branch_law
       real(wp) :: acting = 0.0_wp   !< stress that acts in the step, over G
       real(wp) :: tangent = 0.0_wp  !< derivative with respect to Δγ
       real(wp) :: end = 0.0_wp      !< stress at the end of the step, over G
-      real(wp) :: loss = 0.0_wp     !< of the step, J/m³ over G
+      real(wp) :: loss = 0.0_wp     !< loss of the step, J/m³ over G
    end type response_type
 
 contains

@@ -68,7 +68,7 @@ contains
    subroutine fit_branches(curve, n, masing, damping, limit, branches, error)
       type(curve_type), intent(in) :: curve  !< two strains at least
       integer, intent(in) :: n               !< branches, 2 at least
-      logical, intent(in) :: masing  !< damping by Masing's rules, instead of that of the curve
+      logical, intent(in) :: masing  !< damping by Masing's rules instead of the curve
       type(damping_type), intent(in) :: damping  !< small-strain damping, not fitted
       real(wp), intent(in) :: limit          !< largest ω_l that the time steps admit, rad/s
       type(branches_type), intent(out) :: branches  !< fitted
@@ -278,8 +278,8 @@ contains
    !> With Masing's rules, only misfits of the modulus are found.
    subroutine find_misfits(branches, curve, masing)
       type(branches_type), intent(inout) :: branches  !< fitted
-      type(curve_type), intent(in) :: curve           !< curve that it is to have
-      logical, intent(in) :: masing                   !< the damping is not that of the curve
+      type(curve_type), intent(in) :: curve           !< curve to which the branches are fitted
+      logical, intent(in) :: masing  !< damping by Masing's rules instead of the curve
       real(wp) :: strain(301), low, high
 
       low = max(misfit_range(1), curve%strain(1))

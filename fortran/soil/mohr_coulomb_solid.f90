@@ -23,8 +23,8 @@ module dda_mohr_coulomb_solid
    private
    public :: mohr_coulomb_solid_type
 
-   integer, parameter :: plastic(3) = [1, 2, 3]  !< ε^p in a state
-   integer, parameter :: across = 4              !< ε^p out of the plane
+   integer, parameter :: plastic(3) = [1, 2, 3]  !< state variables: ε^p in the plane
+   integer, parameter :: across = 4              !< state variable: ε^p out of the plane
    integer, parameter :: strained = 5            !< κ
    integer, parameter :: mean_stress = 6         !< ½(σx + σy) of the last step, Pa
    !> fraction of the radius of the largest Mohr circle: bound of the jumps of a yielding face;

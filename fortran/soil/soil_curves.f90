@@ -14,7 +14,7 @@ module dda_soil_curves
    private
    public :: soil_type, curve_of
 
-   integer, parameter :: samples = 91  !< strains of a table
+   integer, parameter :: samples = 91  !< number of strains in a table
    integer, parameter :: parts = 60    !< parts of an interval, in integrals of Masing's rules
    integer, parameter :: below = 60    !< intervals before the table at which such integrals begin
    real(wp), parameter :: strains(2) = [1.0e-6_wp, 0.0316227766016837933_wp]

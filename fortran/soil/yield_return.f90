@@ -23,7 +23,7 @@ module dda_yield_return
    integer, parameter :: bounds = 8, pairs = 5
    !> σ_i, σ_j of the pairs that a trial stress with σ₁ ≥ σ₂ can reach
    integer, parameter :: major(pairs) = [1, 1, 3, 2, 3], minor(pairs) = [2, 3, 2, 3, 1]
-   real(wp), parameter :: rounding = 1.0e-13_wp   !< of the trial stress
+   real(wp), parameter :: rounding = 1.0e-13_wp   !< fraction of the trial stress
    real(wp), parameter :: singular = 1.0e-10_wp   !< ratio of pivot to diagonal: parallel planes
 
    !> Strengths.
@@ -136,7 +136,7 @@ contains
    pure subroutine solve_small_system(matrix, right, regular)
       real(wp), intent(inout) :: matrix(:,:)  !< [n,n] positive on its diagonal; is used up
       real(wp), intent(inout) :: right(:,:)   !< [n,any] becomes the solutions
-      logical, intent(out) :: regular         !< there is one solution
+      logical, intent(out) :: regular         !< the system has one solution
       real(wp) :: scale(size(matrix, 1)), factor
       integer :: i, k
 

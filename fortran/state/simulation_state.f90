@@ -211,7 +211,7 @@ contains
    !> Save or restore the state of the stop rule.
    subroutine serialise_stop(archive, stop_state)
       type(archive_type), intent(inout) :: archive          !< written or read
-      type(stop_state_type), intent(inout) :: stop_state    !< with its arrays, if there is a rule
+      type(stop_state_type), intent(inout) :: stop_state    !< stop rule, with arrays if set
 
       call serialise_label(archive, 'stop')
       call serialise(archive, stop_state%reason)
@@ -305,7 +305,7 @@ contains
    !> Save or restore the initial contacts, and their last scan.
    subroutine serialise_first(archive, first, vertices)
       type(archive_type), intent(inout) :: archive       !< written or read
-      type(first_contacts_type), intent(inout) :: first  !< contacts, with memory for them
+      type(first_contacts_type), intent(inout) :: first  !< first contacts, with memory
       integer, intent(in) :: vertices                    !< of the model
 
       call serialise_list(archive, first%vertex, 1, vertices)

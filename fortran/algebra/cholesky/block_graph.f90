@@ -11,7 +11,7 @@ module dda_block_graph
       integer :: n = 0                     !< vertices: block rows
       integer, allocatable :: start(:)     !< [n+1] first neighbour of each vertex
       integer, allocatable :: neighbour(:) !< [2 entries] the other end of each coupling, ascending
-      integer, allocatable :: entry(:)     !< [2 entries] which lower block couples them
+      integer, allocatable :: entry(:)     !< [2 entries] number of the lower block of each coupling
    end type block_graph_type
 
 contains

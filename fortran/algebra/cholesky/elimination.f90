@@ -31,11 +31,11 @@ module dda_elimination
    !> A cluster is identified by its last column.
    type :: clusters_type
       integer, allocatable :: parent(:)   !< [n] parent in the elimination tree, 0 for a root
-      integer, allocatable :: columns(:)  !< [n] columns in the cluster, 0 once it has been absorbed
+      integer, allocatable :: columns(:)  !< [n] columns in the cluster, 0 after its merger
       integer, allocatable :: rows(:)     !< [n] rows of its front, pivot columns included
-      integer, allocatable :: head(:)     !< [n] its first column
+      integer, allocatable :: head(:)     !< [n] first column of the cluster
       integer, allocatable :: next(:)     !< [n] the column after a column in its cluster, else 0
-      integer, allocatable :: child(:)    !< [n] its first child cluster, else 0
+      integer, allocatable :: child(:)    !< [n] first child cluster, else 0
       integer, allocatable :: sibling(:)  !< [n] the next child of the same parent, else 0
    end type clusters_type
 

@@ -417,7 +417,7 @@ contains
    pure subroutine locate_column(rows, column, before, ld, skipped)
       integer, intent(in) :: rows, column    !< block rows of the update; one of its columns
       integer(long), intent(out) :: before   !< numbers before the column
-      integer, intent(out) :: ld, skipped    !< its rows, and number of omitted block rows above
+      integer, intent(out) :: ld, skipped  !< rows of the column; number of block rows omitted above
       integer :: bands
 
       bands = (column - 1)/band

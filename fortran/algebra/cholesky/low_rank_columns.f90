@@ -27,7 +27,7 @@ module dda_low_rank_columns
    !> The columns and their nonzero fronts.
    type :: low_rank_columns_type
       integer, allocatable :: permuted(:)       !< [n] permuted index of each block row
-      integer, allocatable :: front_of(:)       !< [n] front that eliminates it
+      integer, allocatable :: front_of(:)       !< [n] front that eliminates each block row
       logical, allocatable :: touched(:,:)      !< [fronts, panels] W ≠ 0 in its pivot rows
       integer, allocatable :: path(:,:)         !< [fronts, panels] the touched fronts, in postorder
       integer :: path_length(column_panels) = 0 !< how many
@@ -213,7 +213,7 @@ contains
    !> x = T x for a panel of columns, T lower triangular with zeros above.
    pure subroutine multiply_triangle(t, x)
       real(sp), intent(in) :: t(packed_rows, 6)  !< one packed panel
-      real(sp), intent(inout) :: x(vector_width, 6)  !< six rows of W
+      real(sp), intent(inout) :: x(vector_width, 6)  !< [width, 6] rows of W
       real(sp) :: z(vector_width, 6)
       integer :: i
 
@@ -261,7 +261,7 @@ contains
       type(low_rank_columns_type), intent(in) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
       integer, intent(in) :: row, column  !< panels
-      real(wp), intent(inout) :: total(:,:)  !< [width, width] their block of WᵀW
+      real(wp), intent(inout) :: total(:,:)  !< [width, width] block of WᵀW of the two panels
       real(sp) :: product(vector_width, vector_width)
       integer :: i, pivot, count
 
@@ -338,7 +338,7 @@ contains
    pure subroutine subtract_front(columns, plan, front, used, x, y)
       type(low_rank_columns_type), intent(in) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
-      integer, intent(in) :: front, used  !< front, panels with columns
+      integer, intent(in) :: front, used  !< number of the front; number of panels with columns
       real(wp), intent(in) :: x(vector_width, column_panels)  !< a number for each column
       real(sp), intent(inout) :: y(6, plan%n)  !< in permuted order
       real(sp) :: partial(vector_width, 6)

@@ -20,7 +20,7 @@ module dda_task_plan
       integer, allocatable :: start(:)
       integer, allocatable :: front(:)   !< [fronts] task by task, each in postorder
       logical, allocatable :: is_root_front(:)  !< [fronts]
-      logical :: is_shared = .false.     !< there is work for more than one thread
+      logical :: is_shared = .false.     !< several threads have work
    end type task_plan_type
 
    !> Cost below which threads save no time, in the unit of `front_cost` (about 10 ns).

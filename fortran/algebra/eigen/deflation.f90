@@ -34,7 +34,7 @@ contains
    pure subroutine prepare_deflation(deflation, mass, known)
       type(deflation_type), intent(out) :: deflation  !< without full vectors
       type(mass_factor_type), intent(in) :: mass  !< factor of M
-      type(null_space_type), intent(in), optional :: known  !< in coordinates of the blocks
+      type(null_space_type), intent(in), optional :: known  !< vectors in block coordinates
       integer :: i
 
       if (.not. present(known)) return
@@ -69,7 +69,7 @@ contains
 
    !> Remove the components along the null vectors, group by group.
    pure subroutine remove_null_components(known, y)
-      type(null_space_type), intent(in) :: known  !< in coordinates of the standard problem
+      type(null_space_type), intent(in) :: known  !< vectors of the standard problem
       real(wp), intent(inout) :: y(6, *)  !< [6,n]
       real(wp) :: part(3, known%groups)
       integer :: b

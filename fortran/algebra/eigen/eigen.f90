@@ -23,8 +23,8 @@ module dda_eigen
       suggested_tolerance, select_pairs
    public :: shifted_inverse_type, prepare_inverse
 
-   integer, parameter :: dense_blocks = 8          !< blocks up to which LAPACK is used
-   integer, parameter :: most_dense_blocks = 300   !< the same if most modes are wanted
+   integer, parameter :: dense_blocks = 8          !< largest model solved by LAPACK, blocks
+   integer, parameter :: most_dense_blocks = 300   !< the same if most modes are wanted, blocks
    real(wp), parameter :: low_tolerance = 1.0e-10_wp
 
    !> Eigenvalues with mass-normalised vectors.

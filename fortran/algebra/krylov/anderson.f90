@@ -35,7 +35,7 @@ contains
    !> Compute the next x from the present x and g(x).
    subroutine accelerate(memory, x, image)
       type(anderson_type), intent(inout) :: memory  !< gets this iteration
-      real(wp), intent(inout) :: x(:)  !< [n] in the units of the unknowns
+      real(wp), intent(inout) :: x(:)  !< [n] iterate, in the units of the unknowns
       real(wp), intent(in) :: image(:)  !< [n] g(x)
       real(wp) :: share(depth), part(2*depth, most_pieces)
       integer :: n, used, slot, p

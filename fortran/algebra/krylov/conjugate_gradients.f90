@@ -60,7 +60,7 @@ contains
    subroutine iterate_to_solution(matrix, preconditioner, b, size, x, tolerance, reduction, most, &
       work, iterations, residual, enough)
       type(block_matrix_type), intent(in) :: matrix  !< K
-      class(preconditioner_type), intent(inout) :: preconditioner  !< its workspace may change
+      class(preconditioner_type), intent(inout) :: preconditioner  !< its workspace changes
       real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side
       real(wp), intent(in) :: size  !< norm that residuals are compared with: ‖b‖, or more
       real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution

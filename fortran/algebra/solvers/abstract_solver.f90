@@ -76,7 +76,7 @@ module dda_abstract_solver
       subroutine solve_system(self, matrix, b, x, convergence)
          import :: linear_solver_type, block_matrix_type, convergence_type, wp
          class(linear_solver_type), intent(inout) :: self  !< the solver
-         type(block_matrix_type), intent(in) :: matrix  !< matrix as it was renewed
+         type(block_matrix_type), intent(in) :: matrix  !< matrix of the last call of `renew`
          real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side, N
          real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution, m
          type(convergence_type), intent(inout) :: convergence  !< asked and reached

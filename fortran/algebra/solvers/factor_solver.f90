@@ -30,7 +30,7 @@ module dda_factor_solver
    type, extends(linear_solver_type) :: factor_solver_type
       type(factor_type) :: sparse         !< of a matrix
       logical :: kept = .false.           !< the factor is reused while no spring changes
-      logical :: exact = .false.          !< it is the factor of the present matrix
+      logical :: exact = .false.          !< the factor is that of the present matrix
       real(wp) :: contraction = 1.0_wp    !< contraction of corrections with an earlier factor
       real(wp) :: last_correction = 0.0_wp  !< its length
    contains

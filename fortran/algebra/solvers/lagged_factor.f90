@@ -21,7 +21,7 @@ module dda_lagged_factor
    type, extends(preconditioner_type) :: lagged_factor_type
       type(factor_type) :: factor
       type(low_rank_type) :: low                 !< update for the terms changed since factorising
-      logical :: factorised = .false.            !< there is a factor for this pattern
+      logical :: factorised = .false.            !< a factor exists for this pattern
       integer :: extra_iterations = 0            !< extra iterations, compared with a new factor
    contains
       procedure :: apply
@@ -46,7 +46,7 @@ contains
       type(block_matrix_type), intent(in) :: matrix  !< K̂
       !> memory error, or a pivot that is lost in single precision
       type(error_type), allocatable, intent(out) :: error
-      logical, intent(in) :: shifted  !< with a larger diagonal
+      logical, intent(in) :: shifted  !< factorise with a larger diagonal
 
       lagged%factor%shift = merge(shift, 0.0_sp, shifted)
       call factorise(lagged%factor, matrix, error)

@@ -21,7 +21,7 @@ module dda_lagged_solver
    public :: lagged_solver_type
 
    integer, parameter :: most_iterations = 60
-   integer, parameter :: usual_iterations = 4  !< of a new factor
+   integer, parameter :: usual_iterations = 4  !< iterations with a new factor
    integer, parameter :: worth_a_factor = 8    !< extra iterations that cost as much as a new factor
 
    !> A factor of an earlier matrix.

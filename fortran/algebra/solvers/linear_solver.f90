@@ -51,7 +51,7 @@ module dda_linear_solver
       class(linear_solver_type), allocatable :: active
       real(wp) :: loads = 0.0_wp                  !< smallest scale that residuals are compared with
       logical :: rigid = .false.                  !< b contains terms that only make blocks rigid
-      integer :: last_iterations = 0              !< of the last solve
+      integer :: last_iterations = 0              !< iterations of the last solve
       integer :: shifted = 0  !< number of factors with a larger diagonal, for this pattern
       logical :: exact = .true.                   !< the last solve had full accuracy
       integer(long) :: solves = 0                 !< systems solved
@@ -64,7 +64,7 @@ contains
 
    !> Choose a solver by name.
    subroutine choose_solver(solver, name, error)
-      type(solver_type), intent(out) :: solver  !< new, without a pattern
+      type(solver_type), intent(out) :: solver  !< solver; has no pattern yet
       character(len=*), intent(in) :: name  !< in `solver_names`
       type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
       integer :: i
@@ -187,7 +187,7 @@ contains
    !> Solve K x = b from the given x; iterations may stop at a fraction of the first residual.
    subroutine solve(solver, matrix, b, x, error, reduction)
       type(solver_type), intent(inout) :: solver  !< solver and counts
-      type(block_matrix_type), intent(in) :: matrix  !< matrix as it was renewed
+      type(block_matrix_type), intent(in) :: matrix  !< matrix of the last call of `renew`
       real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side, N
       real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution, m
       type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
@@ -243,7 +243,7 @@ contains
    !> One preconditioner application, if the last solve with this matrix needed one; else a solve.
    subroutine solve_change(solver, matrix, b, change, x, error, reduction)
       type(solver_type), intent(inout) :: solver  !< solver and counts
-      type(block_matrix_type), intent(in) :: matrix  !< matrix as it was renewed and solved with
+      type(block_matrix_type), intent(in) :: matrix  !< matrix of the last `renew` and solve
       real(wp), intent(in) :: b(6, matrix%n)  !< changed right-hand side, N
       real(wp), intent(in) :: change(6, matrix%n)  !< change from the one before, N
       real(wp), intent(inout) :: x(6, matrix%n)  !< last solution; on return the new solution, m
