@@ -18,7 +18,7 @@ _LIGHT = ("check", "example", "-h", "--help", "--version")
 # Bytes of addresses that the libraries reserve: measured (200 and 430 MiB with one thread), plus
 # the buffer of 129 MiB of the engine's OpenBLAS.
 _LIGHT_ROOM, _ROOM = 6 * 2**26, 9 * 2**26
-_SCIPY_ROOM = 2**27  # part of these for SciPy, which has its own OpenBLAS
+_SCIPY_ROOM = 2**27  # part of these bytes for SciPy, which has its own OpenBLAS
 
 # xarray imports these array libraries, if installed, only to test the type of arrays.  The program
 # does not use them, and dask alone takes 0.4 s.  Matplotlib imports its axes in three dimensions.
@@ -66,7 +66,7 @@ def _exit_status(arguments: list[str] | None, interruption: Interruption) -> int
             sys.meta_path.insert(0, _ImportWatcher())
             gc.set_threshold(_OBJECTS)
             if sys.argv[1:2] != ["study"]:
-                sys.modules |= dict.fromkeys(_UNUSED)  # None: not to be imported
+                sys.modules |= dict.fromkeys(_UNUSED)  # None prevents the import
                 warnings.filterwarnings("ignore", "Unable to import Axes3D")
             warnings.showwarning = _print_warning
         from .commands.command import main as carry_out

@@ -37,7 +37,7 @@ _KINDS = {
     OWN_RECORD: rb"# written by sitedda",
     OWN_SCRIPT: rb"# written by sitedda",
     OWN_TABLE: rb"displacement \(m\),largest \(m\),|# written by sitedda",
-    "the example": rb"(?!)",  # may be replaced only by the same file
+    "the example": rb"(?!)",  # a file with other content is never replaced
     "part of a study": rb'\{"format": \d|#!/bin/bash\n#SBATCH --job-name=|[0-9a-f]{32}\n',
 }  # fmt: skip
 

@@ -18,9 +18,9 @@ MOST_BYTES = 64 * 2**20  # largest size of a file
 MOST_POINTS = 2_000_000  # largest number of points of all lines of a file
 MOST_OF_CURVE = 20_000
 MOST_LINES = 500_000
-DEEPEST = 8  # deepest nesting of blocks or collections
+DEEPEST = 8  # largest depth of nested blocks or collections
 _FARTHEST = 1e9  # m
-_SAGITTA = 1e-3  # largest distance of chords from their curve, over the radius
+_SAGITTA = 1e-3  # distance of chords from a curve over its radius
 _UNITS = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0, 7: 1e3, 10: 0.9144, 14: 0.1}
 
 

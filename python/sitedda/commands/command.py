@@ -57,9 +57,9 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         options = _make_parser(*words[:1]).parse_args(words)
         if not sys.stderr.isatty():
-            options.quiet = True  # do not fill a log with frames of the progress bar
+            options.quiet = True  # progress bars would fill a log
         status = options.act(options)
-        if sys.stdout and not sys.stdout.closed:  # the language server may have closed it
+        if sys.stdout and not sys.stdout.closed:  # the language server may have closed the output
             sys.stdout.flush()
         return status
     except BrokenPipeError:  # the reader has closed the pipe

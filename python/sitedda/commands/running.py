@@ -108,7 +108,7 @@ def _store_accuracy(result: Run, progress: bool, ensemble: int) -> None:
     """Estimate the error bars of the results and store them in the output."""
     from ..study.error_bars import keep_accuracy
 
-    assert result.output is not None  # commands write one
+    assert result.output is not None  # commands always write an output
     more = {"ensemble": ensemble} if ensemble else {}
     found = result.accuracy(progress=progress, output=result.output, **more)
     keep_accuracy(found, result.output, result.history.attrs)

@@ -57,7 +57,7 @@ def draw_boundaries(axes: Axes, scene: Scene, frame: int) -> list:
         words, color, sign = SIGNS.get(kind, (kind, HELD, [[[0.0, 0.0], [0.0, 1.0]]]))
         edges = np.stack([boundary["start"], boundary["end"]], axis=1)
         edges = edges[np.any(edges[:, 0] != edges[:, 1], axis=1)]
-        if not len(edges):  # its blocks have been removed
+        if not len(edges):  # the blocks of the boundary have been removed
             continue
         if boundary["moved"]:
             held = color == HELD

@@ -11,9 +11,9 @@ from ..report.style import INK, JOINT_MAP, PAPER
 from .quantities import MOVEMENTS, Limits
 
 _LEAST = 0.03  # fraction of the scale below which slip or opening is not drawn
-_THIN, _WIDE = 0.5, 4.6  # width of the smallest and largest, points
+_THIN, _WIDE = 0.5, 4.6  # smallest and largest width of a line, points
 _HALO = 1.2  # margin around the widest line, points
-_SENSES, _LEAST_SENSE = 24, 0.2  # most half-arrow pairs, least fraction of the scale
+_SENSES, _LEAST_SENSE = 24, 0.2  # most pairs of half-arrows, least slip over the scale
 _LEAST_LENGTH = 0.02  # smallest length of a joint with half-arrows over the size of the model
 
 
@@ -55,7 +55,7 @@ def _draw_slip_arrows(axes: Axes, scene: Scene, frame: int, lines, seen, share) 
     if len(chosen) == 0:
         return []
     unit = along[chosen] / length[chosen, None]
-    across = np.column_stack([unit[:, 1], -unit[:, 0]])  # from the first block into the second
+    across = np.column_stack([unit[:, 1], -unit[:, 0]])  # normal into the second block
     reach = np.minimum(0.3 * length[chosen], 0.03 * scene.size)[:, None]
     # Slip of the second block against the first, in the direction of the edge of the first.
     sense = scene.joint_sense(frame)[seen[chosen], None]

@@ -118,7 +118,7 @@ def _draw_frames(scene: Scene, frames, scheme: str, look: dict) -> Iterator[np.n
             shown.show(frame)
             dress(figure, scheme)
             canvas.draw()
-            figure.set_layout_engine("none")  # keep the first layout
+            figure.set_layout_engine("none")  # the layout of the first frame is kept
             picture, last = np.array(canvas.buffer_rgba())[..., :3].copy(), frame
         yield picture
 
@@ -155,7 +155,7 @@ def _write_mp4(file: Path, pictures, fps: float, program: str) -> None:
             last = "".join(message.splitlines()[-1:])
             raise OSError(f"ffmpeg {ends}" + (f": {last}" if last else ""))
     finally:
-        if process and process.poll() is None:  # after an error or a signal
+        if process and process.poll() is None:  # ffmpeg still runs after an error or a signal
             process.kill()
             process.wait()
 

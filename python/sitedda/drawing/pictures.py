@@ -183,7 +183,7 @@ class BlockPicture:
         self.keys = Keys(self.axes)
         self.limits = self.movement = Limits(0.0, 0.0, 0.0)
         self.rests: list[str] = []  # smaller values are round-off and are not drawn
-        self.force = self.arrow = 0.0  # N/m; m or m/s
+        self.force = self.arrow = 0.0  # scale of forces, N/m; of arrows, m or m/s
         self.bars: list[tuple] = []
         self.lengths: list[tuple] = []  # length of arrows, and the value that it represents
         self.lines: list = []
@@ -342,12 +342,12 @@ class BlockPicture:
             values[scene.removed(frame)] = 0.0
             block = int(np.argmax(abs(values)))
             if abs(values[block]) > self.limits.usual:
-                name, area = _cut_name(scene.names[block]), number(scene.areas()[block], 3)
+                name, area = _shorten_name(scene.names[block]), number(scene.areas()[block], 3)
                 lines.append(f"largest: {name} ({area} m²) {shown(values[block], kind.unit)}")
         return "\n".join(lines)
 
 
-def _cut_name(name: str) -> str:
+def _shorten_name(name: str) -> str:
     """Shorten a name to leave space for others."""
     return folded(name, _NAME, 9.5, most=1)
 
@@ -480,7 +480,7 @@ def _draw_supports(axes: Axes, scene: Scene) -> list:
         (line,) = axes.plot(x, y, "o", color=POINT, mec=PAPER, mew=0.9, ms=7, zorder=7)
         line.set_label("measured point")
         handles.append(line)
-        names = [plain(_cut_name(point["name"])) for point in points[:_MOST_LABELS]]
+        names = [plain(_shorten_name(point["name"])) for point in points[:_MOST_LABELS]]
         places = np.column_stack([x, y])
         PointNames(axes, names, places[:_MOST_LABELS], places)
     return handles + _draw_slivers(axes, scene)

@@ -11,7 +11,7 @@ from ..output.scene import OWN_QUANTITIES, Scene, principal_stresses
 _SHARE = 0.01  # fraction of the area that may lie beyond the usual range of a scale
 _FAR = 1.5  # largest values up to this factor times the usual range extend the range
 _USUAL = 0.7  # fraction of the colour scale of a sign for its usual range
-_ROUNDING, _STILL = 100 * np.finfo(float).eps, 1e-9  # fractions, as in `dda_rest_bound`
+_ROUNDING, _STILL = 100 * np.finfo(float).eps, 1e-9  # fractions as in `dda_rest_bound`
 _GRAVITY = 9.81  # m/s²
 
 

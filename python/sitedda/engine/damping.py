@@ -61,7 +61,7 @@ class MaterialDamping:
     def ratio_at(self, frequency: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the damping ratio at frequencies in Hz."""
         modulus, density = self.factors(frequency)
-        square = modulus / density  # of the complex velocity
+        square = modulus / density  # square of the complex velocity
         return 0.5 * square.imag / square.real
 
 

@@ -27,11 +27,11 @@ __all__ = [
     "spectral_acceleration",
 ]
 
-GRAVITY = 9.80665  # m/s², in the Arias intensity
+GRAVITY = 9.80665  # m/s², for the Arias intensity
 _BUTTERWORTH = np.cos(np.array([1.0, 3.0]) * np.pi / 8.0)  # order of the low-pass, as in the engine
 
 _FASTEST = 1e4  # largest number of oscillations between two samples
-_PADDING = 8  # zero padding of the spectrum for the dominant frequency
+_PADDING = 8  # zero-padding factor of the spectrum for the dominant frequency
 
 
 # ---------------------------------------------------------------------------------------------

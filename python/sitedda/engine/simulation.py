@@ -26,7 +26,7 @@ from ..input.input_text import cited, find_groups
 from ..input.source import Built, blocks_text, needs_building, opened_input
 from .maxima import Maximum, as_maxima
 
-_LONGEST_CALL = 80  # characters of a value in a message
+_LONGEST_CALL = 80  # largest number of characters of a value in a message
 _CHUNK_TIME = 0.1  # s between checks for signals, unless a step takes longer
 
 
@@ -681,7 +681,7 @@ def run_to_end(
     except BaseException as error:
         try:
             simulation.finish()
-        except OutputError as failure:  # reported after the error that ended the run
+        except OutputError as failure:  # append it to the error that ended the run
             if not isinstance(error, SiteddaError):
                 raise
             raise type(error)(f"{error}; {failure}") from error

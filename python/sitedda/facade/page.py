@@ -45,7 +45,7 @@ def report_page(source, report: Report | None = None, discrete=None) -> Page:
 def _page_of_run(scene: Scene, report: Report | str, discrete) -> Page:
     data = scene.data
     page = Page(scene.title or "Untitled run", _first_paragraph(scene))
-    page.add("Verdict", _check_section(report), *_verdict_parts(scene))
+    page.add("Verdict", _findings_part(report), *_verdict_parts(scene))
     page.add("Blocks", view(scene, BUDGET - _PICTURES))
     what = shown(scene)
     page.add("Pictures", Picture(run_picture(what, discrete), CAPTIONS[what.kind], "run"))
@@ -91,7 +91,7 @@ def _check_input(scene: Scene, source) -> Report | str:
         return str(error)
 
 
-def _check_section(report: Report | str) -> Part:
+def _findings_part(report: Report | str) -> Part:
     """Return the findings of the check of the model, which precede the run."""
     if isinstance(report, str):
         return Paragraph(f"There is no check of the input: {report}")
@@ -130,7 +130,7 @@ def bars_of(scene: Scene) -> list[Part]:
 
 def _add_check_section(page: Page, report: Report | str) -> None:
     if isinstance(report, str):
-        page.add("Check", _check_section(report))
+        page.add("Check", _findings_part(report))
     else:
         page.add("Check", Paragraph(report.conclusion.capitalize() + "."), check_table(report))
 

@@ -37,7 +37,7 @@ _RESIDUAL = 0.16  # fraction of the height of an energy panel for the residual o
 _LETTER = 0.02  # width of a letter of the name of a stage over the width of a panel
 _SHORT = 0.04  # smallest width of a named stage over the width of a panel
 _TALL = 1.8  # inches, length of a vertical text in a panel
-_SAMPLES = 1500  # of energies over time
+_SAMPLES = 1500  # largest number of samples of energies
 
 
 def draw_spectra(axes: Axes, history, series: dict, looks=None, resolved: float = 0.0) -> None:

@@ -44,8 +44,8 @@ if TYPE_CHECKING:
 
 _RECORD_UNITS = {"acceleration": "m/s²", "velocity": "m/s", "displacement": "m"}
 _BLOCKS_WIDTH = 3.5  # inches, width of the blocks in a picture with two columns
-_PANEL, _AROUND = 3.4, 0.9  # inches: row of panels; titles and labels of a row of blocks
-_WORTH = 1e-6  # fraction of the size: smaller displacements are drawn only under a motion
+_PANEL, _AROUND = 3.4, 0.9  # inches: height of a row; of titles and labels of blocks
+_WORTH = 1e-6  # smaller displacements, over the size, are drawn only under a motion
 _SURFACE = 4  # smallest number of points for a picture of the amplification along the surface
 _USUAL_FREQUENCIES = (1.0, 10.0)  # Hz, at which damping is reported without a peak
 

@@ -30,7 +30,7 @@ from .frames import Frames, frame_message
 _PIECE = 0.03  # s for which the engine runs between checks for commands
 _FRAME = 0.04  # s between frames, or more if they take more than a fraction of the processor
 _SHARE = 0.04
-_UNWATCHED = 1.0  # the same while no page is open
+_UNWATCHED = 1.0  # s between frames while no page is open
 _STATUS = 0.2  # s between reports of progress
 _CHECKPOINT = 5.0  # s between checkpoints, or more if they take more than 1 % of the time
 _TO_THE_END = 2**31 - 1  # steps
@@ -83,7 +83,7 @@ class LiveRun:
         self._simulation: Simulation | None = None
         self._chunk = 1
         self._shown = self._said = self._saved = 0.0
-        self._used = self._cost = 0.0  # processor time, s: at the last frame, and for it
+        self._used = self._cost = 0.0  # processor time at the last frame, and of this frame, s
         self._pace: list[tuple[float, float]] = []
         self._begun = self._closing = self._interrupted = False
         self._thread = threading.Thread(target=self._run_commands, name="run", daemon=True)
@@ -144,7 +144,7 @@ class LiveRun:
                 self._execute_commands()
                 if self.status == "running" and not self._closing:
                     self._advance_run()
-        except Exception as error:  # faults of the program are reported, not lost
+        except Exception as error:  # faults of the program are reported as well
             self._report_failure(error)
         finally:
             self._close_simulation()
@@ -390,7 +390,7 @@ class LiveRun:
             if self._simulation is not None:
                 self._simulation.close()
         except SiteddaError:
-            pass  # all data that can be stored have been stored
+            pass  # as many data as possible have been stored
 
 
 def _stage_values(action: dict) -> tuple[str, str, dict[str, Typed]]:

@@ -171,7 +171,7 @@ class _PageSocket(_GuardedHandler, WebSocketHandler):
 
     def _subtract_sent(self, size: int, done: asyncio.Future) -> None:
         self.waiting -= size
-        done.exception()  # a closed page needs no answer
+        done.exception()  # the page has been closed
 
 
 class LiveServer:

@@ -60,7 +60,7 @@ class Session:
         self.run: LiveRun | None = None
         self._drawn: bytes | None = None
         self._opened = 0  # number of models so far
-        self._said: dict[str, dict] = {}  # the last message of each persistent kind
+        self._said: dict[str, dict] = {}  # last message of each kind that new pages receive
         self._cards: dict[str, dict] = {}
         self._cards_asked = False
         self._work = threading.Condition()

@@ -29,7 +29,7 @@ GAINED = (
 )  # fmt: skip
 TERMS = (*(n for names in STORED.values() for n in names), *GAINED,
          *(n for names in LOST.values() for n in names), "balance")  # fmt: skip
-_LEAST = 1e-3  # fraction of the supplied energy: smaller terms are shown together
+_LEAST = 1e-3  # terms below this fraction of the supplied energy are shown together
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _MOST = 1e37  # largest number: larger ones overflow in single precision or when squared
-_ROUNDING = 1e-9  # tolerance relative to the length of an edge
+_ROUNDING = 1e-9  # tolerance of positions over the length of an edge
 _READ_AT_ONCE = 2**24  # bytes; larger variables are checked when they are read
 _HELD = ("time", "frame", "vertex", "block")  # dimensions that have at least one entry
 _ATTRIBUTES = ("title", "input_text", "input_values", "input_file", "stages", "step_control",

@@ -128,7 +128,7 @@ class Verdict:
         bar = self.bars.figures.get(key) if self.bars else None
         value = self.values.get(key, math.nan)
         text = number(value * scale)
-        if bar:  # without an error bar, the result of the run itself
+        if bar:  # without an error bar, show the result of the run
             shown = bar.finest if math.isfinite(bar.bar) else value
             text = with_bar(shown * scale, bar.bar * scale)
         return f"{text} {unit}".strip()

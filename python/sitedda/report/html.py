@@ -24,7 +24,7 @@ _NUMBER = re.compile(
 # Modules of the view, in order of their dependencies.
 VIEW_MODULES = ("words", "streams", "model", "painters", "marks", "legend", "chart", "save",
                 "controls", "view", "page")  # fmt: skip
-_LONG = 40  # rows: only longer tables scroll, so that no result is hidden
+_LONG = 40  # number of rows above which a table scrolls
 GOOD = ("ok", "reached")  # coloured words in a column of verdicts
 BAD = ("fail", "FAILS", "not reached")
 MIDDLE = ("warn",)
@@ -215,7 +215,7 @@ def _table_html(table: Table) -> str:
         f"<tr>{''.join(map(_cell_html, row, table.heads, right, judged, markup))}</tr>"
         for row in table.rows
     )
-    stacked = " class='stacked'" if len(table.heads) > 2 else ""  # if the page is too narrow
+    stacked = " class='stacked'" if len(table.heads) > 2 else ""  # used on narrow pages
     scrolls = " long" if len(table.rows) > _LONG else ""
     return (
         f"{_subtitle_html(table.title)}<div class='wide{scrolls}' tabindex='0'><table{stacked}>"

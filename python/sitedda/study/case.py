@@ -36,7 +36,7 @@ from .store import (
 
 _STATE = ("", ".partial", ".journal", ".checkpoint", ".checkpoint.previous", ".checkpoint.coming",
           ".writing")  # fmt: skip
-_LIMITED = ("time", "memory", "process")  # kinds of failure that other limits may prevent
+_LIMITED = ("time", "memory", "process")  # kinds of failure that larger limits may prevent
 _TRIED = 3  # largest number of cases tried for the check of names
 KINDS = {1: "input", 2: "check", 3: "convergence", 4: "solver", 6: "time", 7: "memory"}
 

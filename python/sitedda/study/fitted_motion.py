@@ -11,7 +11,7 @@ from .records import Record
 
 _ROUNDS, _GOOD = 30, 0.02  # rounds of the fit; misfit at which it ends
 _PERIODS = 60  # number of periods at which the spectrum is fitted
-_RISE, _PLATEAU = 0.15, 0.35  # fractions of the duration
+_RISE, _PLATEAU = 0.15, 0.35  # duration of rise and of plateau over the total duration
 _GROUND_DAMPING = 0.6  # damping ratio of the filter of Kanai and Tajimi
 _GROUND = {  # EN 1998-1:2004, tables 3.2 and 3.3: S, T_B, T_C, T_D
     1: {"A": (1.0, 0.15, 0.4, 2.0), "B": (1.2, 0.15, 0.5, 2.0), "C": (1.15, 0.2, 0.6, 2.0),

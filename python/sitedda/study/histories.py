@@ -34,7 +34,7 @@ def histories(output: Output) -> dict[str, Array]:
     time = output["time"]
     look = np.linspace(time[0], time[-1], LOOKS + 1)
     at = np.searchsorted(time, look + 1e-9 * (look[1] - look[0]), side="right") - 1
-    found = {"energy_kinetic": output["energy_kinetic"][at]}  # not only at a peak
+    found = {"energy_kinetic": output["energy_kinetic"][at]}  # at all times, not only at peaks
     numbers = engine_names("maxima numbers")
     for name, so_far in zip(numbers, output["largest_so_far"][at].T, strict=True):
         if np.isfinite(so_far).any():

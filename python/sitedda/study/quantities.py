@@ -234,7 +234,7 @@ def _measure_one(output: Output, wanted: Quantity) -> dict:
     name, label, component, reduction = _PATH.fullmatch(wanted.name).groups()
     if name == "verdict":
         return _verdict_numbers(output, list(_TOPICS))
-    if name == "figures":  # the numbers that the engine does not consider rounding
+    if name == "figures":  # numbers that exceed rounding according to the engine
         rows = str(output.attributes.get("figures", "")).splitlines()
         keys = {key for row in rows for key in row.split("\t")[1:3]} | {*_ZERO, *_OF_PYTHON}
         return {n: v for n, v in _verdict_numbers(output, list(_TOPICS)).items() if n in keys}
@@ -274,10 +274,10 @@ def _verdict_numbers(output: Output, parts: Iterable[str]) -> dict[str, float]:
         written = output.attributes.items()
         found |= {n: v for n, v in written if n.partition("[")[0] in _TOPICS[_WRITTEN]}
     read = [part for part in parts if part != _WRITTEN]
-    return found | _read_verdict(output, read) if read else found
+    return found | _compute_verdict(output, read) if read else found
 
 
-def _read_verdict(output: Output, parts: Iterable[str]) -> dict[str, float]:
+def _compute_verdict(output: Output, parts: Iterable[str]) -> dict[str, float]:
     """Compute the parts of a verdict that the engine does not write."""
     from ..output import verdict as words
     from ..output.scene import Scene

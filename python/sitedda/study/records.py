@@ -145,7 +145,7 @@ class Records:
 
 
 def _ln_sa_scatter(motions: list) -> dict:
-    """Scatter of ln Sa between records of one mean over periods, as an attribute."""
+    """Return, as an attribute, the scatter of ln Sa of records scaled to a common mean."""
     if len(motions) < 2 or None in motions:
         return {}
     shapes = np.array([np.log(spectral_acceleration(acceleration, step, _PERIODS, 0.05))

@@ -19,7 +19,7 @@ from .trials import Trials, bracket_of
 _STARTS = 9  # largest number of starting points
 _STEP = 5e-3  # step of differences, over the range once to twice that
 _SOLUTIONS = 40  # largest number of evaluations of a search, without differences
-_DEPENDENT = 1e-4  # ratio of singular values of scaled slopes below which they are error
+_DEPENDENT = 1e-4  # smaller singular values of the slopes, over the largest, are error
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ class _Search:
             slopes = self._fit(start, 1.0, 1).jac
             first = slopes if first is None else first
             if not _are_independent(slopes):
-                continue  # from another starting point they may be independent
+                continue  # they may be independent from another starting point
             scale = np.linalg.norm(slopes, axis=1)
             found = self._fit(start, scale, _SOLUTIONS)
             slopes, gap = found.jac * scale[:, None], found.fun * scale
@@ -121,7 +121,7 @@ class _Search:
                 )
             if nearest is None or found.cost < nearest.cost:
                 nearest = found
-        raise self._no_root_inside(nearest.x) if nearest else self._dependence_error(first)
+        raise self._no_root_error(nearest.x) if nearest else self._dependence_error(first)
 
     def _fit(self, start: np.ndarray, scale, evaluations: int):
         """Return a least-squares fit to the targets, with gaps over a scale."""
@@ -150,7 +150,7 @@ class _Search:
         return self.trials.failure("dependent", f"{names} do not change independently with "
                                    f"{' and '.join(self.trials.parameters)}")  # fmt: skip
 
-    def _no_root_inside(self, u: np.ndarray):
+    def _no_root_error(self, u: np.ndarray):
         there = zip(self.trials.parameters, self._parameter_values(u), strict=True)
         where = ", ".join(f"{name} = {value:.6g}" for name, value in there)
         got = zip(self.trials.names, self._misfit(u) + self.aims, self.aims, strict=True)

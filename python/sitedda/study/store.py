@@ -39,7 +39,7 @@ _KEY = re.compile(r"[0-9a-f]{32}")
 _ENDING = re.compile(r"\.[A-Za-z0-9]{1,8}")
 _MOST = 1 << 30  # largest size of a JSON file, bytes
 _LONGEST = 250  # longest name of a result, limited by netCDF
-_READ = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK  # a pipe of this name counts as an empty file
+_READ = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK  # a pipe is read as an empty file
 
 
 def function_name(function: Callable) -> str:

@@ -179,7 +179,7 @@ class _Results:
                 both = min(len(known), len(here))
                 if not np.array_equal(here[:both], known[:both]):
                     self.uneven.add(dim)
-                if len(here) > len(known):  # another case may have ended early
+                if len(here) > len(known):  # the other case ended earlier
                     first[dim] = here
                 step = (here[-1] - here[0]) / max(len(here) - 1, 1)
                 ends.setdefault(dim, []).append((here[0], here[-1], step))

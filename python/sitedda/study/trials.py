@@ -31,7 +31,7 @@ def bracket_of(between) -> tuple[float, float]:
 class Trials:
     """Results of a model by the values of its parameters."""
 
-    target = 0.0  # of a single result
+    target = 0.0  # name of a single result
 
     def __init__(self, model, parameters: Sequence, results: Sequence, task, changes: Mapping):
         self.model, self.parameters, self.parameter = model, list(parameters), parameters[0]
@@ -46,7 +46,7 @@ class Trials:
         self.done: dict[tuple, tuple] = {}
         if not callable(model):
             with opened_input(model) as (file, text):
-                text = with_files(text, lambda group: _whole_name(group, file), file)
+                text = with_files(text, lambda group: _absolute_name(group, file), file)
                 self.text = changed_input(text, changes, file=file) if changes else text
                 self.file = Path(file)
 
@@ -146,7 +146,7 @@ class Trials:
         return errors, "; ".join(filter(None, doubts))
 
 
-def _whole_name(group, file: Path) -> str:
+def _absolute_name(group, file: Path) -> str:
     """Return the absolute name of a file of a group."""
     name = group.values.get("file", "") if group.name != "output" else ""
     return str((Path(file).parent / name).resolve()) if name else ""

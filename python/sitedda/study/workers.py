@@ -23,7 +23,7 @@ from ..base.errors import InputError
 
 _GRACE = 5.0  # s after the time limit within which a task can end itself
 _POLL = 0.5  # s between checks of the parent process
-_MOST = 1e15  # largest limit, in any unit
+_MOST = 1e15  # largest number accepted as a limit
 _UNLIMITED = 2.0**62  # bytes; the system does not accept larger limits
 _FOREVER = 1e6  # s; longer waits count as infinite
 
@@ -203,7 +203,7 @@ def main() -> None:
     threading.Thread(target=_stop_with_parent, args=(os.getppid(),), daemon=True).start()
     memory = connection.recv()
     if memory < _UNLIMITED:
-        most = resource.getrlimit(resource.RLIMIT_DATA)[1]  # limit of a parent worker, if any
+        most = resource.getrlimit(resource.RLIMIT_DATA)[1]  # limit set by a parent worker, if any
         most = int(memory) if most == resource.RLIM_INFINITY else min(int(memory), most)
         resource.setrlimit(resource.RLIMIT_DATA, (most, most))
     while True:

@@ -22,7 +22,7 @@ _PASSES = 40
 # the tolerance cannot both lie so close to the edge from a third node to the other one, which would
 # split both edges in turn without end.
 _BESIDE = 0.7
-_ROUNDING = 16 * np.finfo(float).eps  # rounding of positions and their products
+_ROUNDING = 16 * np.finfo(float).eps  # relative rounding of positions and products
 _CANDIDATES = 1_000_000  # pairs of segments processed at once
 MOST_CANDIDATES = 400_000_000
 
@@ -280,7 +280,7 @@ def _split_edges(network, edge, share, node, places, kinds, moved, targets) -> N
     """Return the network with its edges split at the nodes that lie on them."""
     nodes = np.concatenate([network.nodes, places])
     kinds = np.concatenate([network.kinds, kinds]).astype(int)
-    # If a free end touches both, the outline prevails over the joint.
+    # If a free end touches an outline and a joint, it is moved onto the outline.
     nodes[moved] = targets
     on_outline = np.zeros(len(kinds), dtype=bool)
     on_outline[node[network.outline[edge]]] = True

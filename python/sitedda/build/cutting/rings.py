@@ -7,8 +7,8 @@ import numpy as np
 
 # Fractions of the size of all polygons:
 _STRAIGHT = 1e-13  # corners closer to a straight line are omitted
-_LEVEL = 1e-9  # corners closer in height are equally low
-_ORDER = 1e-6  # centroids closer in height are level
+_LEVEL = 1e-9  # corners closer in height count as equally low
+_ORDER = 1e-6  # centroids closer in height count as level
 
 
 class Rings:

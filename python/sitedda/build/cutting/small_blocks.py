@@ -9,10 +9,10 @@ import numpy as np
 from ...base.numbers import counted
 from .rings import Rings
 
-_AREA = 1e-4  # of the median area of the blocks
-_EDGE = 1e-4  # of the root of the median area
+_AREA = 1e-4  # smallest area over the median area of the blocks
+_EDGE = 1e-4  # shortest edge over the root of the median area
 _ANGLE = 0.5  # degrees
-_NAMED = 5  # largest number of slivers in a sentence
+_NAMED = 5  # largest number of slivers in a message
 
 
 @dataclass(frozen=True)

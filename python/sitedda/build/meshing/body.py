@@ -28,12 +28,12 @@ from .graphs import Graph, polygons, squares
 from .quadrangles import divided
 from .sizes import Sizes
 
-_ROUNDING = 1e-9  # of the size of a body
+_ROUNDING = 1e-9  # tolerance over the size of a body
 _BITS = 8  # error of coordinates far from (0, 0), in last bits
 _CLOSE = 0.1  # nodes closer than this fraction of the smallest size are merged
 _HOLE = 0.5  # largest size of cells beside a hole over its width
 _SHORTEST, _LONGEST = 0.05, 1.6  # fractions of the local size beyond which faces are reported
-_CORNER_REACH = {"quadrilateral": 0.75, "voronoi": 0.25}  # of the local size, see `fitted`
+_CORNER_REACH = {"quadrilateral": 0.75, "voronoi": 0.25}  # over the local size, see `fitted`
 _LINE_REACH = {"quadrilateral": 0.3, "voronoi": 0.2}
 
 

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 from .graphs import Graph
 
 _SHARP = np.radians(19.5)  # turn of an outline above which a node must be at the corner
-_LEVEL = 1e-6  # of the size: distances that differ by less are equal
+_LEVEL = 1e-6  # difference of equal distances over the local size
 
 
 def fitted(graph: Graph, rings, corner_share: float, line_share: float) -> Graph:

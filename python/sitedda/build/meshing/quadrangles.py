@@ -8,7 +8,7 @@ from .graphs import Graph, counted
 
 _STRAIGHT = 1e-9  # sine of a turn that counts as straight
 _SHARPEST = np.radians(40.0)  # shapes with sharper corners are not divided along their sides
-_UNEVEN = 2.0  # opposite sides may differ by this factor
+_UNEVEN = 2.0  # largest ratio of opposite sides
 
 
 def divided(shape, size: float) -> Graph | None:

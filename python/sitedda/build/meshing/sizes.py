@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
-_GROWTH = 0.25  # growth of the size with the distance from finer cells
+_GROWTH = 0.25  # growth of the size per distance from finer cells
 
 
 class Sizes:

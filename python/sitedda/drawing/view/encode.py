@@ -20,7 +20,7 @@ from ..quantities import rounding
 
 POSITION, ROTATION, STRAIN = 0.6e-5, 0.4e-5, 0.2e-5  # quanta over the model size at a vertex
 _FINE = 32767  # steps of a quantity stored in 16 bits
-_COARSE = 255  # steps of colours of large models
+_COARSE = 255  # number of colour steps in large models
 _PLACES = 101  # number of positions along an edge, both ends included
 _LEAST_STEPS = 500  # steps of the smallest scale of displacements
 _SAMPLE = 12  # number of frames from which the total size is estimated
@@ -51,7 +51,7 @@ class Encoded:
     def put_array(self, name: str, values, kind: str) -> None:
         """Add an array of a little-endian type, such as ``'<f4'``."""
         kind = np.dtype(kind)
-        if kind.kind == "f":  # lost blocks have the largest number
+        if kind.kind == "f":  # lost blocks get the largest number
             values = np.clip(values, -np.finfo(kind).max, np.finfo(kind).max)
         self.put(name, zlib.compress(np.ascontiguousarray(values, dtype=kind).tobytes(), _LEVEL))
 

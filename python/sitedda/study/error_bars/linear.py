@@ -25,7 +25,7 @@ from .variants import Facts, finer, stiffer
 _STEPS = (16, 32, 64)  # divisors of Δt
 _BETWEEN = 2  # interpolated samples per sample, because peaks of acceleration lie between
 _NEAR = 0.7  # periods above this fraction of the largest Sa are evaluated for other steps
-_CONTENT = 0.999999  # energy below the highest frequency that counts
+_CONTENT = 0.999999  # fraction of the energy below the highest evaluated frequency
 _DIED = 1e-3  # largest acceleration in the last twentieth of a motion, as a fraction of the peak
 _GRID = 400  # number of frequencies in the search of a peak
 _REFINED = 4  # number of refinements around the largest value
@@ -104,7 +104,7 @@ def linear_figures(model, changes: Mapping, history, facts: Facts) -> dict[str, 
     own_step = float(np.max(history.time_step.values[1:]))
     highest = 0.499 / own_step  # highest frequency resolved by Δt, Hz
     points = _measured_points(history)
-    rest = 1 if all(map(_has_died_out, points)) else 2  # zero padding against wrap-around
+    rest = 1 if all(map(_has_died_out, points)) else 2  # zero padding prevents wrap-around
     length = fast_length(rest * history.sizes["time"])
     length += length % 2
     frequency = rfftfreq(length, step)

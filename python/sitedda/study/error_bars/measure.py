@@ -100,7 +100,7 @@ def accuracy(
     words = {}
     for name in names:
         run = table.sel(variant=name)
-        doubts = Doubt.lines(str(run.warning.values))  # those of the check belong to the input
+        doubts = Doubt.lines(str(run.warning.values))  # warnings of the check belong to the input
         own = "\n".join(str(doubt) for doubt in doubts if not doubt.of_check)
         words[name] = str(run.message.values) or own
     figures = _estimate_figures(facts, _numbers_by_run(table.sel(variant=names)))

@@ -12,8 +12,8 @@ from ...engine.damping import damping_of
 from ...engine.simulation import Simulation
 from ...input.input_text import input_values
 
-RUN, TWIN, ENSEMBLE = "dt", "twin", "twin "  # names; those of an ensemble are followed by a number
-STEPS = (1, 2, 4)  # that Δt is divided by
+RUN, TWIN, ENSEMBLE = "dt", "twin", "twin "  # names; in an ensemble followed by a number
+STEPS = (1, 2, 4)  # divisors of Δt
 TRIFLE = 1e-9  # displacement of a block of a twin, over its size
 _ORDERS = {"midpoint": 2}  # order of these time integrations; all others have 1
 
