@@ -21,14 +21,14 @@ contains
 
    !> Write a line of results to the standard output.
    subroutine say(line)
-      character(len=*), intent(in) :: line   !< without its line end
+      character(len=*), intent(in) :: line   !< line without its line end
 
       call write_line(output_unit, line)
    end subroutine say
 
    !> Write a line to the standard error, after all earlier output has been flushed.
    subroutine warn(line)
-      character(len=*), intent(in) :: line   !< without its line end
+      character(len=*), intent(in) :: line   !< line without its line end
 
       call write_line(error_unit, line)
    end subroutine warn
@@ -36,7 +36,7 @@ contains
    !> Write a line and flush; a closed pipe does not end a run.
    subroutine write_line(unit, line)
       integer, intent(in) :: unit            !< unit of the standard output or error
-      character(len=*), intent(in) :: line   !< without its line end
+      character(len=*), intent(in) :: line   !< line without its line end
       integer :: unused
 
       write (unit, '(a)', iostat=unused) line

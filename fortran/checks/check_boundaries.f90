@@ -18,7 +18,7 @@ module dda_check_boundaries
    public :: check_boundaries
 
    real(wp), parameter :: most_reflected = 0.02_wp  !< smallest reported fraction of the amplitude
-   real(wp), parameter :: absorbed = 0.99_wp        !< fraction of energy absorbed at a good angle
+   real(wp), parameter :: absorbed = 0.99_wp        !< absorbed fraction of the energy that suffices
    real(wp), parameter :: most_departure = 0.1_wp   !< largest difference of sides and free fields
    real(wp), parameter :: touching = 1.0e-6_wp      !< closed gaps over half the model size
    character(len=*), parameter :: side_names(2) = [character(len=5) :: 'left', 'right']

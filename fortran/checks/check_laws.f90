@@ -46,7 +46,7 @@ contains
    subroutine check_curve_fit(model, m, side, report)
       type(model_type), intent(in) :: model       !< materials and blocks
       integer, intent(in) :: m                    !< material
-      real(wp), intent(in) :: side                !< the largest of its blocks, m
+      real(wp), intent(in) :: side                !< largest block of the material, m
       type(report_type), intent(inout) :: report  !< check report
       character(len=:), allocatable :: found
       real(wp) :: left(2), eta
@@ -89,7 +89,7 @@ contains
    subroutine check_softening(model, m, side, report)
       type(model_type), intent(in) :: model       !< materials and blocks
       integer, intent(in) :: m                    !< material
-      real(wp), intent(in) :: side                !< the largest of its blocks, m
+      real(wp), intent(in) :: side                !< largest block of the material, m
       type(report_type), intent(inout) :: report  !< check report
       real(wp) :: limit
 

@@ -61,7 +61,7 @@ contains
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(report_type), intent(inout) :: report  !< check report, with notes on the model if any
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      integer(long), intent(out), optional :: links  !< blocks of K̂ off its diagonal
+      integer(long), intent(out), optional :: links  !< number of blocks of K̂ off the diagonal
       integer(long), intent(in), optional :: budget  !< most iterations to find equilibrium
       type(linear_model_type) :: linear, stiff
       type(impact_regime_type) :: impacts
@@ -310,7 +310,7 @@ contains
    !> The contribution of joints to 1/f² is proportional to 1/k_n.
    pure function penalty_cost_text(linear, shift) result(words)
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      real(wp), intent(in) :: shift  !< first frequency over its stiff limit
+      real(wp), intent(in) :: shift  !< first frequency over its limit for k → ∞
       character(len=:), allocatable :: words
       real(wp), parameter :: wanted = 0.01_wp, least = 1.0e-7_wp
       real(wp) :: springs(linear%n), cost, ratio
@@ -477,7 +477,7 @@ contains
    !> Report number of steps, memory and estimated time of the run.
    subroutine check_cost(simulation, links, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
-      integer(long), intent(in) :: links  !< blocks of K̂ off its diagonal
+      integer(long), intent(in) :: links  !< number of blocks of K̂ off the diagonal
       type(report_type), intent(inout) :: report  !< check report
       character(len=:), allocatable :: found
 

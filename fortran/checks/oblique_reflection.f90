@@ -40,7 +40,7 @@ contains
       real(wp), intent(in) :: ratio       !< V_p/V_s
       integer, intent(in) :: wave         !< wave_p or wave_s
       real(wp), intent(in) :: p           !< slowness along the edge
-      complex(wp), intent(in) :: cosine   !< cosine of its direction, along the outward normal
+      complex(wp), intent(in) :: cosine   !< cosine of the wave direction to the outward normal
       complex(wp) :: stress_imbalance(2)
       complex(wp) :: d(2), u(2)
       real(wp) :: speed, lambda

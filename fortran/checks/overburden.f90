@@ -18,7 +18,7 @@ module dda_overburden
    !> Weights along gravity.
    type :: overburden_type
       real(wp), allocatable :: width(:)     !< [blocks] across gravity, m
-      real(wp), allocatable :: weight(:)    !< [blocks] weight on its base, including its own, N/m
+      real(wp), allocatable :: weight(:)    !< [blocks] weight on the base, block included, N/m
       integer, allocatable :: beneath(:)    !< [blocks] number of blocks directly below
       integer, allocatable :: pair(:,:)     !< [2,any] a block, and a block directly below it
       integer :: pairs = 0

@@ -37,7 +37,7 @@ module dda_unresolved
 
    !> blocks up to which all modes of a model are computed
    integer, parameter :: dense_blocks = 50
-   !> multiplications of a count by inertia, about ½ s
+   !> most multiplications of a count by inertia, about ½ s
    real(wp), parameter :: affordable = 1.0e9_wp
 
 contains

@@ -19,15 +19,15 @@ module dda_contact
    public :: not_damped, is_damped, is_struck, is_carried, is_lifted
 
    integer, parameter :: contact_open = 0   !< no force
-   integer, parameter :: contact_slide = 1  !< normal spring, shear force at its limit
+   integer, parameter :: contact_slide = 1  !< normal spring, and shear force at the limit
    integer, parameter :: contact_stick = 2  !< normal and shear spring
 
    ! Action of the springs of a contact in this step, see dda_contact_damping.
    integer, parameter :: not_damped = 0     !< as springs alone
    integer, parameter :: is_damped = 1      !< with dashpots
    integer, parameter :: is_struck = 2      !< impact law: struck in this step
-   integer, parameter :: is_carried = 3     !< impact law: one of its blocks is struck
-   integer, parameter :: is_lifted = 4      !< impact law: opened, retains part of its force
+   integer, parameter :: is_carried = 3     !< impact law: one of the two blocks is struck
+   integer, parameter :: is_lifted = 4      !< impact law: opened, retains part of the force
 
    integer, parameter :: spare = 64         !< memory is reserved for one extra contact per 64
 
@@ -45,7 +45,7 @@ module dda_contact
       integer, allocatable :: corner(:)        !< vertex of a contact of two corners, else 0
       integer, allocatable :: block_v(:)       !< block that owns the vertex
       integer, allocatable :: block_e(:)       !< block that owns the edge
-      integer, allocatable :: pair(:)          !< number of the near pair of its two blocks
+      integer, allocatable :: pair(:)          !< number of the near pair of the two blocks
       ! Geometry at the start of the step
       !> signed distance to the edge minus `offset`, m; negative in compression
       real(wp), allocatable :: gap(:)
@@ -71,8 +71,8 @@ module dda_contact
       ! History and linearised normal force, only in models with joint laws
       logical :: with_laws = .false.
       real(wp), allocatable :: length(:)       !< tributary length, m; 0: not yet set
-      integer, allocatable :: point(:)   !< number in its overlap, see dda_contact_points; 0: corner
-      real(wp), allocatable :: fraction(:)  !< position of a point as a fraction of its edge, else 0
+      integer, allocatable :: point(:)   !< number in the overlap, see dda_contact_points; 0: corner
+      real(wp), allocatable :: fraction(:)  !< position of a point as a fraction of the edge, else 0
       real(wp), allocatable :: share(:)     !< fraction of the stiffness of a contact, 1 at a corner
       real(wp), allocatable :: memory(:,:)     !< [columns,n] memory of the joint laws
       real(wp), allocatable :: begins(:)       !< initial memory of a contact without history
@@ -94,7 +94,7 @@ module dda_contact
       logical :: with_damping = .false.
       integer, allocatable :: damping(:)  !< one of the constants above: not_damped, is_damped, …
       real(wp), allocatable :: rate(:,:)       !< [2,n] initial rates of gap and slip, m/s
-      real(wp), allocatable :: lead(:)         !< lead, s: its spring acts at gap + lead × rate
+      real(wp), allocatable :: lead(:)         !< lead, s: the spring acts at gap + lead × rate
       real(wp), allocatable :: spring_gap(:)   !< gap + lead × rate at the start of the step, m
       real(wp), allocatable :: static_force(:) !< normal force without impacts, N/m
       !> [2,n] derivatives: of the acting gap by the gap, and of the acting stretch by the slip

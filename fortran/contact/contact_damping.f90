@@ -197,7 +197,7 @@ contains
    !> Displacement of a coordinate in a step between two velocities, m.
    elemental real(wp) function displacement_in_step(step, first, last) result(way)
       type(step_type), intent(in) :: step  !< the present step
-      real(wp), intent(in) :: first, last  !< m/s, at its start and its end
+      real(wp), intent(in) :: first, last  !< velocities at start and end of the step, m/s
 
       way = step%time_step*((1.0_wp - step%scheme%chi)*first + step%scheme%chi*last)
    end function displacement_in_step

@@ -14,7 +14,7 @@ module dda_contact_geometry
       integer :: vertex   !< vertex that touches
       integer :: edge     !< touched edge, given by its first vertex
       integer :: corner   !< vertex of a contact of two corners, else 0
-      integer :: pair     !< number of the near pair of its two blocks
+      integer :: pair     !< number of the near pair of the two blocks
    end type candidate_type
 
 contains

@@ -42,7 +42,7 @@ contains
    pure subroutine find_rows(contacts, c, rows)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c                     !< number of the contact
-      type(rows_type), intent(out) :: rows         !< rows by the coordinates q of its two blocks
+      type(rows_type), intent(out) :: rows         !< rows by the coordinates q of the two blocks
 
       associate (normal => contacts%normal(:, c), of_v => contacts%gradient_v(:, c), &
          of_e => contacts%gradient_e(:, c))
@@ -57,7 +57,7 @@ contains
    pure subroutine acting_rows(contacts, c, rows)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c                     !< number of the contact
-      type(rows_type), intent(out) :: rows         !< rows by the coordinates q of its two blocks
+      type(rows_type), intent(out) :: rows         !< rows by the coordinates q of the two blocks
 
       call find_rows(contacts, c, rows)
       if (.not. contacts%with_laws) return

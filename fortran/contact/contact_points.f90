@@ -79,7 +79,7 @@ contains
    subroutine add_overlap(list, contacts, c, own, blocks, laws, distance)
       type(point_list_type), intent(inout) :: list  !< receives them
       type(contacts_type), intent(in) :: contacts   !< corners
-      integer, intent(in) :: c, own                 !< contact, edge at its vertex
+      integer, intent(in) :: c, own                 !< contact; edge at its vertex
       type(blocks_type), intent(in) :: blocks       !< present geometry
       type(laws_type), intent(in) :: laws           !< numbers of points
       real(wp), intent(in) :: distance              !< largest distance of a listed contact, m
@@ -142,7 +142,7 @@ contains
    subroutine append_point(list, candidate, point, fraction)
       type(point_list_type), intent(inout) :: list    !< receives a contact
       type(candidate_type), intent(in) :: candidate   !< vertex and edge
-      integer, intent(in) :: point                    !< number in its overlap, 0: corner
+      integer, intent(in) :: point                    !< number in the overlap; 0: corner
       real(wp), intent(in) :: fraction                !< fraction of the edge before the point
       type(candidate_type), allocatable :: longer(:)
 

@@ -259,7 +259,7 @@ contains
       integer, intent(in) :: p                         !< probe
       real(wp), intent(in) :: distance                 !< m
       integer, intent(out) :: nearest                  !< vertex, or 0
-      real(wp), intent(out) :: least                   !< square of its distance, m²
+      real(wp), intent(out) :: least                   !< square of the distance, m²
       real(wp) :: here(2), apart
       integer :: i, w
 

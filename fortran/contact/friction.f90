@@ -357,7 +357,7 @@ contains
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c         !< number of the contact
-      real(wp), intent(in) :: stretch  !< stretch of its spring at the end of the step, m
+      real(wp), intent(in) :: stretch  !< stretch of the shear spring at the end of the step, m
       real(wp) :: inelastic
 
       inelastic = contacts%slip(c) - (stretch - contacts%stretch(c))

@@ -172,7 +172,7 @@ contains
          if (same_edge) then
             new%offset(c) = offset_at_distance(old%offset(from), new%gap(c))
          else if (new%bonded(c)) then
-            new%offset(c) = 0.0_wp  ! a bond is measured from its true length
+            new%offset(c) = 0.0_wp  ! a bond has no offset
          else
             new%offset(c) = transferred_offset(new%gap(c), min(0.0_wp, old%new_gap(from)), &
                old%offset(from))
@@ -396,7 +396,7 @@ contains
          c = history%unmatched(k)
          if (c > new%n) exit
          if (history%matched(c) .or. .not. new%offset(c) < -history%deepest) cycle
-         if (is_point(new, c)) cycle  ! a point begins with the history of its neighbours
+         if (is_point(new, c)) cycle  ! points begin with the history of neighbours
          call drop_rejected(new, history)
          exit
       end do

@@ -40,9 +40,9 @@ module dda_joint_law
       real(wp) :: share = 1.0_wp  !< fraction of the stiffness of a contact
       real(wp) :: way = 1.0_wp    !< sign of the considered shear force
       real(wp) :: frozen = -1.0_wp !< frozen friction without dilation, N/m
-      real(wp) :: memory(most_own + 3) = 0.0_wp  !< columns of its law
+      real(wp) :: memory(most_own + 3) = 0.0_wp  !< memory of the law of the contact
       real(wp) :: stretch = 0.0_wp       !< stretch of the shear spring at the start of the step, m
-      real(wp) :: time_step = 0.0_wp     !< s; 0: at rest
+      real(wp) :: time_step = 0.0_wp     !< Δt, s; 0: static
       real(wp) :: normal_force = 0.0_wp  !< normal force at the end of a solved step, N/m
       real(wp) :: closure = 0.0_wp       !< closure at the end of a solved step, without the lift, m
    end type joint_state_type
@@ -62,7 +62,7 @@ module dda_joint_law
    !> A variable of &joint on which the strength depends.
    type :: strength_type
       character(len=32) :: name    !< in the input
-      real(wp) :: value            !< value in its unit there
+      real(wp) :: value            !< value in the unit of the input
    end type strength_type
 
    !> A joint law with the parameters of a joint material.
@@ -83,7 +83,7 @@ module dda_joint_law
       integer :: points = 2                  !< contact points of an overlap, if not given
       !> memory beyond the shared columns; without a name: none
       type(column_type) :: own(most_own) = column_type('')
-      integer :: columns = 0                     !< columns of its memory, with the shared ones
+      integer :: columns = 0                     !< columns of memory, including the shared ones
       integer :: row(most_own + 3) = 0  !< position of these columns in the memory of contacts
    contains
       procedure :: follows_way
@@ -140,7 +140,7 @@ contains
    !> Variables with equal names share one column.
    pure subroutine add_columns(columns, law)
       type(column_type), allocatable, intent(inout) :: columns(:)  !< of the model
-      class(joint_law_type), intent(inout) :: law  !< gets its column numbers
+      class(joint_law_type), intent(inout) :: law  !< law; receives the numbers of its columns
       type(column_type), allocatable :: own(:)
       integer :: i
 

@@ -78,7 +78,7 @@ contains
       integer, intent(in) :: e                 !< edge, given by its first vertex
       integer, intent(in) :: others(:)         !< near blocks
       type(edge_piece_type), allocatable, intent(inout) :: pieces(:)  !< list to append to
-      integer, intent(inout) :: n              !< number of its entries
+      integer, intent(inout) :: n              !< number of entries of the list
       real(wp) :: free, span(2)
       integer :: i, f
 
@@ -147,7 +147,7 @@ contains
    !> Append a part of an edge to a list.
    pure subroutine add_part(pieces, n, piece)
       type(edge_piece_type), allocatable, intent(inout) :: pieces(:)  !< list to append to
-      integer, intent(inout) :: n                 !< number of its entries
+      integer, intent(inout) :: n                 !< number of entries of the list
       type(edge_piece_type), intent(in) :: piece  !< to append
       type(edge_piece_type), allocatable :: more(:)
 

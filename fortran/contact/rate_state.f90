@@ -121,7 +121,7 @@ contains
       class(rate_state_type), intent(in) :: law      !< of the joint
       type(joint_state_type), intent(in) :: state    !< state at the start of the step
       real(wp), intent(in) :: normal_force           !< ≥ 0, N/m
-      real(wp), intent(in) :: stretch                !< stretch of its spring without slip, m
+      real(wp), intent(in) :: stretch                !< stretch of the shear spring without slip, m
       real(wp), intent(out) :: shear_force, tangent  !< N/m; ≥ 0, N/m per m
       real(wp) :: k_s, sticking, direct, slow, u, slope
 
@@ -173,7 +173,7 @@ contains
       shear_force) result(after)
       class(rate_state_type), intent(in) :: law    !< of the joint
       type(joint_state_type), intent(in) :: state  !< before
-      real(wp), intent(in) :: slip                 !< slip with its sign, m
+      real(wp), intent(in) :: slip                 !< slip with sign, m
       real(wp), intent(in) :: shear_force          !< shear force during slip, N/m
       real(wp) :: x, theta, decay
 

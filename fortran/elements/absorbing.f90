@@ -33,7 +33,7 @@ module dda_absorbing
       real(wp), allocatable :: axes(:,:,:)             !< [2,2,points] normal and edge, in columns
       real(wp), allocatable :: dashpot(:,:)  !< [2,points] dashpots along these axes, N s/m per m
       integer, allocatable :: motion(:,:)  !< [2,points] motions of the half-space; 0: none
-      real(wp), allocatable :: factor(:)               !< [points] factor of its motion
+      real(wp), allocatable :: factor(:)               !< [points] factor of the motion
       integer, allocatable :: block(:)  !< [any] blocks with points, without repetition
       real(wp), allocatable :: reaction(:,:)  !< [6,any] constant force on each block, N/m …
       real(wp) :: stiffness = 0.0_wp                   !< stiffness of a static support, N/m per m

@@ -129,7 +129,7 @@ contains
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, c  !< number, from 1; component
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      real(wp), intent(out) :: row(6, most_points)  !< rows for its points
+      real(wp), intent(out) :: row(6, most_points)  !< rows for the points of the bolt
       real(wp) :: direction(2), leg(2)
       integer :: k
 

@@ -114,7 +114,7 @@ contains
    pure subroutine joint_damage(elements, i, damage, spent)
       type(elements_type), intent(in) :: elements  !< of the model
       integer, intent(in) :: i                     !< broken face
-      real(wp), intent(out) :: damage              !< damage of its points, with weights
+      real(wp), intent(out) :: damage              !< weighted mean damage of the points
       logical, intent(out) :: spent                !< no bond is left
       integer :: k, c, p
 

@@ -138,7 +138,7 @@ contains
       type(network_type), intent(in) :: network       !< of the model
       real(wp), intent(in) :: conductance(:)          !< [channels] Δt times the conductance, m²/Pa
       logical, intent(in) :: fixed(:)                 !< [nodes] the pressure is known
-      integer, intent(in) :: place(:), owner(:)       !< [nodes] position in its group; its group
+      integer, intent(in) :: place(:), owner(:)       !< [nodes] position in the group; group
       type(group_type), intent(inout) :: groups(:)    !< get new numbers
       integer :: c, i, k
 

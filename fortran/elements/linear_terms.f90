@@ -35,7 +35,7 @@ module dda_linear_terms
    integer, parameter :: term_boundary = 4 !< dashpot of an absorbing boundary
    integer, parameter :: term_tie = 5      !< spring between the two sides of a model
    integer, parameter :: term_bolt = 6     !< spring of a bolt
-   integer, parameter :: term_free_side = 7 !< dashpot between a side and its free field
+   integer, parameter :: term_free_side = 7 !< dashpot between a side and the free field
    integer, parameter :: term_weld = 8      !< spring of a welded face of a body
    integer, parameter :: term_point = 9     !< tangent of a strain point beyond elasticity
    integer, parameter :: term_bed = 10      !< spring of a bed
@@ -134,7 +134,7 @@ contains
 
       !> Sum of the rows of the points of a block.
       pure function sum_of_rows(k) result(sum)
-         integer, intent(in) :: k  !< first of its points
+         integer, intent(in) :: k  !< first point of the block
          real(wp) :: sum(6)
          integer :: j
 

@@ -367,7 +367,7 @@ contains
    pure real(wp) function beyond_elastic(self, p, state, strain) result(energy)
       class(material_points_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: p                       !< point
-      real(wp), intent(in) :: state(:)               !< [any] state of its law
+      real(wp), intent(in) :: state(:)               !< [any] state of the law of the point
       real(wp), intent(in) :: strain(3)              !< ε
       real(wp) :: at(3)
 
@@ -389,7 +389,7 @@ contains
    pure subroutine step_point(self, p, state, change, step, loss)
       class(material_points_type), intent(in) :: self  !< prepared for the step
       integer, intent(in) :: p                       !< point
-      real(wp), intent(inout) :: state(:)            !< [any] state of its law
+      real(wp), intent(inout) :: state(:)            !< [any] state of the law of the point
       real(wp), intent(in) :: change(3)              !< Δε
       type(step_type), intent(in) :: step            !< the present one
       real(wp), intent(out) :: loss(losses)          !< J/m³

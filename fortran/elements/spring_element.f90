@@ -32,7 +32,7 @@ module dda_spring_element
       integer :: block(2) = 0           !< blocks; second 0: the ground; first 0: no springs
       real(wp) :: stiffness(2)          !< k, N/m per metre of thickness; 0: no spring
       real(wp) :: stretch(2)            !< m
-      real(wp) :: row(6, 2, 2)          !< [6,springs,blocks] u and −u of its change
+      real(wp) :: row(6, 2, 2)          !< [6,springs,blocks] u and −u of the extension
       real(wp) :: place(2)              !< m
       integer :: motion(2) = 0          !< motions to which the stretch is relative; 0: none
       real(wp) :: rate(2) = 0.0_wp      !< velocity of these motions at the start of the step, m/s
@@ -98,7 +98,7 @@ contains
    !> Velocity of the motions at the end of a step, m/s.
    pure function target_rate(motion, before, motions, step) result(rate)
       integer, intent(in) :: motion(2)             !< numbers; 0: none
-      real(wp), intent(in) :: before(2)            !< velocity at its start, m/s
+      real(wp), intent(in) :: before(2)            !< velocity at the start of the step, m/s
       type(motion_type), intent(in) :: motions(:)  !< prescribed ones
       type(step_type), intent(in) :: step          !< the present one
       real(wp) :: rate(2)

@@ -202,7 +202,7 @@ contains
    subroutine check_bytes(reader, name, shape_of)
       type(reader_type), intent(inout) :: reader  !< open; retains the first error
       character(len=*), intent(in) :: name  !< of the variable
-      integer, intent(in) :: shape_of(2)  !< lengths of its dimensions
+      integer, intent(in) :: shape_of(2)  !< lengths of the dimensions
       real(wp) :: values
 
       if (allocated(reader%dataset%error)) return

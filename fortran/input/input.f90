@@ -214,7 +214,7 @@ contains
    !> Read materials, joints and motions.
    subroutine read_substances(model, file, folder, groups, error)
       type(model_type), intent(inout) :: model  !< filled group by group
-      character(len=*), intent(in) :: file, folder  !< path; its folder, '' or ending in '/'
+      character(len=*), intent(in) :: file, folder  !< path; folder of the path, '' or ending in '/'
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer, allocatable :: own(:)

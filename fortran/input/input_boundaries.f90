@@ -266,7 +266,7 @@ contains
    !> The name of a group, or a substitute.
    pure character(len=name_length) function label(reading, words)
       type(reading_type), intent(in) :: reading  !< as read
-      character(len=*), intent(in) :: words      !< words of a nameless one
+      character(len=*), intent(in) :: words      !< text for a boundary without a name
 
       label = reading%name
       if (label == '') label = words

@@ -323,7 +323,7 @@ contains
    pure real(wp) function fraction_along(blocks, piece, i, segment) result(share)
       type(blocks_type), intent(in) :: blocks     !< blocks in their initial state
       type(edge_piece_type), intent(in) :: piece  !< of an edge
-      integer, intent(in) :: i                    !< 1 or 2, end of the piece
+      integer, intent(in) :: i                    !< end of the part, 1 or 2
       real(wp), intent(in) :: segment(2, 2)       !< its ends, m
       real(wp) :: along(2)
 

@@ -357,7 +357,7 @@ contains
                'scale cannot be used together with &flow')
             do k = 1, size(water%piece)
                do i = 1, size(model%flow%pressure)
-                  call add_node(model, load, k, i)
+                  call set_node_head(model, load, k, i)
                end do
             end do
          end associate
@@ -384,7 +384,7 @@ contains
    end function has_no_channel
 
    !> Set the head of a node that lies on part k of the faces under water.
-   subroutine add_node(model, load, k, node)
+   subroutine set_node_head(model, load, k, node)
       type(model_type), intent(inout) :: model  !< model with flow and edge loads
       integer, intent(in) :: load, k, node      !< numbers
       type(flow_boundary_type) :: new
@@ -412,6 +412,6 @@ contains
             lasts=water%held, time=water%time, value=head + water%level)
       end associate
       model%flow%boundary = [model%flow%boundary, new]
-   end subroutine add_node
+   end subroutine set_node_head
 
 end module dda_input_flow

@@ -301,7 +301,7 @@ contains
 
    !> Mark all that a list 'one, two, all_*' names; each item must name something.
    subroutine mark_names(list, variable, names, group, marked, error)
-      character(len=*), intent(in) :: list, variable  !< list as read; its variable
+      character(len=*), intent(in) :: list, variable  !< list as read; name of the variable
       character(len=*), intent(in) :: names(:)        !< known ones
       type(group_type), intent(in) :: group           !< of the group
       logical, intent(inout) :: marked(:)             !< [names] named in the list, or marked before

@@ -23,7 +23,7 @@ module dda_input_text
       character(len=:), allocatable :: name   !< in lower case
       character(len=:), allocatable :: place  !< "FILE, group &name (line N)"
       integer :: line = 0                     !< where it begins
-      integer :: first = 0, last = 0          !< positions of its & and its slash in the text
+      integer :: first = 0, last = 0          !< positions of & and slash of the group in the text
       type(value_type), allocatable :: values(:)  !< given values, in the order of the variables
    end type group_type
 
@@ -33,7 +33,7 @@ module dda_input_text
    !> Position of an assignment in a text.
    type :: span_type
       integer :: variable = 0          !< position of the variable in `input_variables`
-      integer :: first = 0, last = 0   !< positions of its name and of its last value
+      integer :: first = 0, last = 0   !< positions of the name and of the last value
    end type span_type
 
 contains
@@ -126,7 +126,7 @@ contains
    pure subroutine check_rules(group, g, words, error)
       type(group_type), intent(in) :: group  !< with its values
       integer, intent(in) :: g               !< position of the group in `input_groups`
-      logical, intent(in) :: words  !< check only exclusions by words: the group may be incomplete
+      logical, intent(in) :: words  !< check only exclusions by words, for incomplete groups
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer :: r, at, first
       logical :: met
@@ -308,7 +308,7 @@ contains
    !> Position of the slash that closes the group at `first`; 0 if the next group begins earlier.
    pure subroutine find_slash(text, first, last, lines)
       character(len=*), intent(in) :: text  !< of the input
-      integer, intent(in) :: first  !< position of its &
+      integer, intent(in) :: first  !< position of the & of the group
       integer, intent(out) :: last, lines  !< position of the slash; line ends before it
       character :: quote
 

@@ -15,7 +15,7 @@ module dda_input_variable
       character(len=16) :: name
       logical :: repeats          !< may appear more than once
       logical :: built            !< `sitedda build` converts the group into blocks
-      integer :: first, last      !< positions of its variables in `input_variables`
+      integer :: first, last      !< range of the variables in `input_variables`
    end type group_entry_type
 
    !> A variable of a group.

@@ -293,7 +293,7 @@ contains
    !> Momenta M v of a block in its coordinates.
    pure function momentum_of(inertia, v) result(momentum)
       real(wp), intent(in) :: inertia(4)  !< as in `blocks_type`
-      real(wp), intent(in) :: v(6)        !< rates of its coordinates: m/s, rad/s, 1/s
+      real(wp), intent(in) :: v(6)        !< rates of the coordinates: m/s, rad/s, 1/s
       real(wp) :: momentum(6), half
 
       associate (mass => inertia(1), xx => inertia(2), yy => inertia(3), xy => inertia(4))

@@ -20,7 +20,7 @@ module dda_edge_load
       integer :: kind = load_uniform
       logical :: present = .true.                    !< present; a stage may add or remove it
       logical :: follows = .true.  !< load follows the moving edges; .false.: initial edges
-      type(edge_piece_type), allocatable :: piece(:) !< piece that it acts on
+      type(edge_piece_type), allocatable :: piece(:) !< parts of edges on which the load acts
       real(wp), allocatable :: ends(:,:,:)           !< [2,2,pieces] initial ends of the pieces, m
       real(wp), allocatable :: at_ends(:,:)          !< [2,pieces] pressures of `load_line`, Pa
       real(wp), allocatable :: line(:,:)             !< [2,points] phreatic line, x ascending, m
@@ -28,9 +28,9 @@ module dda_edge_load
       real(wp) :: reservoir = 0.0_wp                 !< depth H of Westergaard's mass, m; 0: none
       logical :: held = .false.                      !< values are constant outside of the times
       real(wp), allocatable :: time(:)               !< s, ascending
-      real(wp), allocatable :: normal(:)             !< [times] pressure, Pa; for water, its factor
+      real(wp), allocatable :: normal(:)  !< [times] pressure, Pa; for water, factor of the pressure
       real(wp), allocatable :: shear(:)              !< [times] along the edge, Pa
-      real(wp), allocatable :: level(:)              !< [times] level, m; for water, its rise
+      real(wp), allocatable :: level(:)  !< [times] level, m; for water, rise of the level
    end type edge_load_type
 
 contains

@@ -43,12 +43,12 @@ module dda_flow
    type :: flow_boundary_type
       integer, allocatable :: node(:)       !< nodes on which the boundary acts
       logical :: inflow = .false.           !< values are inflows; .false.: pressures at y = 0
-      logical :: head = .false.  !< values are heads: pressures are hydrostatic below them
+      logical :: head = .false.  !< values are heads, with hydrostatic pressure below
       logical :: dry_above = .false.        !< nodes above the level are open to the air: p = 0
       integer :: load = 0                   !< load on faces that must act, else p = 0; 0: none
-      logical :: lasts = .true.             !< constant outside of its times; .false.: p = 0 there
+      logical :: lasts = .true.             !< .true.: constant outside of the times; .false.: p = 0
       real(wp), allocatable :: time(:)      !< s
-      real(wp), allocatable :: value(:)     !< [times] m, Pa, or m²/s in total for all its nodes
+      real(wp), allocatable :: value(:)     !< [times] m, Pa, or m²/s in total for all nodes
    end type flow_boundary_type
 
    !> Water in the joints of a model.

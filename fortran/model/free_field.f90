@@ -20,7 +20,7 @@ module dda_free_field
       type(point_type) :: top                !< upper end of the side in the model
       !> [any] ties and welds of its right with its left faces, in vertices of the column
       type(tie_type), allocatable :: tie(:)
-      type(weld_type), allocatable :: weld(:)  !< [any] welds of its right with its left faces
+      type(weld_type), allocatable :: weld(:)  !< [any] welds of right with left faces of the column
       type(boundary_type) :: boundary        !< dashpots at the side, without a motion
    end type free_field_type
 

@@ -49,7 +49,7 @@ module dda_model
       type(boundary_edge_type), allocatable :: boundary_edges(:)  !< edges of all groups &boundary
       type(boundary_type), allocatable :: boundaries(:)  !< that absorb waves
       type(boundary_motion_type), allocatable :: boundary_motions(:)  !< for the output
-      type(tie_type), allocatable :: ties(:)         !< ties of its left with its right side
+      type(tie_type), allocatable :: ties(:)         !< ties of the left with the right side
       type(weld_type), allocatable :: welds(:)       !< faces of bodies
       type(free_field_type), allocatable :: free_fields(:)  !< at its sides
       type(load_type), allocatable :: loads(:)

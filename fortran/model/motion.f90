@@ -14,7 +14,7 @@ module dda_motion
       !> record file and its processing, for provenance
       character(len=:), allocatable :: source
       type(motion_curve_type) :: curve
-      logical :: stops = .false.               !< the input requires a stop at its end
+      logical :: stops = .false.               !< the input requires a stop at the end of the record
    end type motion_type
 
 contains

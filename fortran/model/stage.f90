@@ -18,7 +18,7 @@ module dda_stage
       character(len=16) :: integration = ''  !< integration of a dynamic stage
       real(wp) :: theta = 0.75_wp            !< of integration 'theta'
       real(wp) :: displacement = huge(1.0_wp) !< limit for a block in a static stage, m
-      logical :: zero_displacements = .false. !< measured displacements count from its beginning
+      logical :: zero_displacements = .false. !< measured displacements count from this stage
       logical, allocatable :: removed(:)     !< [blocks] removed
       logical, allocatable :: released(:)    !< [fixed points] released
       logical, allocatable :: added(:)       !< [bolts, then edge loads] added by the stage

@@ -28,7 +28,7 @@ module dda_support
       real(wp) :: reference(2) = 0.0_wp             !< offset ρ from the centroid, m
       real(wp), allocatable :: time(:)              !< s, ascending
       real(wp), allocatable :: force(:,:)           !< [2, times] N per metre of thickness
-      real(wp) :: start = 0.0_wp                    !< time from which its times count, s
+      real(wp) :: start = 0.0_wp                    !< time from which the times count, s
       character(len=64) :: name = ''
    end type load_type
 

@@ -22,8 +22,8 @@ module dda_weld
       integer :: edge(2) = 0  !< edges that contain the face, given by their first vertices
       real(wp) :: length = 0.0_wp        !< L, m
       real(wp) :: along(2) = 0.0_wp      !< unit vector from a to b
-      real(wp) :: middle(2, 2) = 0.0_wp  !< offsets ρ of its midpoint in both cells, m
-      real(wp) :: area(2) = 0.0_wp       !< area of its triangles, m²
+      real(wp) :: middle(2, 2) = 0.0_wp  !< offsets ρ of the midpoint in both cells, m
+      real(wp) :: area(2) = 0.0_wp       !< area of both triangles, m²
       !> m, added to positions of the second cell if it is an image in level ground; else 0
       real(wp) :: shift(2) = 0.0_wp
       integer :: joint = 0               !< joint that replaces the face when it breaks; 0: never

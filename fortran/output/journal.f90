@@ -164,7 +164,7 @@ contains
    !> Append the header of a sample or a frame; its numbers follow.
    subroutine begin_row(journal, kind, contacts, error)
       type(journal_type), intent(inout) :: journal  !< of the run
-      integer, intent(in) :: kind, contacts  !< `row_sample` or `row_frame`; its contacts
+      integer, intent(in) :: kind, contacts  !< `row_sample` or `row_frame`; number of contacts
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       call append_numbers(journal, [real(wp) :: kind, contacts], 2, error)
@@ -205,7 +205,7 @@ contains
    !> Read the kind of the next row, 0 at the end, and its number of contacts.
    subroutine read_row(reader, kind, contacts, error)
       type(reader_type), intent(inout) :: reader  !< of the journal
-      integer, intent(out) :: kind, contacts  !< `row_sample` or `row_frame`; its contacts
+      integer, intent(out) :: kind, contacts  !< `row_sample` or `row_frame`; number of contacts
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp) :: head(2)
 

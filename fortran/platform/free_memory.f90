@@ -189,7 +189,7 @@ contains
    !> Number after a key at the start of a line.
    real(wp) function number_after(file, key, otherwise) result(value)
       character(len=*), intent(in) :: file, key  !< path; key, '': the first line
-      real(wp), intent(in) :: otherwise          !< text if there is no such line or file
+      real(wp), intent(in) :: otherwise          !< value if the line or file is missing
       character(len=:), allocatable :: text
       integer :: status
 

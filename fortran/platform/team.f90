@@ -15,9 +15,9 @@ module dda_team
    private
    public :: begin_team, adjust_team, largest_team, team_words
 
-   real(wp), parameter :: between = 0.3_wp        !< s between checks: many turns
+   real(wp), parameter :: between = 0.3_wp  !< s between checks, many time slices of the system
    real(wp), parameter :: bearable = 0.25_wp      !< processors that may be lost to other programs
-   real(wp), parameter :: first_pause = 5.0_wp    !< s before all threads are tried again
+   real(wp), parameter :: first_pause = 5.0_wp    !< s until all threads are tried again
    real(wp), parameter :: longest_pause = 64.0_wp !< s; the pause doubles with each failed attempt
    character(len=*), parameter :: waits = '/proc/thread-self/schedstat'
 

@@ -129,7 +129,7 @@ contains
    !> Set quantity, unit and time step from header or caller; they must not contradict.
    subroutine check_header(reader, record, wanted, unit, given, step)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
-      type(record_type), intent(inout) :: record  !< record, completed if its header is not
+      type(record_type), intent(inout) :: record  !< record; receives what the header lacks
       character(len=*), intent(in) :: wanted, unit  !< quantity and unit of the caller, or blank
       type(unit_type), intent(in) :: given  !< unit that the caller names
       real(wp), intent(in) :: step  !< s; ≤ 0: not given

@@ -294,12 +294,12 @@ contains
       if (allocated(error)) return
       call begin_task(run%publishing)
       call take_residuals(run%simulation)
-      call write_now(run, .false., error)
+      call write_in_reserve(run, .false., error)
       call end_task(run%publishing)
    end subroutine write_partial_output
 
    !> Write the output in the memory reserved for it, and reserve it again.
-   subroutine write_now(run, complete, error)
+   subroutine write_in_reserve(run, complete, error)
       type(run_type), intent(inout) :: run  !< and its files
       logical, intent(in) :: complete  !< the run has reached its duration
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
@@ -310,7 +310,7 @@ contains
       call write_output(run%simulation%model%output%file, run%journal, run%simulation, complete, &
          error)
       if (.not. complete) call reserve_for_output(run, error)
-   end subroutine write_now
+   end subroutine write_in_reserve
 
    !> Reserve the memory for writing the output.
    subroutine reserve_for_output(run, error)
@@ -379,7 +379,7 @@ contains
       call keep_name(run%journal, error)
       call take_residuals(run%simulation)
       if (is_done(run) .and. run%sound .and. .not. allocated(error)) &
-         call write_now(run, .true., error)
+         call write_in_reserve(run, .true., error)
       if (is_done(run) .and. run%sound .and. .not. allocated(error)) then
          call remove_leftovers(run)
       else

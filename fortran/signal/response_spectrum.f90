@@ -33,7 +33,7 @@ module dda_response_spectrum
    type :: response_spectrum_type
       real(wp) :: step = 0.0_wp                         !< step of the factors, s
       integer :: parts(0:periods) = 1                   !< of a step
-      real(wp) :: share(0:periods) = 1.0_wp             !< fraction of a step in one of its parts
+      real(wp) :: share(0:periods) = 1.0_wp             !< part of a step over the step
       real(wp), dimension(0:periods, 2) :: q = 0.0_wp   !< state, m/s; real and imaginary part
       real(wp), dimension(0:periods, 2) :: decay = 0.0_wp, before = 0.0_wp, after = 0.0_wp
       real(wp) :: weight(0:periods) = 0.0_wp            !< ω²/Im λ, 1/s

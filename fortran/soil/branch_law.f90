@@ -191,7 +191,7 @@ contains
 
    !> Mean of clip(γ, ±limit) from γ₀ to γ₀ + Δγ, without differences of large numbers.
    elemental real(wp) function mean_of_clip(strain, change, limit) result(mean)
-      real(wp), intent(in) :: strain, change, limit  !< γ₀, Δγ, its cap
+      real(wp), intent(in) :: strain, change, limit  !< γ₀, Δγ, cap of γ
       real(wp) :: low, high, inner_low, inner_high
 
       low = min(strain, strain + change)
@@ -210,7 +210,7 @@ contains
 
    !> Derivative of that mean with respect to Δγ: (clip(γ₁) − mean)/Δγ, in the limit half the slope.
    elemental real(wp) function recoverable_tangent(strain, change, limit, mean) result(tangent)
-      real(wp), intent(in) :: strain, change, limit  !< γ₀, Δγ, its cap
+      real(wp), intent(in) :: strain, change, limit  !< γ₀, Δγ, cap of γ
       real(wp), intent(in) :: mean                   !< of the step
 
       if (abs(strain) <= limit .and. abs(strain + change) <= limit) then

@@ -177,7 +177,7 @@ contains
 
    !> Fit g_j to the secant moduli only; all branches slip.
    subroutine fit_moduli(branches, curve)
-      type(branches_type), intent(inout) :: branches  !< branches with γ_j and its body
+      type(branches_type), intent(inout) :: branches  !< branches with γ_j and the body
       type(curve_type), intent(in) :: curve           !< of the soil
       real(wp) :: matrix(samples*branches%n + 1, branches%n), right(samples*branches%n + 1)
 
@@ -189,7 +189,7 @@ contains
 
    !> Set up the equations for g_j: secant moduli, and the sum of g_j.
    subroutine set_modulus_equations(branches, curve, matrix, right)
-      type(branches_type), intent(in) :: branches  !< branches with γ_j and its body
+      type(branches_type), intent(in) :: branches  !< branches with γ_j and the body
       type(curve_type), intent(in) :: curve        !< of the soil
       real(wp), intent(out) :: matrix(:,:)         !< [samples n + 1, n]
       real(wp), intent(out) :: right(:)            !< [samples n + 1]
@@ -210,7 +210,7 @@ contains
    !> Fit g_j and F_j to secant moduli and damping ratios.
    !> The last branch, whose limit no strain exceeds, has one unknown.
    subroutine fit_both(branches, curve)
-      type(branches_type), intent(inout) :: branches  !< branches with γ_j and its body
+      type(branches_type), intent(inout) :: branches  !< branches with γ_j and the body
       type(curve_type), intent(in) :: curve           !< of the soil
       real(wp), allocatable :: matrix(:,:), right(:), weight(:), strain(:), damping(:), off(:)
       real(wp) :: unknown(2*branches%n - 1), best(branches%n, 2), least

@@ -201,7 +201,7 @@ contains
          loss)
    end subroutine finish_step
 
-   !> Update the strains of the branches at the end of a step; find their losses and the scheme's.
+   !> Update the strains of the branches at the end of a step; find the losses by slip and scheme.
    pure subroutine finish_branches(branches, state, e, change, theta, loss, scheme)
       type(branches_type), intent(in) :: branches  !< fitted
       real(wp), intent(inout) :: state(:)          !< [any] state of the point

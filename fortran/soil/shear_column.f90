@@ -91,7 +91,7 @@ contains
          call newton_iteration(column, state, time_step, load, d, stress, tangent, residual, scale)
       end do
       state%iterations = i
-      if (.not. all(abs(residual) <= tolerance*scale)) then  ! NaN does not converge, either
+      if (.not. all(abs(residual) <= tolerance*scale)) then  ! also not converged if NaN
          call fail(error, error_convergence, 'the column does not converge in '// &
             to_text(most_iterations)//' iterations')
          return
@@ -183,7 +183,7 @@ contains
 
    !> Solve with a symmetric positive definite tridiagonal matrix.
    pure subroutine solve_tridiagonal(diagonal, beside, right, x)
-      real(wp), intent(inout) :: diagonal(:)  !< [n], is used up
+      real(wp), intent(inout) :: diagonal(:)  !< [n] diagonal, overwritten
       real(wp), intent(in) :: beside(:)       !< [n-1]
       real(wp), intent(in) :: right(:)        !< [n]
       real(wp), intent(out) :: x(:)           !< [n]

@@ -134,7 +134,7 @@ contains
 
    !> Solve a small system of equations by elimination.
    pure subroutine solve_small_system(matrix, right, regular)
-      real(wp), intent(inout) :: matrix(:,:)  !< [n,n] positive on its diagonal; is used up
+      real(wp), intent(inout) :: matrix(:,:)  !< [n,n] with positive diagonal; overwritten
       real(wp), intent(inout) :: right(:,:)   !< [n,any] becomes the solutions
       logical, intent(out) :: regular         !< the system has one solution
       real(wp) :: scale(size(matrix, 1)), factor

@@ -387,7 +387,7 @@ contains
 
    !> Save or restore one variable of a list.
    subroutine serialise_variable(operation, integers, logicals, reals, columns)
-      class(serialisation_type), intent(inout) :: operation          !< archive, and how many
+      class(serialisation_type), intent(inout) :: operation  !< archive and number of contacts
       integer, allocatable, intent(inout), optional :: integers(:)   !< [capacity]
       logical, allocatable, intent(inout), optional :: logicals(:)   !< [capacity]
       real(wp), allocatable, intent(inout), optional :: reals(:)     !< [capacity]

@@ -19,7 +19,7 @@ contains
    !> Build the graph of a matrix: the lower entries by rows, then by columns.
    pure subroutine graph_of(matrix, graph, coupled)
       type(block_matrix_type), intent(in) :: matrix  !< matrix; only its pattern is read
-      type(block_graph_type), intent(out) :: graph   !< graph of its block rows
+      type(block_graph_type), intent(out) :: graph   !< graph of the block rows
       logical, intent(in), optional :: coupled(:)  !< [entries] entries that are used; default: all
       integer :: v, e, middle
 

@@ -24,7 +24,7 @@ module dda_elimination
       integer :: fronts = 0              !< fronts
       integer, allocatable :: order(:)   !< [n] block row of each permuted index
       integer, allocatable :: first(:)   !< [fronts+1] first permuted index of each front
-      integer, allocatable :: parent(:)  !< [fronts] front that receives its update; 0 for a root
+      integer, allocatable :: parent(:)  !< [fronts] front that receives the update; 0 for a root
    end type front_tree_type
 
    !> Relaxed supernodes, formed from the leaves of the elimination tree upwards.
@@ -32,7 +32,7 @@ module dda_elimination
    type :: clusters_type
       integer, allocatable :: parent(:)   !< [n] parent in the elimination tree, 0 for a root
       integer, allocatable :: columns(:)  !< [n] columns in the cluster, 0 after its merger
-      integer, allocatable :: rows(:)     !< [n] rows of its front, pivot columns included
+      integer, allocatable :: rows(:)     !< [n] rows of the front, pivot columns included
       integer, allocatable :: head(:)     !< [n] first column of the cluster
       integer, allocatable :: next(:)     !< [n] the column after a column in its cluster, else 0
       integer, allocatable :: child(:)    !< [n] first child cluster, else 0

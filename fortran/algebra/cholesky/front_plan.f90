@@ -33,7 +33,7 @@ module dda_front_plan
       integer :: fronts = 0                !< fronts, in postorder
       integer, allocatable :: order(:)     !< [n] block row of each permuted index
       integer, allocatable :: first(:)     !< [fronts+1] first pivot of each front
-      integer, allocatable :: parent(:)    !< [fronts] front that adds its update; 0 for a root
+      integer, allocatable :: parent(:)    !< [fronts] front that adds the update; 0 for a root
       integer, allocatable :: child_start(:) !< [fronts+1] where the children of each front begin
       integer, allocatable :: child(:)     !< [fronts] children, front by front
       integer, allocatable :: row_start(:) !< [fronts+1] where the rows below each front begin
@@ -168,7 +168,7 @@ contains
    !> Find the positions of the rows of a front in the rows of its parent; both lists ascend.
    pure subroutine find_positions(plan, front, parent)
       type(front_plan_type), intent(inout) :: plan  !< under construction
-      integer, intent(in) :: front, parent  !< a front and its parent
+      integer, intent(in) :: front, parent  !< a front and the parent front
       integer :: pivots, i, p
 
       pivots = plan%first(parent + 1) - plan%first(parent)
@@ -415,7 +415,7 @@ contains
 
    !> Position of a block column of an update.
    pure subroutine locate_column(rows, column, before, ld, skipped)
-      integer, intent(in) :: rows, column    !< block rows of the update; one of its columns
+      integer, intent(in) :: rows, column    !< block rows of the update; column of the update
       integer(long), intent(out) :: before   !< numbers before the column
       integer, intent(out) :: ld, skipped  !< rows of the column; number of block rows omitted above
       integer :: bands

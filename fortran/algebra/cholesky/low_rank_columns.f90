@@ -21,14 +21,14 @@ module dda_low_rank_columns
 
    integer, parameter :: vector_width = 16                          !< columns in a panel
    integer, parameter :: column_panels = most_changes/vector_width  !< panels
-   !> pivot columns multiplied together, so few that BLAS stays on one thread
+   !> pivot columns per product, few enough for BLAS to use one thread
    integer, parameter :: pivots_together = 64
 
    !> The columns and their nonzero fronts.
    type :: low_rank_columns_type
       integer, allocatable :: permuted(:)       !< [n] permuted index of each block row
       integer, allocatable :: front_of(:)       !< [n] front that eliminates each block row
-      logical, allocatable :: touched(:,:)      !< [fronts, panels] W ≠ 0 in its pivot rows
+      logical, allocatable :: touched(:,:)  !< [fronts, panels] W ≠ 0 in the pivot rows of a front
       integer, allocatable :: path(:,:)         !< [fronts, panels] the touched fronts, in postorder
       integer :: path_length(column_panels) = 0 !< how many
       real(sp), allocatable :: w(:,:,:,:)       !< [width, 6, n, panels] W, in touched fronts

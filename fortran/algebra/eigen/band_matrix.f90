@@ -61,7 +61,7 @@ contains
    pure subroutine put_block(factor, block, row, column)
       type(band_type), intent(inout) :: factor  !< factor; its band is filled
       real(wp), intent(in) :: block(6, 6)  !< values
-      integer, intent(in) :: row, column  !< permuted indices of its block row and column
+      integer, intent(in) :: row, column  !< permuted indices of the block row and column
       integer :: i, j, first
 
       do j = 1, 6

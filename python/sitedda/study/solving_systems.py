@@ -19,7 +19,7 @@ from .trials import Trials, bracket_of
 _STARTS = 9  # largest number of starting points
 _STEP = 5e-3  # step of differences, over the range once to twice that
 _SOLUTIONS = 40  # largest number of evaluations of a search, without differences
-_DEPENDENT = 1e-4  # smaller singular values of the slopes, over the largest, are error
+_DEPENDENT = 1e-4  # smallest ratio of singular values of the slopes that is not error
 
 
 @dataclass(frozen=True)
