@@ -152,6 +152,7 @@ contains
       simulation%blocks%damps = any(is_damped(simulation%blocks%damping))
       call begin_memory(simulation%blocks)
       call set_elements(simulation%elements, simulation%model, simulation%blocks, time)
+      call renew_pattern(simulation)
       if (equilibrium%at_rest) call balance_elements(simulation%elements, simulation%blocks, &
          simulation%system%rhs)
    end subroutine equilibrate
@@ -218,10 +219,21 @@ contains
       simulation%scheme = scheme_type(1.0_wp, 1.0_wp)
       simulation%laws%theta = 1.0_wp
       call freeze_elements(simulation%elements, simulation%blocks, simulation%time)
+      call renew_pattern(simulation)
       call take_over_columns(simulation)
       call stop_blocks(simulation)
       call remove_damping_stress(simulation%blocks, simulation%energy)
    end subroutine begin_statics
+
+   !> Renew the pattern of the matrix if water couples other blocks in static steps than otherwise.
+   subroutine renew_pattern(simulation)
+      type(simulation_type), intent(inout) :: simulation  !< between two steps
+
+      if (.not. allocated(simulation%model%flow)) return
+      associate (state => simulation%model%flow%state)
+         if (state(1) /= state(2)) simulation%neighbours%reach = 0.0_wp  ! with the neighbours
+      end associate
+   end subroutine renew_pattern
 
    !> Perform static steps until forces balance and explain all penetrations.
    subroutine step_to_rest(simulation, equilibrium, error)

@@ -103,6 +103,29 @@ def test_undrained_share_of_a_load(layers):
     assert data.flow_pressure.values[-1] == pytest.approx(1e5 * SHARE, rel=1e-6)
 
 
+def pressed(falls: bool) -> sitedda.Model:
+    """Three blocks meet at a wet node; far away, a stone may fall in the static stage."""
+    model = started(1e-3, gravity=(0, -10))
+    box(model, "base", -1, -1, 12, 0)
+    for left in (0, 2):
+        box(model, f"b{left}", left, 0, left + 2, 1, held=False)
+    if falls:
+        box(model, "stone", 8, 0.2, 9, 1.2, held=False)
+    model.load(1.5, 0.5, "b0", name="push", time=[0, 1], force_x=[0, 0], force_y=[-1e5] * 2)
+    model.flow(aperture=APERTURE)
+    model.stage("rest", kind="static")
+    model.stage("pressed", duration=0.02, loads="push")
+    return model
+
+
+def test_water_couples_blocks_after_contacts_were_searched_at_rest():
+    still, fallen = (data_of(pressed(falls)) for falls in (False, True))
+    assert fallen.flow_pressure.values[-1] == pytest.approx(
+        still.flow_pressure.values[-1], rel=1e-3
+    )
+    assert abs(still.flow_pressure.values).max() > 1e4
+
+
 def columns(count: int, length: float, **control) -> sitedda.Model:
     """Stiff columns side by side on a fixed slab: joint consolidation in one dimension."""
     model = started(**({"integration": "backward_euler", "dynamic_factor": 0.0} | control))
