@@ -553,7 +553,8 @@ def page(groups: list[Group]) -> str:
 
 def section(group: Group) -> str:
     """Generate a section: heading, example, table, and links to shared variables."""
-    needs = f" Requires {group.needs}." if group.needs else ""
+    needs = re.sub(r"\b(?!or\b)\w+", r"`\g<0>`", group.needs).replace("; ", ", and ")
+    needs = needs and f" Requires {needs}."
     parts = {
         part: ", ".join(f"`{v.name}`" for v in variables)
         for part, variables in groupby(group.variables, lambda v: v.part)
