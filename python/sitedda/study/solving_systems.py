@@ -112,13 +112,8 @@ class _Search:
             slopes, gap = found.jac * scale[:, None], found.fun * scale
             step = abs(np.linalg.lstsq(slopes, gap, rcond=None)[0])
             if _are_independent(slopes) and np.all(step <= self.close):
-                reached = gap + self.aims
-                return (
-                    self._parameter_values(found.x),
-                    reached,
-                    slopes / self.width,
-                    step * self.width,
-                )
+                values = self._parameter_values(found.x)
+                return values, gap + self.aims, slopes / self.width, step * self.width
             if nearest is None or found.cost < nearest.cost:
                 nearest = found
         raise self._no_root_error(nearest.x) if nearest else self._dependence_error(first)
@@ -139,13 +134,12 @@ class _Search:
         return np.array(self.trials.results(tuple(self._parameter_values(u).tolist()))) - self.aims
 
     def _dependence_error(self, slopes: np.ndarray):
-        for axis, names in ((0, self.trials.parameters), (1, self.trials.names)):
-            for name, still in zip(names, ~slopes.any(axis), strict=True):
-                if still:
-                    words = (
-                        "changes none of the results" if axis == 0 else "changes with none of them"
-                    )
-                    return self.trials.failure("flat", f"{name} {words}")
+        sides = ((self.trials.parameters, "changes none of the results"),
+                 (self.trials.names, "changes with none of them"))  # fmt: skip
+        for axis, (names, words) in enumerate(sides):
+            moves = slopes.any(axis)
+            if not moves.all():
+                return self.trials.failure("flat", f"{names[int(np.argmin(moves))]} {words}")
         names = " and ".join(self.trials.names)
         return self.trials.failure("dependent", f"{names} do not change independently with "
                                    f"{' and '.join(self.trials.parameters)}")  # fmt: skip

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 import sitedda
 from sitedda.calibration import MeasuredMode, calibrate, family_of, measured_modes, modes_csv, odds
@@ -94,6 +95,25 @@ def test_shapes_say_which_mode_it_is():
     assert found.number.tolist() == [4, 1, 2]
     assert found.mac == pytest.approx(1.0, abs=1e-3)
     assert found.best == pytest.approx(list(TRUTH.values()), rel=0.02)
+
+
+def test_probability_of_errors_and_shapes():
+    """Eq. 1 by the densities of scipy, with an unknown discrepancy of 2 % exp(0.4)."""
+    family, modes = family_of(column(), MEDIANS), seen(3, 0.02, shapes=True)
+    family = family.reduced(family.modes(np.array(list(MEDIANS.values())), 8)[1])
+    mean, z = np.log([*MEDIANS.values(), 0.02]), np.array([0.1, -0.2, 0.3, 0.05, 0.4])
+    *_, names = matrices(column())
+    posterior = Posterior(family, Observations.of(modes, names), mean, np.ones(5), None)
+    squares, y = family.modes(np.exp(mean + z)[:4], 5)
+    wanted, delta = norm.logpdf(z).sum(), 0.02 * np.exp(0.4)
+    for one, k in zip(modes, posterior.solved(z[None])[2][0], strict=True):
+        off = np.log(2 * np.pi * one.frequency) - np.log(squares[k]) / 2
+        wanted += norm.logpdf(off, scale=np.hypot(one.deviation / one.frequency, delta))
+        like, own = np.array(list(one.shape.values())), family.points @ y[:, k]
+        rest = 1 - (like @ own) ** 2 / (like @ like) / (own @ own)
+        scale = np.hypot(one.shape_deviation, delta)
+        wanted += norm.logpdf(np.sqrt(rest), scale=scale) + 6 * norm.logpdf(0, scale=scale)
+    assert posterior.log(z[None])[0] == pytest.approx(wanted, abs=1e-6)
 
 
 def test_says_what_cannot_be_met_or_known():

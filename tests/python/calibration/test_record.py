@@ -28,16 +28,14 @@ def stack(folder) -> sitedda.Model:
     model.material("stone", density=2200.0, young_modulus=2e9, poisson_ratio=0.2)
     model.joint("bed", friction_angle=35.0, normal_stiffness_per_area=8e8,
                 shear_stiffness_per_area=3e7)  # fmt: skip
-    for i in range(4):
-        low = 0.5 * i
-        model.block([0, low, 2, low, 2, low + 0.5, 0, low + 0.5], name=f"b{i}")
+    model.drums(name="b", width=2.0, height=0.5, count=4)
     for i in (1, 3):
-        model.measured_point(f"p{i}", 1.0, 0.5 * i + 0.25, f"b{i}")
+        model.measured_point(f"p{i}", 0.0, 0.5 * i + 0.25, f"b_{i + 1}")
     for axis in "xy":
         np.savetxt(folder / f"{axis}.txt", 0.02 * random.standard_normal(STEPS))
         model.motion(axis, file=folder / f"{axis}.txt", format="text", time_step=STEP,
                      quantity="acceleration", unit="m/s2")  # fmt: skip
-    model.boundary(name="ground", kind="springs", blocks="b0", side="bottom",
+    model.boundary(name="ground", kind="springs", blocks="b_1", side="bottom",
                    stiffness_per_area=6e7, motion_x="x", motion_y="y")  # fmt: skip
     return model
 

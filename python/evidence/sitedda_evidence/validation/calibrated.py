@@ -3,11 +3,12 @@
 
 import math
 import time
+from dataclasses import replace
 from importlib.util import find_spec
 
 import numpy as np
 
-from sitedda.calibration import MeasuredMode, calibrate
+from sitedda.calibration import MeasuredMode, calibrate, odds
 from sitedda.calibration.measured import BAND
 from sitedda.engine.checking import modes
 from sitedda.facade.model import Model
@@ -50,21 +51,19 @@ def avdat_second_mode(short: bool) -> Outcome:
         "base 3 m × 1 m on springs": calibrate(avdat_column(3, 1, True), _FIELD, _DRY | _GROUND),
         "base 4 m × 2 m on springs": calibrate(avdat_column(4, 2, True), _FIELD, _DRY | _GROUND),
     }
-    logs = {name: one.evidence for name, one in found.items()}
-    logs["other direction"] = first.evidence + second.evidence
-    most = max(logs.values())
-    weights = {name: float(np.exp(log - most)) for name, log in logs.items()}
-    total = sum(weights.values())
-    pairs = {name: " and ".join(f"{f:.2f}" for f in one.frequency) for name, one in found.items()}
-    pairs["other direction"] = f"{first.frequency[0]:.2f} and {second.frequency[0]:.2f}"
-    cells = [[name, pairs[name], f"{log:.1f}", f"{weights[name] / total:.2g}"]
-             for name, log in logs.items()]  # fmt: skip
+    found["other direction"] = replace(
+        first, evidence=first.evidence + second.evidence,
+        frequency=np.append(first.frequency, second.frequency),
+    )  # fmt: skip
+    weights = odds(found)
+    cells = [[name, " and ".join(f"{f:.2f}" for f in one.frequency), f"{one.evidence:.1f}",
+              f"{weights[name]:.2g}"] for name, one in found.items()]  # fmt: skip
     low, high = 0.3 * first.low[0], 0.3 * first.high[0]
     rows = [
         absolute("contact stiffness of the first mode", 2.12e8, 0.3 * first.median[0], 5e6, "N/m"),
         absolute("its lower bound, 90 %", 1.66e8, low, 8e6, "N/m"),
         absolute("its upper bound, 90 %", 2.67e8, high, 12e6, "N/m"),
-        at_most("fixed base: probability", weights["fixed base"] / total, 1e-6),
+        at_most("fixed base: probability", weights["fixed base"], 1e-6),
         at_most("base 4 m × 2 m: misfit, deviations",
                 abs(found["base 4 m × 2 m on springs"].misfit).max(), 1.0),
     ]  # fmt: skip
@@ -137,10 +136,8 @@ def _coverage_tasks(short: bool) -> list[Task]:
     todo = [Task(("bands", first), _check_coverage, {"first": first, "count": _TOGETHER}, 4.0)
             for first in range(0, _COLUMNS[short], _TOGETHER)]  # fmt: skip
     if find_spec("emcee"):
-        todo += [
-            Task(("sampler", s), _compare_samplers, {"seed": s}, 4.0)
-            for s in range(_COMPARED[short])
-        ]
+        todo += [Task(("sampler", s), _compare_samplers, {"seed": s}, 4.0)
+                 for s in range(_COMPARED[short])]  # fmt: skip
     return todo
 
 
@@ -158,10 +155,8 @@ def calibration_coverage(found: dict) -> Outcome:
     inside = np.concatenate([one["inside"] for one in parts])
     columns = _TOGETHER * len(parts)
     allowed = 0.02 if columns == _COLUMNS[False] else 3 * math.sqrt(0.09 / inside.size)
-    rows = [
-        absolute(f"bands that hold the truth, {inside.size} unknowns of {columns} columns", 0.9,
-                 float(inside.mean()), allowed),
-    ]  # fmt: skip
+    rows = [absolute(f"bands that hold the truth, {inside.size} unknowns of {columns} columns",
+                     0.9, float(inside.mean()), allowed)]  # fmt: skip
     seconds = 100 / columns * sum(one["seconds"] for one in parts)
     cost = Table("Cost", ["columns", "processor time (s)"], [[100, f"{seconds:.0f}"]])
     if differences := [one for (kind, _), one in found.items() if kind == "sampler"]:
