@@ -15,7 +15,7 @@ module test_low_rank
 
    real(wp), parameter :: stiff = 1.0e4_wp   !< of a spring, where each block is held by 1 to 2
    type(block_matrix_type) :: matrix
-   type(lagged_factor_type) :: lagged
+   type(lagged_factor_type), allocatable :: lagged
    type(rank_one_type) :: changes
    logical :: done
 
@@ -58,7 +58,8 @@ contains
          end do
       end do
       call forget_changes(changes)
-      lagged = lagged_factor_type()
+      if (allocated(lagged)) deallocate (lagged)
+      allocate (lagged)
    contains
       subroutine add_pair(a, b)
          integer, intent(in) :: a, b
