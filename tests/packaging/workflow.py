@@ -6,9 +6,9 @@ usage: python tests/packaging/workflow.py [-n] [JOB ...] [--systems FOLDER] [--b
        python tests/packaging/workflow.py "test 14"    one row of a matrix
 
 Debian 13 replaces Ubuntu 24.04, Debian 12 replaces Ubuntu 22.04.  Each job begins with Python and
-the programs of the runners (git, sudo, pipx), as a user without rights.  Actions are replaced by
-their effect; an unknown one is an error.  A variable NAME=VALUE among the jobs reaches every step,
-such as PYTEST_ADDOPTS.  Needs PyYAML and debootstrap.
+the programs of the runners (git, sudo, pipx), as a user without rights; jobs of a container run as
+root.  Actions are replaced by their effect; an unknown one is an error.  A variable NAME=VALUE
+among the jobs reaches every step, such as PYTEST_ADDOPTS.  Needs PyYAML and debootstrap.
 """
 
 import argparse
@@ -25,11 +25,11 @@ from pathlib import Path
 import yaml
 from wheel import ROOT, SETTINGS, call, make_bare
 
-RELEASES = {"ubuntu-24.04": "trixie", "ubuntu-22.04": "bookworm"}
+RELEASES = {"ubuntu-24.04": "trixie", "ubuntu-22.04": "bookworm", "debian:13": "trixie"}
 RUNNER = ("git", "sudo", "pipx", "python3-pip", "python3-dev")
-ENTER = """mount -t proc proc "$1/proc" && mount --rbind /dev "$1/dev"
-exec chroot --userspec=runner "$@" bash -e /tmp/step.sh"""
-PATH = "/opt/python/bin:/usr/local/bin:/usr/bin:/bin"
+ENTER = """mount -t proc proc "$2/proc" && mount --rbind /dev "$2/dev"
+exec chroot "$@" bash -e /tmp/step.sh"""
+PATH = "/opt/python/bin:/usr/local/bin:/usr/bin:/bin:/usr/sbin:/sbin"
 
 
 def main() -> None:
@@ -68,7 +68,8 @@ class Job:
         """Make the system: Python, the programs of the runners and their user."""
         self.name, self.job, self.extra, self.artifacts = name, job, extra, systems / "artifacts"
         self.values = {"github.event": before} | job["values"]
-        release = RELEASES[job["runs-on"]]
+        release = RELEASES[job.get("container", job["runs-on"])]
+        self.user = "root" if "container" in job else "runner"
         bare, runner = systems / release, systems / f"{release}-runner"
         self.system = systems / "job"
         make_bare(release, bare)
@@ -108,7 +109,8 @@ class Job:
         kept = {name: value for name, value in os.environ.items() if SETTINGS.match(name)}
         variables = {"PATH": PATH, "CI": "true"} | kept | environment
         words = (f"{name}={value}" for name, value in variables.items())
-        enter = ("unshare", "--mount", "--pid", "--fork", "sh", "-ec", ENTER, "sh", self.system)
+        apart = ("unshare", "--mount", "--pid", "--fork", "sh", "-ec", ENTER, "sh")
+        enter = (*apart, f"--userspec={self.user}", self.system)
         done = subprocess.run([*enter, "env", "-i", "HOME=/home/runner", *words])
         if done.returncode:
             sys.exit(f"{self.name}: failed ({done.returncode}): {script}")
