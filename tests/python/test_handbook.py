@@ -32,7 +32,7 @@ SHORT = [  # a user's path from beginning to end, and cases
       for name in ("wall", "profile", "tunnel", "back_analysis", "bonded_blocks")),
     *(page for page in TOLD if page.parent.name == "casebook"),
 ]  # fmt: skip
-NOTEBOOKS = ("arch", "beam", "bonded_blocks", "site", "tunnel")
+NOTEBOOKS = ("arch", "beam", "bonded_blocks", "site", "soil", "tunnel")
 PASTED = [
     page
     for page in [ROOT / "README.md", *sorted(ROOT.glob("docs/**/*.md"))]
