@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Stages added to a started run: excavation, release of supports, other joints.
 !>
-!> The last stage of the run ends now; with adaptive steps it ends at the second next multiple of
-!> its Δt, so that no earlier step would have differed.  A run of the input with these stages from
-!> the start is then bit-identical.  A stage that adds supported points, loads, motions or bolts
-!> cannot be added, because they are part of the model from the start.
+!> The last stage of the run ends at the present time, or, with adaptive steps, at the second
+!> multiple of its Δt after it, so no earlier step would have differed.  A run of the input with
+!> these stages from the start is then bit-identical.  A stage that adds supported points, loads,
+!> motions or bolts cannot be added, because these are part of the model from the start.
 module dda_added_stages
    use dda_kinds, only: wp, long
    use dda_column_model, only: column_model
@@ -20,7 +20,7 @@ module dda_added_stages
 
 contains
 
-   !> Continue with a changed input when the run would end.
+   !> .true. if a changed input has more stages than the run.
    pure logical function has_more_stages(simulation, model) result(more)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(model_type), intent(in) :: model  !< model of the changed input
@@ -41,7 +41,7 @@ contains
          call add_stages(column_of(simulation, i), column_model(model, model%free_fields(i)), error)
          if (allocated(error)) return
       end do
-      call extend_present_stage(simulation)
+      call end_present_stage(simulation)
       call adopt_stages(simulation%model, model)
    end subroutine add_stages
 
@@ -72,10 +72,10 @@ contains
       end associate
    end subroutine check_added_stages
 
-   !> Extend the present stage to the largest number of steps that an input can have.
-   pure subroutine extend_present_stage(simulation)
+   !> End the present stage now, or, with adaptive steps, at the second multiple of its Δt from now.
+   pure subroutine end_present_stage(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      real(wp), parameter :: rounding = 1.0e-9_wp  !< relative to Δt, as for the end of a stage
+      real(wp), parameter :: rounding = 1.0e-9_wp  !< of times, over Δt, as at the end of a stage
       integer(long) :: steps
 
       associate (control => simulation%model%control)
@@ -84,11 +84,11 @@ contains
             /control%time_step + rounding, long) + 2
          control%step_count = min(control%step_count, steps)
       end associate
-   end subroutine extend_present_stage
+   end subroutine end_present_stage
 
    !> Adopt the additional stages of a changed input.
    pure subroutine adopt_stages(own, model)
-      type(model_type), intent(inout) :: own  !< of the run
+      type(model_type), intent(inout) :: own  !< model of the run
       type(model_type), intent(in) :: model   !< model of the changed input
       type(stage_type), allocatable :: stages(:)
       integer :: old

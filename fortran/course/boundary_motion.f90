@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Incoming motions and motions of boundaries: for a compliant base, the upward wave and the mean
-!> motion of its edges; for a free-field side, the motions of the column and of the model at its
-!> upper end.
+!> Incoming and actual motions of boundaries.  Compliant base: the upward wave, and the mean motion
+!> of the edges.  Free-field side: the motion of the soil column at its upper end, and that of the
+!> model beside it.
 module dda_boundary_motion
    use dda_kinds, only: wp
    use dda_baseline, only: displacement_at, velocity_at, acceleration_at
@@ -18,7 +18,7 @@ contains
    !> Collect the incoming and present motions of all boundaries.
    subroutine take_boundary_motions(simulation, motions)
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
-      !> [2,boundary motions,6] displacement, velocity, acceleration: incoming, then of the model
+      !> [2,boundary motions,6] displacement, velocity, acceleration (m, s): incoming, then actual
       real(wp), intent(out) :: motions(:,:,:)
       real(wp) :: part(2, 3)
       integer :: i, k
@@ -39,7 +39,7 @@ contains
    !> Find displacement, velocity and acceleration of the incoming motion.
    function incoming_motion(simulation, motion) result(wave)
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
-      type(boundary_motion_type), intent(in) :: motion  !< of a boundary
+      type(boundary_motion_type), intent(in) :: motion  !< definition for one boundary
       real(wp) :: wave(2, 3)
       type(simulation_type), pointer :: column
       integer :: axis

@@ -3,10 +3,10 @@
 !>
 !> The values of a changed input replace those of the run, at the present time:
 !>
-!> - Bonds, closed contacts and their stretch are retained; the laws have the new strengths.
+!> - Bonds, closed contacts and their spring deformations are retained; new strengths apply.
 !> - A point that is fixed again, or gets another motion, retains its present position.
 !> - A new Δt applies from now on; the remaining time is rounded up to whole steps.
-!> - Gained or lost stored energy is in the term `changed` of the energy budget.
+!> - The term `changed` of the energy budget contains the gain or loss of stored energy.
 module dda_changes
    use dda_kinds, only: wp, long, pi
    use dda_added_stages, only: adopt_stages
@@ -37,7 +37,7 @@ contains
    recursive subroutine change_now(simulation, model, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(model_type), intent(in) :: model  !< model of the changed input
-      type(error_type), allocatable, intent(out) :: error  !< error: other values differ
+      type(error_type), allocatable, intent(out) :: error  !< set if other values differ
       type(fixed_point_type), allocatable :: points(:)
       type(motion_type), allocatable :: motions(:)
       real(wp) :: speed
@@ -68,9 +68,9 @@ contains
 
    !> Check that the model differs in changeable values only.
    subroutine check_unchanged(old, blocks, new, error)
-      type(model_type), intent(in) :: old, new  !< stage of the run; stage of the changed input
+      type(model_type), intent(in) :: old, new  !< models of the run and of the changed input
       type(blocks_type), intent(in) :: blocks   !< of the run
-      type(error_type), allocatable, intent(out) :: error  !< error: a different model
+      type(error_type), allocatable, intent(out) :: error  !< set if these differ
       logical :: same
       integer :: i
 
@@ -94,7 +94,7 @@ contains
       type(simulation_type), intent(in) :: simulation  !< between two steps
       type(model_type), intent(in) :: new  !< of the changed input
       type(error_type), allocatable, intent(inout) :: error  !< allocated on failure
-      real(wp), parameter :: rounding = 1.0_wp + 1.0e-9_wp
+      real(wp), parameter :: rounding = 1.0_wp + 1.0e-9_wp  !< factor that allows for rounding
       real(wp) :: limit
       integer :: m
 
@@ -109,7 +109,7 @@ contains
       end do
    end subroutine check_maxwell_steps
 
-   !> Adopt the values that do not affect the state; removals by stages remain.
+   !> Adopt the changed values; blocks and supports that stages have removed remain removed.
    recursive subroutine adopt_values(simulation, model)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(model_type), intent(in) :: model  !< model of the changed input
@@ -148,7 +148,7 @@ contains
       motion_from_time%curve%start = start
    end function motion_from_time
 
-   !> Replace the loads; their number may grow, and their times count from the same origin.
+   !> Replace the loads, whose number may increase; existing loads retain their start times.
    subroutine adopt_loads(own, model, removed)
       type(model_type), intent(inout) :: own  !< of the run
       type(model_type), intent(in) :: model   !< model of the changed input
@@ -168,12 +168,12 @@ contains
       call move_alloc(loads, own%loads)
    end subroutine adopt_loads
 
-   !> Replace the fixed points, except those that stages have released; their number may grow.
+   !> Replace the fixed points, whose number may increase; released points remain released.
    subroutine adopt_points(own, model, removed, stage)
       type(model_type), intent(inout) :: own  !< of the run
       type(model_type), intent(in) :: model   !< model of the changed input
       logical, intent(in) :: removed(:)       !< [blocks]
-      integer, intent(in) :: stage            !< present fixed points
+      integer, intent(in) :: stage            !< present stage
       type(fixed_point_type), allocatable :: points(:)
       integer :: i, s, more
 

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Twin of a run in which a block is displaced slightly when dynamics begin; its results are the
-!> same as long as the motion is predictable.
+!> Second run, in which one block is displaced slightly when dynamics begin.  Both runs agree as
+!> long as the motion is predictable.
 !>
-!> Bonds, crossings and the reference contacts of slip are those of the run, because they are
-!> determined earlier.
+!> Bonds, joint crossings and the contacts whose slip is measured are determined before the
+!> displacement, so they are the same in both runs.
 module dda_displaced_block
    use dda_kinds, only: wp
    use dda_blocks, only: update_geometry

@@ -5,24 +5,24 @@
 !>
 !>     (M/Δt² + K) d = f − K q₀ − ∇U(q₀ + d) ,
 !>
-!> statics with a proximal term: the remaining unbalanced force is M d/Δt², which decreases with Δt.
+!> statics with a proximal term: the unbalanced force that remains is M d/Δt², less if Δt is longer.
 !> Touching contacts are first assumed to stick.  The first Δt is long enough for blocks to share
 !> their loads before friction is mobilised; with the Δt of dynamics, stiff joints would slip while
 !> the weight is applied.  A step that does not converge is repeated with a shorter Δt; after a
 !> converged step, Δt is increased.  Steps in which many contacts change are relaxed
-!> (`dda_static_relaxation`); if these stall, the search begins again without, or the other way
-!> round: packings of 1,500 polygons settle without, walls of 4,000 bricks with relaxation.
+!> (`dda_static_relaxation`).  If these stall, the search begins again without relaxation, and vice
+!> versa: packings of 1,500 polygons converge only without, walls of 4,000 bricks only with it.
 !>
 !> Equilibrium: with all velocities zero and contact laws evaluated in the present geometry, the
-!> unbalanced force on each block is at most 10⁻⁶ of its own weight, or the tolerance of contact
-!> forces, or the force of coordinate rounding in its springs.  If the latter exceed 10⁻³ of the
-!> weight of an unsupported block, the outcome reports that it may still slide.  The steps end if
-!> blocks are found that fall without limit (`dda_falling`), or if there is no progress.
+!> unbalanced force on each block is at most 10⁻⁶ of its weight, 4 times the tolerance of contact
+!> forces, or the force in its springs due to rounding of coordinates.  If this limit exceeds 10⁻³
+!> of the weight of an unsupported block, the outcome reports that the block may still slide.  The
+!> steps end if blocks fall without limit (`dda_falling`), or if there is no progress.
 !>
-!> In equilibrium, no contact penetrates deeper than its force explains: such penetrations are
-!> released, and the steps continue.
+!> In equilibrium, contact forces explain all penetrations.  The offset of a gap that permits a
+!> deeper penetration is removed, and the steps continue.
 !>
-!> Materials do not damp in statics: they have the given modulus, and Maxwell branches begin again
+!> Statics excludes material damping: materials have the given modulus, and Maxwell branches restart
 !> without stress.
 module dda_equilibrium
    use dda_kinds, only: wp, long
@@ -56,53 +56,53 @@ module dda_equilibrium
    !> Record of the search for equilibrium.
    type :: equilibrium_type
       integer :: steps = 0                      !< static steps
-      integer(long) :: budget = 0               !< open–close iterations at most
-      logical :: at_rest = .false.
-      real(wp) :: largest = huge(1.0_wp)        !< unbalanced force on a block, N/m
-      integer :: block = 0                      !< block with the largest excess
+      integer(long) :: budget = 0               !< largest number of open–close iterations
+      logical :: at_rest = .false.              !< equilibrium has been reached
+      real(wp) :: largest = huge(1.0_wp)        !< largest unbalanced force on a block, N/m
+      integer :: block = 0  !< block with the largest ratio of force to tolerance
       real(wp) :: unbalanced = huge(1.0_wp)     !< unbalanced force of that block, N/m
-      real(wp) :: allowed = 0.0_wp              !< its tolerance, N/m
+      real(wp) :: allowed = 0.0_wp              !< tolerance of that force, N/m
       real(wp) :: doubt = 0.0_wp        !< largest tolerance of an unsupported block over its weight
       integer :: doubtful = 0                   !< that unsupported block
-      integer :: unexplained = 0                !< contact deeper than its force explains, else 0
-      integer :: releases = 0                   !< releases of such penetrations
+      integer :: unexplained = 0  !< contact with a penetration not due to its force; 0: none
+      integer :: releases = 0                   !< how often such penetrations were released
       integer :: falling = 0                    !< number of blocks that fall without limit
-      integer :: falls = 0                      !< the first of them
-      real(wp) :: most = huge(1.0_wp)           !< largest displacement of a centroid, m
-      real(wp) :: moved = 0.0_wp                !< its displacement beyond `most`, m; 0: within it
-      character(len=:), allocatable :: words
+      integer :: falls = 0                      !< the first of these blocks
+      real(wp) :: most = huge(1.0_wp)           !< largest allowed displacement of a centroid, m
+      real(wp) :: moved = 0.0_wp  !< displacement of `block` if above `most`, else 0, m
+      character(len=:), allocatable :: words    !< outcome as a text
    end type equilibrium_type
 
-   integer, parameter :: most_steps = 200
+   integer, parameter :: most_steps = 200  !< static steps
    integer(long), parameter :: most_iterations = 20000  !< open–close iterations in total
-   !> iterations without halving the largest unbalanced force; in addition this number divided by
-   !> the number of blocks.  Walls need 50; stages with yielding materials converge early or never
-   integer(long), parameter :: iterations_in_vain = 200, work_in_vain = 500000, &
-      work_of_yield = 20000
-   real(wp), parameter :: tolerance = 1.0e-6_wp    !< of the weight
-   real(wp), parameter :: together = 4.0_wp        !< tolerances of contact forces on a block
-   real(wp), parameter :: doubtful_share = 1.0e-3_wp  !< largest unbalanced force over the weight
-   real(wp), parameter :: rounding = 4.0_wp        !< multiple of the last bit of coordinates
+   !> largest number of iterations without halving the largest unbalanced force: the first number
+   !> plus the second (with yielding materials the third) divided by the number of blocks.  Walls
+   !> need 50; stages with yielding materials converge early or never
+   integer(long), parameter :: stalled_iterations = 200, stalled_work = 500000, yield_work = 20000
+   real(wp), parameter :: tolerance = 1.0e-6_wp    !< largest unbalanced force over the weight
+   real(wp), parameter :: together = 4.0_wp        !< unbalanced force over tolerance of contacts
+   real(wp), parameter :: doubtful_share = 1.0e-3_wp  !< tolerance over weight that causes a note
+   real(wp), parameter :: rounding = 4.0_wp        !< error of coordinates over their last bit
    real(wp), parameter :: first_ratio = 1.0e-5_wp  !< M/Δt² over k_n in the first step
-   real(wp), parameter :: growth = 10.0_wp         !< factor of Δt after an easy step
-   real(wp), parameter :: slow_growth = 2.0_wp     !< factor of Δt after another step
-   !> steps without halving the unbalanced force, after which it is round-off; models on dashpots
-   !> must reach it
-   integer, parameter :: most_in_vain = 3
-   !> the same of relaxed steps, which have then stalled: walls of 4,000 bricks need up to 7,
-   !> packings of polygons never settle
-   integer, parameter :: most_relaxed_in_vain = 8
-   integer, parameter :: most_searches = 2  !< after the first
-   real(wp), parameter :: nearly = 1.0e-3_wp       !< of the largest weight: relaxed steps are kept
-   !> fraction of the contact distance: penetration without force in equilibrium
+   real(wp), parameter :: growth = 10.0_wp  !< factor of Δt after a step of at most few_iterations
+   real(wp), parameter :: slow_growth = 2.0_wp     !< factor of Δt after a step with more iterations
+   !> steps without halving the unbalanced force after which this force is round-off; models on
+   !> dashpots must reach round-off
+   integer, parameter :: most_stalled = 3
+   !> relaxed steps without halving the unbalanced force, after which the search begins again: walls
+   !> of 4,000 bricks need up to 7, packings of polygons never converge
+   integer, parameter :: most_relaxed_stalled = 8
+   integer, parameter :: most_searches = 2  !< further searches after the first
+   real(wp), parameter :: nearly = 1.0e-3_wp  !< unbalanced force over largest weight: converging
+   !> largest penetration without force in equilibrium, over the contact distance
    real(wp), parameter :: fully_explained = 1.0e-3_wp
-   !> releases after which a vertex that is pushed between two edges remains there
+   !> number of releases after which a vertex that is pushed between two edges may remain there
    integer, parameter :: most_releases = 5
-   integer, parameter :: few_iterations = 20       !< iterations of an easy step
+   integer, parameter :: few_iterations = 20  !< open–close iterations that permit `growth`
    real(wp), parameter :: shrink = 0.1_wp          !< factor of Δt after a failed step
    real(wp), parameter :: longest = 1.0e2_wp       !< largest Δt over the first one
    real(wp), parameter :: shortest = 1.0e-5_wp     !< smallest Δt over the first one
-   !> fraction of half the model size: largest total displacement of a search for equilibrium
+   !> largest total displacement in a search for equilibrium, over half the model size
    real(wp), parameter :: fall = 1.0_wp
 
 contains
@@ -113,8 +113,8 @@ contains
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(equilibrium_type), intent(out) :: equilibrium  !< record of the search
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      integer(long), intent(in), optional :: budget  !< open–close iterations at most
-      real(wp), intent(in), optional :: most  !< displacement of a centroid at which it fails, m
+      integer(long), intent(in), optional :: budget  !< largest number of open–close iterations
+      real(wp), intent(in), optional :: most  !< displacement that is a failure, m
       type(simulation_type), allocatable :: start
       type(error_type), allocatable :: failure
       type(control_type) :: control
@@ -157,8 +157,8 @@ contains
          simulation%system%rhs)
    end subroutine equilibrate
 
-   !> Search again from the start: with relaxed steps, if steps without have stalled, or the other
-   !> way round.  Relaxed steps that have nearly reached equilibrium are continued without.
+   !> Search again from the start: with relaxation if the search without it stalled, and vice versa.
+   !> If relaxed steps have nearly reached equilibrium, continue from there without relaxation.
    subroutine search_again(simulation, start, equilibrium, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(simulation_type), intent(in) :: start          !< before the first static step
@@ -187,7 +187,7 @@ contains
       end associate
    end subroutine search_again
 
-   !> Set stresses to those of the given modulus, and book the energy of Maxwell branches.
+   !> Set stresses to those of the given modulus; the energy of Maxwell branches is dissipated.
    subroutine remove_damping_stress(blocks, energy)
       type(blocks_type), intent(inout) :: blocks  !< between two steps
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
@@ -200,7 +200,7 @@ contains
       call add_energy(energy, energy_algorithmic, before - energy%value(energy_strain))
    end subroutine remove_damping_stress
 
-   !> Set backward Euler without velocities, and time-dependent values at the present time.
+   !> Select backward Euler, stop all blocks, and freeze time-dependent values at the present time.
    subroutine begin_statics(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
 
@@ -238,16 +238,16 @@ contains
    !> Perform static steps until forces balance and explain all penetrations.
    subroutine step_to_rest(simulation, equilibrium, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      type(equilibrium_type), intent(inout) :: equilibrium  !< static equilibrium under gravity
+      type(equilibrium_type), intent(inout) :: equilibrium  !< record of the search
       type(error_type), allocatable, intent(out) :: error  !< error of a step at the shortest Δt
       real(wp) :: first, way, least
       real(wp), allocatable :: places(:,:)
       integer(long) :: iterations, gained
-      integer :: in_vain
+      integer :: stalled
 
       places = simulation%blocks%position(1:2, :)
       least = huge(1.0_wp)
-      in_vain = 0
+      stalled = 0
       first = simulation%time_step
       iterations = simulation%counters%iterations
       gained = iterations
@@ -257,21 +257,21 @@ contains
          if (allocated(error)) return
          equilibrium%at_rest = equilibrium%unbalanced <= equilibrium%allowed &
             .and. simulation%iteration%converged
-         call find_unexplained_depth(simulation, equilibrium)
+         call find_unexplained_penetration(simulation, equilibrium)
          if (.not. equilibrium%at_rest) call record_falling(simulation, equilibrium)
          if (equilibrium%falling > 0) return
          if (equilibrium%largest < 0.5_wp*least) gained = simulation%counters%iterations
-         in_vain = merge(0, in_vain + 1, equilibrium%largest < 0.5_wp*least)
+         stalled = merge(0, stalled + 1, equilibrium%largest < 0.5_wp*least)
          least = min(least, equilibrium%largest)
-         if (equilibrium%at_rest .and. (in_vain >= most_in_vain .or. &
+         if (equilibrium%at_rest .and. (stalled >= most_stalled .or. &
             size(simulation%model%boundaries) + size(simulation%model%free_fields) == 0)) return
          if (equilibrium%steps == most_steps) return
          if (way > fall*half_size(simulation%blocks)) return
          if (simulation%counters%iterations - iterations > equilibrium%budget) return
-         if (simulation%counters%iterations - gained > iterations_in_vain &
-            + merge(work_of_yield, work_in_vain, any(simulation%model%materials%yields())) &
+         if (simulation%counters%iterations - gained > stalled_iterations &
+            + merge(yield_work, stalled_work, any(simulation%model%materials%yields())) &
             /simulation%blocks%n) return
-         if (simulation%iteration%relaxes .and. in_vain >= most_relaxed_in_vain .and. &
+         if (simulation%iteration%relaxes .and. stalled >= most_relaxed_stalled .and. &
             equilibrium%largest > nearly*simulation%iteration%weight) return
          if (equilibrium%unexplained > 0 .and. equilibrium%releases < most_releases) &
             call remove_contact_offsets(simulation, equilibrium)
@@ -290,7 +290,7 @@ contains
    !> Record the block that has moved farthest, if it has moved by more than allowed.
    subroutine limit_movement(simulation, equilibrium, places)
       type(simulation_type), intent(in) :: simulation  !< between two steps
-      type(equilibrium_type), intent(inout) :: equilibrium  !< gets block and displacement
+      type(equilibrium_type), intent(inout) :: equilibrium  !< block and displacement are set
       real(wp), intent(in) :: places(:,:)  !< [2,blocks] centroids at the beginning, m
       real(wp) :: moved
       integer :: block
@@ -324,7 +324,7 @@ contains
       call stop_blocks(simulation)
    end subroutine static_step
 
-   !> Set all velocities to zero and add their energy to the budget.
+   !> Set all velocities to zero and add the lost kinetic energy to the budget.
    subroutine stop_blocks(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       real(wp) :: loss
@@ -355,7 +355,7 @@ contains
    !> Forces of contacts, stresses and elements are included; moments are divided by the radius.
    subroutine find_unbalanced_forces(simulation, equilibrium, error)
       type(simulation_type), intent(inout) :: simulation  !< contacts are listed again
-      type(equilibrium_type), intent(inout) :: equilibrium  !< gets largest force, worst block
+      type(equilibrium_type), intent(inout) :: equilibrium  !< largest force and worst block are set
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(rows_type) :: rows
       integer :: c
@@ -383,11 +383,11 @@ contains
       call compare_with_tolerance(simulation, equilibrium)
    end subroutine find_unbalanced_forces
 
-   !> Find the largest force, and the block with the largest excess over its tolerance.
-   !> The block with too large a tolerance is found too.
+   !> Find the largest force, the block with the largest ratio of force to tolerance, and the
+   !> unsupported block with the largest ratio of tolerance to weight.
    subroutine compare_with_tolerance(simulation, equilibrium)
       type(simulation_type), intent(in) :: simulation  !< unbalanced forces are in `system%rhs`
-      type(equilibrium_type), intent(inout) :: equilibrium  !< gets largest force, worst block
+      type(equilibrium_type), intent(inout) :: equilibrium  !< largest force and worst block are set
       real(wp) :: force(6), size_of, allowed, weight
       logical :: is_worse
       integer :: b
@@ -441,11 +441,11 @@ contains
       block_weight = norm2(simulation%model%control%gravity)*simulation%blocks%mass(b)
    end function block_weight
 
-   !> Find a contact in compression that penetrates deeper than its force explains.
-   !> The forces balance, but for another position of the blocks.
-   subroutine find_unexplained_depth(simulation, equilibrium)
-      type(simulation_type), intent(in) :: simulation  !< simulation with the contacts at rest
-      type(equilibrium_type), intent(inout) :: equilibrium  !< gets such a contact: no equilibrium
+   !> Find the contact in compression with the largest penetration that its force does not explain.
+   !> Forces then balance only because the gap of this contact has an offset.
+   subroutine find_unexplained_penetration(simulation, equilibrium)
+      type(simulation_type), intent(in) :: simulation  !< simulation whose contacts are evaluated
+      type(equilibrium_type), intent(inout) :: equilibrium  !< no equilibrium if there is one
       integer :: c
       real(wp) :: most
 
@@ -461,12 +461,12 @@ contains
       end associate
       equilibrium%at_rest = equilibrium%unexplained == 0 &
          .or. (equilibrium%releases == most_releases .and. most <= simulation%detection%least)
-   end subroutine find_unexplained_depth
+   end subroutine find_unexplained_penetration
 
    !> Record blocks that no contact forces can support, and that nothing can stop.
    subroutine record_falling(simulation, equilibrium)
       type(simulation_type), intent(in) :: simulation  !< simulation with its loads and contacts
-      type(equilibrium_type), intent(inout) :: equilibrium  !< gets number and first block
+      type(equilibrium_type), intent(inout) :: equilibrium  !< number and first block are set
       logical :: falls(simulation%blocks%n)
 
       call find_falling(simulation%blocks, simulation%contacts(simulation%now), simulation%laws, &
@@ -475,7 +475,7 @@ contains
       equilibrium%falls = findloc(falls, .true., 1)
    end subroutine record_falling
 
-   !> Remove offsets, so that contact forces correspond to the whole penetration.
+   !> Remove offsets of penetrating contacts, so that their forces match the whole penetration.
    !> Vertices that changed edges in soft contacts, such as in a fallen pile, penetrate without
    !> force, because otherwise they would gain energy.
    subroutine remove_contact_offsets(simulation, equilibrium)
@@ -496,7 +496,7 @@ contains
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: from(:,:)        !< [≥2,blocks] centroids, m
       integer, intent(out) :: block            !< number of the block; 0: none has moved
-      real(wp), intent(out) :: way             !< m
+      real(wp), intent(out) :: way             !< its distance, m
       real(wp) :: moved
       integer :: b
 
@@ -514,7 +514,7 @@ contains
    !> Write the outcome of the search: an error if there is no equilibrium.
    subroutine write_outcome(simulation, equilibrium, error)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
-      type(equilibrium_type), intent(inout) :: equilibrium  !< static equilibrium under gravity
+      type(equilibrium_type), intent(inout) :: equilibrium  !< record of the search
       type(error_type), allocatable, intent(in) :: error  !< error of the last step, if it failed
 
       if (equilibrium%at_rest) then
@@ -549,11 +549,11 @@ contains
       if (allocated(error)) equilibrium%words = equilibrium%words//'; then '//error%message
    end subroutine write_outcome
 
-   !> Text on the contact with the largest normal force and its joint.
-   !> Priority: sliding contacts of an unbalanced block, all sliding ones, contacts of the block.
+   !> Text on the contact with the largest normal force, and its joint.  The contact is chosen from
+   !> the sliding contacts of block b, otherwise all sliding contacts, otherwise all contacts of b.
    function sliding_contact_text(simulation, b) result(words)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
-      integer, intent(in) :: b                         !< block that is out of balance
+      integer, intent(in) :: b                         !< block with an unbalanced force
       character(len=:), allocatable :: words
       integer :: c, worst(3), sliding
       logical :: own
@@ -586,9 +586,9 @@ contains
       end associate
    end function sliding_contact_text
 
-   !> Name of a joint material in a sentence.
+   !> Text that names a joint material in a message.
    pure function joint_label(name) result(label)
-      character(len=*), intent(in) :: name  !< as in the input; blank: none
+      character(len=*), intent(in) :: name  !< name in the input; blank: none
       character(len=:), allocatable :: label
 
       label = 'joint '//quoted(trim(name))
@@ -620,10 +620,10 @@ contains
       end select
    end function falling_text
 
-   !> Text on blocks whose penetration exceeds what their force explains.
+   !> Text on two blocks with a penetration that their contact force does not fully explain.
    function penetration_text(simulation, c) result(words)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
-      integer, intent(in) :: c                         !< contact that is too deep
+      integer, intent(in) :: c                         !< contact with this penetration
       character(len=:), allocatable :: words
 
       associate (contacts => simulation%contacts(simulation%now))
@@ -636,7 +636,7 @@ contains
 
    !> Text that states the number of static steps.
    pure function static_steps_text(equilibrium) result(words)
-      type(equilibrium_type), intent(in) :: equilibrium  !< so far
+      type(equilibrium_type), intent(in) :: equilibrium  !< record of the search
       character(len=:), allocatable :: words
 
       words = counted(to_text(equilibrium%steps), 'static step', 'static steps')
@@ -645,7 +645,7 @@ contains
    !> Text on the accuracy of the equilibrium.
    function equilibrium_text(simulation, equilibrium) result(words)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
-      type(equilibrium_type), intent(in) :: equilibrium  !< at rest
+      type(equilibrium_type), intent(in) :: equilibrium  !< a search that found equilibrium
       character(len=:), allocatable :: words
       real(wp) :: weight
 

@@ -4,9 +4,9 @@
 !> Loads act along one direction, "down".  A block may be supported if an element acts on it, or if
 !> it is above such a block or above a block that may be supported.  The others form groups in
 !> contact.  A group is in equilibrium only if the forces of its contacts with other blocks
-!> balance its loads.  These forces lie in friction cones, and their sums in the cone between the
-!> first and the last direction.  If the opposite of the loads is outside this cone, the forces
-!> cannot balance, and there is nothing below on which the group could land.
+!> balance its loads.  Each force lies in a friction cone, and their sum in the cone between the
+!> first and the last of these directions.  If the direction opposite to the loads is outside this
+!> cone, the forces cannot balance, and there is no block below on which the group could land.
 module dda_falling
    use dda_kinds, only: wp, pi
    use dda_blocks, only: blocks_type
@@ -18,14 +18,14 @@ module dda_falling
    private
    public :: find_falling
 
-   real(wp), parameter :: rounding = 1.0e-9_wp  !< rounding of positions over half the size
-   real(wp), parameter :: parallel = 1.0e-6_wp  !< difference of equal directions, rad
+   real(wp), parameter :: rounding = 1.0e-9_wp  !< rounding of positions over half the model size
+   real(wp), parameter :: parallel = 1.0e-6_wp  !< difference of directions that count as equal, rad
 
-   !> Extent of blocks along and across the loads.
+   !> Extents of blocks along the loads, and across the loads in cells between sides of blocks.
    type :: extents_type
-      real(wp), allocatable :: top(:), bottom(:)      !< [blocks] along the loads, m
+      real(wp), allocatable :: top(:), bottom(:)      !< [blocks] positions along the loads, m
       integer, allocatable :: first(:), last(:)       !< [blocks] first and last cell across
-      integer :: cells = 0
+      integer :: cells = 0                            !< number of cells across the loads
    end type extents_type
 
 contains
@@ -35,9 +35,9 @@ contains
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       type(contacts_type), intent(in) :: contacts  !< contacts of the present state
       type(laws_type), intent(in) :: laws          !< friction
-      real(wp), intent(in) :: load(:,:)            !< [6,blocks] loads without contacts, N/m …
+      real(wp), intent(in) :: load(:,:)  !< [6,blocks] loads without contact forces, N/m and N
       logical, intent(in) :: held(:)               !< [blocks] an element acts on the block
-      logical, intent(out) :: falls(:)             !< [blocks]
+      logical, intent(out) :: falls(:)             !< [blocks] the block falls without limit
       type(extents_type) :: extents
       real(wp) :: down(2)
       logical :: stands(blocks%n)
@@ -94,12 +94,12 @@ contains
       end associate
    end subroutine set_extents
 
-   !> Find blocks above a part of a supported block, which may be supported as well.
+   !> Find the blocks above any part of a supported block; they may be supported as well.
    subroutine find_blocks_above(extents, removed, stands)
       type(extents_type), intent(in) :: extents   !< of all blocks
       logical, intent(in) :: removed(:)           !< [blocks]
       logical, intent(inout) :: stands(:)         !< [blocks] on entry: elements act on the block
-      real(wp) :: deepest(extents%cells)          ! position of resting blocks above each cell
+      real(wp) :: deepest(extents%cells)          ! lowest point of supported blocks in a cell, m
       integer :: order(size(stands)), b, k
       logical :: changed
 
@@ -133,18 +133,18 @@ contains
       end subroutine add_supported_block
    end subroutine find_blocks_above
 
-   !> Retain groups whose contacts with other blocks cannot balance their loads.
+   !> Retain in `falls` only groups whose contacts with other blocks cannot balance their loads.
    subroutine retain_unbalanced(blocks, contacts, laws, load, down, part, stands, falls)
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       type(contacts_type), intent(in) :: contacts  !< contacts of the present state
       type(laws_type), intent(in) :: laws          !< friction
-      real(wp), intent(in) :: load(:,:)            !< [6,blocks] loads without contacts, N/m …
+      real(wp), intent(in) :: load(:,:)  !< [6,blocks] loads without contact forces, N/m and N
       real(wp), intent(in) :: down(2)              !< unit vector
       integer, intent(in) :: part(:)               !< [blocks] first block of the group
       logical, intent(in) :: stands(:)             !< [blocks]
-      logical, intent(inout) :: falls(:)           !< [blocks]
-      !> [blocks] first and last direction of forces on a group, as angles from the direction
-      !> opposite to its loads
+      logical, intent(inout) :: falls(:)           !< [blocks] the block may fall without limit
+      !> [2,blocks] first and last direction of forces on a group, as angles from the direction
+      !> opposite to its loads, rad
       real(wp) :: range(2, blocks%n), direction, friction
       logical :: balances(blocks%n)
       integer :: c, b

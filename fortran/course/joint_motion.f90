@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Slip, opening and force of the joint between two sets of blocks.
 !>
-!> Slip and opening are those of the contacts that touched when counting began
-!> (`dda_first_contacts`); forces are of all contacts of the last step.  Slip is positive if the
-!> first set moves to the right relative to the other one, with the other one below.
+!> Slip and opening are measured at the contacts that touched when counting began
+!> (`dda_first_contacts`); forces are summed over all contacts of the last step.  Slip is positive
+!> if the first set moves to the right relative to the second, seen with the second set below.
 module dda_joint_motion
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use dda_kinds, only: wp
@@ -19,18 +19,18 @@ module dda_joint_motion
    private
    public :: measure_joint, check_measured_joints, joint_columns
 
-   integer, parameter :: joint_columns = columns_of(in_measured_joints)  !< numbers in the output
+   integer, parameter :: joint_columns = columns_of(in_measured_joints)  !< values per joint
 
 contains
 
-   !> Measure mean slip and widest opening of a joint, m, and its forces; NaN if no longer existing.
-   !> Forces, N/m: sum of normal forces (compression positive), of resisting shear, on set one.
+   !> Measure mean slip and largest opening of a joint, m (NaN if its blocks are removed), and its
+   !> forces, N/m: normal (compression positive), resisting shear, and resultant (x, y) on set one.
    pure subroutine measure_joint(joint, first, contacts, blocks, values)
       type(measured_joint_type), intent(in) :: joint   !< of the model
-      type(first_contacts_type), intent(in) :: first   !< contacts that touched at first
+      type(first_contacts_type), intent(in) :: first   !< contacts when counting began
       type(contacts_type), intent(in) :: contacts      !< contacts of the last step
       type(blocks_type), intent(in) :: blocks          !< blocks in their present state
-      real(wp), intent(out) :: values(joint_columns)   !< as above
+      real(wp), intent(out) :: values(joint_columns)   !< slip, opening, forces
       real(wp) :: moved(2), force(2), slip, opening
       integer :: c, n
 
@@ -69,7 +69,7 @@ contains
 
    !> Reject a joint without contacts at the start of the run.
    subroutine check_measured_joints(simulation, error)
-      type(simulation_type), intent(in) :: simulation        !< simulation that has begun to count
+      type(simulation_type), intent(in) :: simulation        !< simulation whose maxima have begun
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       integer :: i, c
       logical :: found

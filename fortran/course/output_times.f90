@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Output at equal times: each stage has samples and frames at whole multiples of their intervals
-!> after its start, and adaptive steps are shortened to end at these times.
+!> Output at equal intervals: samples and frames are written at whole multiples of their intervals
+!> after the start of a stage, and adaptive steps are shortened to end at these times.
 module dda_output_times
    use dda_kinds, only: wp, long
    use dda_simulation, only: simulation_type

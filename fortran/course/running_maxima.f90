@@ -23,7 +23,7 @@ module dda_running_maxima
    public :: begin_maxima, reserve_maxima, count_step, count_rest, change_base, restart_points, &
       take_residuals, least_movement
 
-   real(wp), parameter :: least_share = 1.0e-5_wp  !< over the model size: smaller moves are ignored
+   real(wp), parameter :: least_share = 1.0e-5_wp  !< over the model size: least reported movement
 
    real(wp), parameter :: least_recorded = 1.0e-7_wp  !< over the size: least slip recorded at once
 
@@ -52,7 +52,7 @@ contains
    !> Allocate the counters for a number of initial contacts.
    subroutine reserve_maxima(simulation, contacts)
       type(simulation_type), intent(inout) :: simulation  !< started
-      integer, intent(in) :: contacts                     !< contacts of slip and opening
+      integer, intent(in) :: contacts  !< number of contacts whose slip is measured
       type(largest_type) :: none
       integer :: i
 
@@ -128,11 +128,11 @@ contains
       call count_state(simulation, .false., .true.)
    end subroutine count_rest
 
-   !> Update by the present state.
+   !> Update the maxima with the present state.
    subroutine count_state(simulation, rates, look)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      logical, intent(in) :: rates             !< rates with velocities and accelerations
-      logical, intent(in) :: look              !< slip and opening are included
+      logical, intent(in) :: rates             !< velocities and accelerations count
+      logical, intent(in) :: look              !< slip and opening count
       type(largest_type) :: largest(number_of_maxima)
 
       largest = simulation%maxima%largest
@@ -142,7 +142,7 @@ contains
       simulation%maxima%largest = largest
    end subroutine count_state
 
-   !> Update by the values of the present state, except slip and opening.
+   !> Update the maxima with the present state, except slip and opening.
    subroutine add_state(simulation, largest, rates)
       type(simulation_type), intent(in) :: simulation   !< between two steps
       type(largest_type), intent(inout) :: largest(:)   !< [maxima] so far
@@ -162,7 +162,7 @@ contains
       call take(largest(of_plastic_strain), strain(b), simulation%time, [b, 0])
    end subroutine add_state
 
-   !> Update motions of the measured points relative to the base, and their drift.
+   !> Update the largest motions relative to the base, and the largest drift, of measured points.
    subroutine add_points(simulation, largest, rates)
       type(simulation_type), intent(in) :: simulation   !< between two steps
       type(largest_type), intent(inout) :: largest(:)   !< [maxima] so far
@@ -213,7 +213,7 @@ contains
          simulation%blocks, simulation%time)
    end subroutine change_base
 
-   !> Restart measured points after their displacements have been set to zero.
+   !> Restart the maxima of measured points after their displacements have been set to zero.
    subroutine restart_points(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(largest_type) :: none

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Stages of a run: static equilibrium, excavation, changes, dynamics, in the order of the input.
 !>
-!> A static stage is completed at its start: it has no time and no steps.  If the first stage is
-!> static, the energy budget begins after it, with the energy stored then; dissipation in later
-!> static stages has its own term.
+!> A static stage is computed at once: its duration is zero, and its steps are not counted.  If the
+!> first stage is static, the energy budget begins after it, with the energy stored at that time;
+!> dissipation in later static stages has its own term.
 module dda_stages
    use dda_kinds, only: wp, long
    use dda_blocks, only: change_material, place_of, remove_block
@@ -95,7 +95,7 @@ contains
    end subroutine begin_next_stage
 
    !> Displace a block at the start of dynamics, if the input requests it.
-   !> The stored energy belongs to the initial state.
+   !> The change of stored energy belongs to the initial state.
    subroutine begin_displaced(simulation, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(error_type), allocatable, intent(inout) :: error  !< allocated on failure
@@ -113,7 +113,7 @@ contains
       if (.not. allocated(error)) call book(simulation, energy_initial, 1.0_wp)
    end subroutine begin_displaced
 
-   !> Reject supports that continue moving, because blocks on them cannot reach equilibrium.
+   !> Reject supports that move after their record, because their blocks cannot reach equilibrium.
    subroutine refuse_moving_supports(simulation, error)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       type(error_type), allocatable, intent(out) :: error  !< names the motion
@@ -157,15 +157,15 @@ contains
          .or. changes_numbers(stage%joint) .or. changes_numbers(stage%material)
    end function changes_model
 
-   !> .true. if a number differs from the number that it replaces.
+   !> .true. if at least one item is replaced by another one.
    pure logical function changes_numbers(list)  ! total
-      integer, intent(in) :: list(:)  !< [joints] or [materials]
+      integer, intent(in) :: list(:)  !< [joints or materials] number of the replacement
       integer :: i
 
       changes_numbers = any(list /= [(i, i=1, size(list))])
    end function changes_numbers
 
-   !> Set Δt, number of steps and integration of a dynamic stage.
+   !> Set Δt, number of steps and time integration of a dynamic stage.
    subroutine set_stepping(simulation, s)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: s  !< stage
@@ -220,10 +220,10 @@ contains
       end associate
    end subroutine change_model
 
-   !> Update the stored energies; add their difference to a term of the budget.
+   !> Update the stored energies, and add their change to a term of the budget.
    subroutine book(simulation, term, sign_of)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      integer, intent(in) :: term  !< term of the list
+      integer, intent(in) :: term  !< term of the budget
       real(wp), intent(in) :: sign_of  !< 1: a gain; −1: a loss
       type(energy_type) :: present
       real(wp) :: before
@@ -237,7 +237,7 @@ contains
       call add_energy(simulation%energy, term, sign_of*(total_energy(simulation%energy) - before))
    end subroutine book
 
-   !> Start the motions that the stage names; other motions that have not begun do not start.
+   !> Start the motions that the stage names; motions of later stages wait.
    subroutine begin_motions(simulation, s)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: s  !< stage
@@ -252,7 +252,7 @@ contains
       end do
    end subroutine begin_motions
 
-   !> Activate fixed points at their present positions, and loads.
+   !> Activate the fixed points of a stage at their present positions, and the loads of the stage.
    subroutine activate_points(simulation, s)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: s  !< stage
@@ -371,7 +371,7 @@ contains
 
       !> Set the present positions of points as origins of their displacements.
       pure subroutine set_displacement_origins(points)
-         type(point_type), intent(inout) :: points(:)  !< measured
+         type(point_type), intent(inout) :: points(:)  !< measured points
          integer :: k
 
          do k = 1, size(points)
@@ -422,7 +422,7 @@ contains
 
    !> Text on the largest change of initial stress during a static stage.
    function stress_correction_text(simulation, before) result(words)
-      type(simulation_type), intent(in) :: simulation  !< at rest
+      type(simulation_type), intent(in) :: simulation  !< in equilibrium
       real(wp), intent(in) :: before(:,:)              !< [3,blocks] initial stress, Pa
       character(len=:), allocatable :: words
       real(wp) :: change(3, simulation%blocks%n)
@@ -437,10 +437,10 @@ contains
          ' of the largest, in block '//block_name(simulation, most(2))
    end function stress_correction_text
 
-   !> Text on the movement of blocks in a static stage, and relative to the input.
+   !> Text on the largest movement in a static stage, and on that since the input.
    function static_movement_text(simulation, places) result(words)
-      type(simulation_type), intent(in) :: simulation  !< at rest
-      real(wp), intent(in) :: places(:,:)             !< [2,blocks] at the beginning of the stage, m
+      type(simulation_type), intent(in) :: simulation  !< in equilibrium
+      real(wp), intent(in) :: places(:,:)             !< [2,blocks] centroids at the start, m
       character(len=:), allocatable :: words
       integer :: b
       real(wp) :: way
@@ -458,10 +458,10 @@ contains
          short_text(way)//' m from its position in the input'
    end function static_movement_text
 
-   !> Add losses of the scheme in static steps to the term of static stages.
+   !> Add the numerical losses of static steps to the term of static stages.
    pure subroutine book_statics(energy, before)
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
-      type(energy_type), intent(in) :: before  !< text at the beginning of the stage
+      type(energy_type), intent(in) :: before  !< budget at the beginning of the stage
       integer, parameter :: terms(*) = [energy_algorithmic, energy_kinetic_damping, &
          energy_geometric]
       real(wp), parameter :: signs(*) = [1.0_wp, 1.0_wp, -1.0_wp]

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> First state of a run, and rates that the caller sets.
+!> Initial state of a run, and velocities that the caller sets.
 module dda_start
    use dda_kinds, only: wp
    use dda_errors, only: error_type, error_input, fail
@@ -30,7 +30,7 @@ module dda_start
    private
    public :: start, set_rates
 
-   real(wp), parameter :: touching = 1.0e-12_wp    !< fraction of half the model size: no gap
+   real(wp), parameter :: touching = 1.0e-12_wp  !< gap counted as zero, over half the model size
 
 contains
 
@@ -83,9 +83,9 @@ contains
       call start_columns(simulation, model, error)
    end subroutine start
 
-   !> Set the contact forces of the initial stress.
+   !> Set the contact forces that balance the initial stress.
    subroutine set_initial_contact_forces(simulation, error)
-      type(simulation_type), intent(inout) :: simulation  !< a run with its first list of contacts
+      type(simulation_type), intent(inout) :: simulation  !< run with its initial contacts
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: c
 
@@ -101,7 +101,7 @@ contains
 
    !> Allocate the optional variables of the lists of contacts.
    elemental subroutine allocate_list_variables(contacts, laws)
-      type(contacts_type), intent(inout) :: contacts  !< without contacts
+      type(contacts_type), intent(inout) :: contacts  !< empty list
       type(laws_type), intent(in) :: laws             !< of the joints
 
       contacts%with_laws = .not. laws%plain
@@ -114,7 +114,7 @@ contains
 
    !> Set limits and tolerances of the open–close iteration.
    subroutine prepare_iteration(simulation, model)
-      type(simulation_type), intent(inout) :: simulation  !< with its contact laws and scheme
+      type(simulation_type), intent(inout) :: simulation  !< run with contact laws and scheme
       type(model_type), intent(in) :: model  !< model as read from the input
 
       associate (iteration => simulation%iteration, contact => model%contact)
@@ -145,7 +145,7 @@ contains
       end associate
    end subroutine start_columns
 
-   !> Remove contacts of corners across a crossing of joints.
+   !> Remove contacts between diagonally opposite corners at a crossing of joints.
    subroutine skip_crossings(simulation)
       type(simulation_type), intent(inout) :: simulation  !< simulation with its first contacts
 
@@ -164,8 +164,8 @@ contains
       call move_alloc(across, simulation%detection%across)
    end subroutine skip_crossings
 
-   !> Set the rates of all blocks except those fixed by supports.
-   !> Their energy is input, or part of the first state.
+   !> Set the velocities of all blocks; supports then prescribe theirs.  The kinetic energy belongs
+   !> to the initial state before the first step, later to the input.
    subroutine set_rates(simulation, rates, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       real(wp), intent(in) :: rates(:,:)  !< [6,blocks] m/s, rad/s, 1/s

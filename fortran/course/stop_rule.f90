@@ -2,9 +2,9 @@
 !> End of a run before its duration: displacement or tilt beyond a limit, fallen blocks, or static
 !> equilibrium.
 !>
-!> Movement counts from the first frame of the output, in equilibrium if the first stage is
+!> Movement is measured from the first frame of the output, in equilibrium if the first stage is
 !> static.  Equilibrium is judged by positions, not by velocities, because velocities of stiff modes
-!> may alternate from step to step while nothing moves.
+!> may change sign in each step while no block moves.
 module dda_stop_rule
    use dda_kinds, only: wp, pi
    use dda_edge_load, only: history_of
@@ -18,7 +18,7 @@ module dda_stop_rule
 
 contains
 
-   !> Allocate the positions from which movement counts.
+   !> Allocate the positions from which movement is measured.
    pure subroutine prepare_stop_rule(simulation)
       type(simulation_type), intent(inout) :: simulation  !< just started
 
@@ -28,7 +28,7 @@ contains
          simulation%stop%window(3, simulation%blocks%n), source=0.0_wp)
    end subroutine prepare_stop_rule
 
-   !> Begin to count movement from the present state.
+   !> Begin to measure movement from the present state.
    pure subroutine begin_stop_rule(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
 
@@ -37,7 +37,7 @@ contains
       call begin_window(simulation)
    end subroutine begin_stop_rule
 
-   !> Begin the window in which blocks must not move.
+   !> Begin the time window in which blocks must not move.
    pure subroutine begin_window(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
 
@@ -91,7 +91,7 @@ contains
       end associate
    end subroutine judge_movement
 
-   !> .true. if a block is counted; of a body only its first cell is.
+   !> .true. if a block is counted: every block without cells, and the first cell of each body.
    pure logical function is_counted_block(body, b)
       integer, intent(in) :: body(:)  !< [blocks] body of a cell; 0: none
       integer, intent(in) :: b        !< block
@@ -106,9 +106,9 @@ contains
       to_degrees = angle*180.0_wp/pi
    end function to_degrees
 
-   !> .true. if no vertex has moved since the window began, in the last stage.
+   !> End the run if, in the last stage, no vertex has moved since the window began.
    !> All motions must have ended, and all loads must be constant.  Movement is relative to the
-   !> supports if all of them continue with one velocity after their records.
+   !> supports if all of them continue at the same velocity after their records.
    pure subroutine judge_rest(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       real(wp) :: moved(3), drifted(2)
@@ -165,10 +165,10 @@ contains
       end associate
    end function excitation_end
 
-   !> Time of the last change of a load that is linear between its times, s.
+   !> Time of the last change of a load that is linear between the given times, s.
    pure real(wp) function last_change(times, values, now)
       real(wp), intent(in) :: times(:)     !< s, ascending
-      real(wp), intent(in) :: values(:,:)  !< [any,times]
+      real(wp), intent(in) :: values(:,:)  !< [components,times]
       real(wp), intent(in) :: now          !< s
       integer :: k
 
