@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Base motion relative to which displacements, velocities and accelerations are reported.
 !>
-!> It is the motion of the supports if all of them, in this and later stages, have the same
-!> translation; otherwise that of the measured point that all groups &amplification name as base;
-!> otherwise that of an outcrop of the half-space below, if a single motion enters there.  If none
-!> exists, values are absolute.
+!> It is the first of these motions that exists: the motion of the supports, if all of them, in this
+!> and later stages, have the same translation; the motion of the measured point that all groups
+!> &amplification name as base; the motion of an outcrop of the half-space below, if a single motion
+!> enters there.  Otherwise, values are absolute.
 module dda_base_motion
    use dda_kinds, only: wp
    use dda_baseline, only: displacement_at, velocity_at
@@ -20,22 +20,22 @@ module dda_base_motion
 
    integer, parameter :: base_absolute = 0  !< none: values are absolute
    integer, parameter :: base_rests = 1     !< supports that do not move
-   integer, parameter :: base_moves = 2     !< supports that move alike
+   integer, parameter :: base_moves = 2     !< supports with one common motion
    integer, parameter :: base_point = 3     !< a measured point
    integer, parameter :: base_outcrop = 4   !< an outcrop of the half-space below
    integer, parameter :: base_kinds = base_outcrop  !< the last kind
 
    real(wp), parameter :: surface_factor = 2.0_wp !< ratio of free-surface motion to the upward wave
-   real(wp), parameter :: same = 1.0e-9_wp  !< fraction of a motion: rounding of directions
+   real(wp), parameter :: same = 1.0e-9_wp  !< rounding of directions, over their length
 
    !> The base and its motion at the present time.
    type :: base_type
-      integer :: kind = base_absolute
+      integer :: kind = base_absolute           !< one of the kinds above
       integer :: point = 0                      !< measured point, or 0
       real(wp), allocatable :: share(:,:)       !< [2,motions] coefficient of each motion in x and y
       !> origin of displacements: position of the point, or displacement of the supports, m
       real(wp) :: zero(2) = 0.0_wp
-      real(wp) :: displacement(2) = 0.0_wp      !< displacement since counting began, m
+      real(wp) :: displacement(2) = 0.0_wp      !< displacement since `begin_base`, m
       real(wp) :: velocity(2) = 0.0_wp          !< m/s
       real(wp) :: acceleration(2) = 0.0_wp      !< acceleration of the last step, m/s²
    end type base_type
@@ -44,8 +44,8 @@ contains
 
    !> Set the base of a model; displacements count from the present time.
    subroutine begin_base(base, model, blocks, time)
-      type(base_type), intent(out) :: base       !< of the model
-      type(model_type), intent(in) :: model      !< of the run
+      type(base_type), intent(out) :: base       !< base of the model
+      type(model_type), intent(in) :: model      !< model of the run
       type(blocks_type), intent(in) :: blocks    !< blocks in their present state
       real(wp), intent(in) :: time               !< s
 
@@ -55,8 +55,8 @@ contains
 
    !> Update the base after supports or motions have changed; its displacement is continuous.
    subroutine renew_base(base, model, blocks, time)
-      type(base_type), intent(inout) :: base     !< of the model
-      type(model_type), intent(in) :: model      !< of the run
+      type(base_type), intent(inout) :: base     !< base of the model
+      type(model_type), intent(in) :: model      !< model of the run
       type(blocks_type), intent(in) :: blocks    !< blocks in their present state
       real(wp), intent(in) :: time               !< s
       real(wp) :: motion(2, 2), unused(2, 2)
@@ -76,11 +76,11 @@ contains
       end select
    end subroutine renew_base
 
-   !> Find the common translation of all supports as a combination of the motions u.
-   !> It matches, by least squares, their components along the supported directions.
+   !> Find the common translation of all supports as a linear combination of the motions.
+   !> Its components along the supported directions match the supports by least squares.
    pure subroutine find_base(base, model)
-      type(base_type), intent(inout) :: base     !< base; receives its kind and its coefficients
-      type(model_type), intent(in) :: model      !< of the run
+      type(base_type), intent(inout) :: base     !< kind and coefficients are set
+      type(model_type), intent(in) :: model      !< model of the run
       real(wp) :: matrix(2, 2), right(2, size(model%motions))
       integer :: i, axis, holding
 
@@ -114,8 +114,8 @@ contains
 
    !> Find the motion of the outcrop, if the same motion enters from all half-spaces.
    pure subroutine find_outcrop(base, model)
-      type(base_type), intent(inout) :: base     !< base; receives its kind and its coefficients
-      type(model_type), intent(in) :: model      !< of the run
+      type(base_type), intent(inout) :: base     !< kind and coefficients are set
+      type(model_type), intent(in) :: model      !< model of the run
       integer :: i, axis, first
 
       first = 0
@@ -139,7 +139,7 @@ contains
 
    !> Moore–Penrose inverse of a sum of dyads n nᵀ of unit vectors.
    pure function pseudo_inverse(matrix) result(inverse)
-      real(wp), intent(in) :: matrix(2, 2)  !< symmetric, not negative
+      real(wp), intent(in) :: matrix(2, 2)  !< symmetric, positive semi-definite
       real(wp) :: inverse(2, 2), trace, determinant
 
       trace = matrix(1, 1) + matrix(2, 2)
@@ -154,8 +154,8 @@ contains
 
    !> .true. if every support moves with the base.
    pure logical function all_follow(base, model)  ! total
-      type(base_type), intent(in) :: base        !< with its coefficients
-      type(model_type), intent(in) :: model      !< of the run
+      type(base_type), intent(in) :: base        !< base with its coefficients
+      type(model_type), intent(in) :: model      !< model of the run
       integer :: i, axis, m
 
       all_follow = .true.
@@ -174,7 +174,7 @@ contains
 
    !> Find the measured point that all groups &amplification name as base; 0 if there is none.
    pure integer function named_point(model) result(point)
-      type(model_type), intent(in) :: model      !< of the run
+      type(model_type), intent(in) :: model      !< model of the run
 
       point = 0
       if (size(model%amplifications) == 0) return
@@ -184,8 +184,8 @@ contains
 
    !> Update the motion of the base at the end of a step, as for supports (`dda_spring_element`).
    subroutine update_base(base, model, blocks, step, time)
-      type(base_type), intent(inout) :: base     !< of the model
-      type(model_type), intent(in) :: model      !< of the run
+      type(base_type), intent(inout) :: base     !< base of the model
+      type(model_type), intent(in) :: model      !< model of the run
       type(blocks_type), intent(in) :: blocks    !< blocks at the end of the step
       type(step_type), intent(in) :: step        !< the present step
       real(wp), intent(in) :: time               !< time at its end, s
@@ -211,7 +211,7 @@ contains
    !> Displacement, m, and velocity, m/s, of the supports at a time.
    pure function motion_at(base, model, time) result(motion)
       type(base_type), intent(in) :: base        !< supports that move
-      type(model_type), intent(in) :: model      !< of the run
+      type(model_type), intent(in) :: model      !< model of the run
       real(wp), intent(in) :: time               !< s
       real(wp) :: motion(2, 2)
       integer :: m
@@ -226,18 +226,18 @@ contains
       end do
    end function motion_at
 
-   !> .true. if something moves the model, so that the origin of values must be reported.
+   !> .true. if motions act on the model, so that the reference of reported values must be named.
    pure logical function counts_from_motion(base, model)
-      type(base_type), intent(in) :: base        !< of the model
-      type(model_type), intent(in) :: model      !< of the run
+      type(base_type), intent(in) :: base        !< base of the model
+      type(model_type), intent(in) :: model      !< model of the run
 
       counts_from_motion = base%kind /= base_rests .and. size(model%motions) > 0
    end function counts_from_motion
 
-   !> Text on the origin of reported values.
+   !> Text on the reference of reported displacements, velocities and accelerations.
    pure function base_words(base, model) result(words)
-      type(base_type), intent(in) :: base        !< of the model
-      type(model_type), intent(in) :: model      !< of the run
+      type(base_type), intent(in) :: base        !< base of the model
+      type(model_type), intent(in) :: model      !< model of the run
       character(len=:), allocatable :: words
 
       select case (base%kind)

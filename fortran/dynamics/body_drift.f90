@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Solution of a step of moving bodies for the difference from the translation of each body.
+!> Solution of a step for the difference of displacements from the translation of each body.
 !>
 !> If a body moves by d₀ in a step, the stiff springs between its cells have no force, but K̂d₀ is
 !> rounded to 10⁻¹⁶ K̂d₀, with the same sign in each step: a body of E = 10¹⁴ Pa would gain 10⁻⁸ of
@@ -18,15 +18,15 @@ module dda_body_drift
    private
    public :: begin_drift, subtract_contacts
 
-   real(wp), parameter :: least_drift = 1.0e-6_wp  !< smallest drift over half the model
-   !> fraction of loads, which scale residuals: forces of moving supports and contacts far exceed
-   !> those between bodies
+   real(wp), parameter :: least_drift = 1.0e-6_wp  !< smallest drift over half the model size
+   !> factor of the loads by which residuals are scaled: forces of moving supports and contacts far
+   !> exceed the forces within bodies
    real(wp), parameter :: share_of_rounding = 1.0e-3_wp
 
 contains
 
-   !> Find the translation d₀ of each body and the linear part of K̂d₀.
-   !> Pass the remaining loads to the solver.
+   !> Find the translation d₀ of each body and the part of K̂d₀ without contacts.
+   !> Scale the residuals of the solver by the remaining loads.
    subroutine begin_drift(system, solver, blocks, step)
       type(system_type), intent(inout) :: system  !< equations of the step, without contacts
       type(solver_type), intent(inout) :: solver  !< linear solver
@@ -63,11 +63,11 @@ contains
       call record_rigid_terms(solver)
    end subroutine begin_drift
 
-   !> Set mean velocity × Δt of each body for each of its cells; zero for other blocks.
+   !> Set the drift of each cell to Δt × mean velocity of its body; zero for other blocks.
    pure subroutine translate_bodies(blocks, time_step, drift)
       type(blocks_type), intent(in) :: blocks    !< blocks in their present state
       real(wp), intent(in) :: time_step          !< s
-      real(wp), intent(out) :: drift(:,:)        !< [6,n] m
+      real(wp), intent(out) :: drift(:,:)        !< [6,blocks] m
       real(wp) :: total(3, maxval(blocks%body))  ! momentum and mass of each body
       integer :: b
 
@@ -87,7 +87,7 @@ contains
       end do
    end subroutine translate_bodies
 
-   !> Subtract the forces of the springs of all contacts at d₀ from b.
+   !> Subtract the spring forces that d₀ causes in all contacts from b.
    pure subroutine subtract_contacts(b, drift, contacts)
       real(wp), intent(inout) :: b(:,:)            !< [6,n] right-hand side, N
       real(wp), intent(in) :: drift(:,:)           !< [6,n] d₀, m

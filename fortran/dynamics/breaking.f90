@@ -3,10 +3,10 @@
 !>
 !> If the traction of a face reaches the strength of its joint at one of three points, the joint
 !> replaces the face and begins with the tractions of all three points.  The triangles of the face
-!> return to their cells.  The difference between their stress and that of the cell becomes initial
-!> stress, so that no force changes; it is released as the joint is damaged.  When the bond has
-!> failed and the face is open, its edges become sides, which have contacts like those of other
-!> blocks. The energy of these changes is the term `breaking` of the budget.
+!> return to their cells.  The difference between the stresses of triangle and cell becomes initial
+!> stress, so that no force changes; this initial stress decreases with the damage of the joint.
+!> When the bond has failed and the face is open, its edges become sides, which have contacts like
+!> those of other blocks.  The energy of these changes is the term `breaking` of the budget.
 module dda_breaking
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, update_geometry
@@ -25,12 +25,12 @@ module dda_breaking
    private
    public :: break_faces, can_break, restore_faces
 
-   !> fraction of the length of a face: after more slip its joint no longer acts
+   !> slip after which the joint of a face no longer acts, over the length of the face
    real(wp), parameter :: farthest = 0.1_wp
 
 contains
 
-   !> Find broken and separated faces after a step.
+   !> Break faces and separate broken faces after a step.
    subroutine break_faces(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       real(wp), allocatable :: traction(:,:,:)
@@ -74,7 +74,7 @@ contains
       if (can_break) can_break = any(model%welds%joint > 0)
    end function can_break
 
-   !> Break intact faces whose traction has reached their strength.
+   !> Return the intact faces whose traction has reached their strength.
    function break_faces_at_strength(simulation) result(found)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       integer, allocatable :: found(:)
@@ -97,7 +97,7 @@ contains
       end associate
    end function break_faces_at_strength
 
-   !> Separate faces whose bond has failed, if open at all points or after large slip.
+   !> Return the faces with a failed bond that are open at all points, or that have slipped far.
    function separate_gaping_faces(simulation) result(found)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       integer, allocatable :: found(:)
@@ -119,7 +119,7 @@ contains
       end associate
    end function separate_gaping_faces
 
-   !> Release the initial stresses of broken faces with the damage of their joints.
+   !> Reduce the initial stresses of broken faces in proportion to the damage of their joints.
    subroutine release_stresses(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       real(wp) :: damage
@@ -133,11 +133,11 @@ contains
       end do
    end subroutine release_stresses
 
-   !> Reduce the initial stress that replaced face i when it broke to a fraction.
+   !> Reduce the initial stress that was created when face i broke to a fraction of its first value.
    subroutine reduce_initial_stress(simulation, i, share)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: i                            !< broken face
-      real(wp), intent(in) :: share                       !< fraction of that stress
+      real(wp), intent(in) :: share                       !< fraction that remains
       integer :: k
 
       associate (weld => simulation%model%welds(i), blocks => simulation%blocks)
@@ -180,7 +180,7 @@ contains
       end associate
    end subroutine break_face
 
-   !> Separate face i.
+   !> Separate face i: remove its initial stress and mark it as open.
    subroutine separate_face(simulation, i)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: i                            !< broken face
@@ -189,7 +189,7 @@ contains
       simulation%model%welds(i)%state = weld_open
    end subroutine separate_face
 
-   !> Update the area of cells that has their own strain.
+   !> Update the part of the area of each cell that has the strain of the cell.
    !> If faces have opened, update sides, joints and neighbours too.
    subroutine update_cell_areas(simulation, opened)
       type(simulation_type), intent(inout) :: simulation  !< between two steps

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Columns of the free fields of a run.  Each column is a separate run (`dda_column_model`) that is
-!> stepped before the model and is independent of it.  It provides the forces between its blocks
-!> and their images at t₀ + θΔt, the instant of bonded joints, and the motion of its side.
+!> Columns of the free fields of a run.  Each column is a separate run (`dda_column_model`), which
+!> is independent of the model and computes each step first.  It provides the motion of its side,
+!> and the forces between its blocks and their images at t₀ + θΔt, the instant of bonded joints.
 module dda_columns
    use dda_kinds, only: wp
    use dda_elements, only: face_forces, follow_free_field
@@ -43,7 +43,7 @@ contains
    !> Run of a column.
    function column_of(simulation, i) result(run)
       type(simulation_type), intent(in), target :: simulation  !< a run and its state
-      integer, intent(in) :: i                                 !< number, from 1
+      integer, intent(in) :: i                                 !< number of the column
       type(simulation_type), pointer :: run
 
       run => null()
@@ -53,7 +53,7 @@ contains
       end select
    end function column_of
 
-   !> Pass the solved, not yet accepted step of the columns to the sides of the model.
+   !> Pass the solution of the columns for the present step to the sides of the model.
    !> In statics, pass the equilibrium of the columns.
    subroutine take_over_columns(simulation)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
@@ -70,13 +70,13 @@ contains
       end do
    end subroutine take_over_columns
 
-   !> Forces of the neighbours that the blocks at the side would have in level ground.
-   !> At the side, the triangle of such a face has the strain of its cell.
-   !> The forces of that strain are subtracted.
+   !> Forces that blocks at the side receive from their neighbours in level ground.
+   !> At the side of the model, the triangle of a face has the strain of its cell; the forces of
+   !> this strain are subtracted.
    function forces_at_side(run, field) result(force)
-      type(simulation_type), intent(in) :: run     !< of the column
-      type(free_field_type), intent(in) :: field   !< of the model
-      real(wp) :: force(6, run%blocks%n)           !< N/m …
+      type(simulation_type), intent(in) :: run     !< run of the column
+      type(free_field_type), intent(in) :: field   !< free field of the model
+      real(wp) :: force(6, run%blocks%n)           !< N/m and N
       integer :: i
 
       force = face_forces(run%elements, field%face, run%blocks, next_step(run), run%system%d)
@@ -88,7 +88,7 @@ contains
       end do
    end function forces_at_side
 
-   !> Name the failed column in an error.
+   !> Name the column that failed in an error message.
    subroutine name_column(simulation, i, error)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer, intent(in) :: i                         !< number of the column

@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Assembly of the springs and friction forces of contacts, in their assumed states, into K̂ and f̂.
 !>
-!> A dirty block is summed again from its linear part, always in the same order: near pairs with
-!> earlier blocks, then pairs with later blocks, each with its contacts in list order.  The
-!> result is bit-identical to a full assembly, for any number of threads.
+!> The row of a block whose contacts have changed ("dirty") is summed again from its linear part,
+!> always in the same order: near pairs with earlier blocks, then pairs with later blocks, each with
+!> its contacts in list order.  The result is bit-identical to a full assembly, for any number of
+!> threads.
 module dda_contact_assembly
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, copy_block
@@ -35,7 +36,7 @@ contains
       call assemble_terms(system, contacts)
    end subroutine assemble_contacts
 
-   !> Assemble what has changed since the last assembly, or everything in a new step.
+   !> Assemble the terms that have changed since the last assembly, or all terms in a new step.
    subroutine assemble_terms(system, contacts)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(in) :: contacts  !< contacts of this step, with their terms
@@ -57,7 +58,7 @@ contains
       call lap(system%watch, phase_assemble)
    end subroutine assemble_terms
 
-   !> Index the contacts of each near pair in the list, which has the order of the pairs.
+   !> Find the first contact of each near pair in the list, which is sorted by pairs.
    pure subroutine index_contacts(system, contacts)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
@@ -73,11 +74,11 @@ contains
    end subroutine index_contacts
 
    !> Assemble block rows first … last of K̂ and f̂, which no other thread writes.
-   !> A pair with both blocks in the range is read once; other pairs are read twice.
+   !> A pair with both blocks in the range is read once; other pairs are read once per thread.
    subroutine assemble_rows(system, contacts, first, last)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
-      integer, intent(in) :: first, last  !< of the range
+      integer, intent(in) :: first, last  !< first and last row
       integer :: i, k
 
       associate (matrix => system%matrix, dirty => system%contact_terms%dirty)
@@ -102,8 +103,8 @@ contains
    subroutine assemble_pair(system, contacts, i, j, entry, row_too, column_too)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
-      integer, intent(in) :: i, j, entry
-      logical, intent(in) :: row_too, column_too  !< rows of block i (with coupling) and of block j
+      integer, intent(in) :: i, j, entry  !< blocks, and number of the lower block (i, j) of K̂
+      logical, intent(in) :: row_too, column_too  !< write the rows of i and of j
       type(rows_type) :: rows
       integer :: c, dirty_i, dirty_j
       logical :: coupled
@@ -138,7 +139,7 @@ contains
       end associate
    end subroutine assemble_pair
 
-   !> Set a diagonal block of K̂ to that of the linear part.
+   !> Set a diagonal block of K̂ to its part without contacts.
    pure subroutine begin_row(system, i)
       type(system_type), intent(inout) :: system  !< equations of the step
       integer, intent(in) :: i  !< block row
@@ -150,7 +151,7 @@ contains
       end if
    end subroutine begin_row
 
-   !> Set a lower block of K̂ to that of the linear part.
+   !> Set a lower block of K̂ to its part without contacts.
    pure subroutine begin_coupling(linear, linear_entry, entry, block)
       type(block_matrix_type), intent(in) :: linear  !< linear part of K̂
       integer, intent(in) :: linear_entry(:)         !< as in `system_type`
@@ -162,7 +163,7 @@ contains
       if (linear_entry(entry) > 0) block = linear%lower(:, :, linear_entry(entry))
    end subroutine begin_coupling
 
-   !> Copy a block of a vector.
+   !> Copy the six components of one block of a vector.
    pure subroutine copy_block_row(from, to)
       real(wp), intent(in) :: from(6)  !< six numbers of a block
       real(wp), intent(out) :: to(6)   !< their copy
@@ -171,7 +172,7 @@ contains
    end subroutine copy_block_row
 
    !> Add the terms of a contact in the rows of the blocks of its vertex and its edge.
-   !> The forces are those on the block of the vertex.
+   !> The forces act on the block of the vertex, with opposite sign on the block of the edge.
    pure subroutine add_sides(dirty_v, dirty_e, normal, shear, force, rows, diagonal_v, diagonal_e, &
       rhs_v, rhs_e)
       integer, intent(in) :: dirty_v, dirty_e
@@ -220,14 +221,14 @@ contains
       end do
    end subroutine add_products
 
-   !> Add the force in contact c to those of its blocks that are in rows first … last of f̂.
-   !> Its assumed state has not changed; if states change, the blocks are dirty.
+   !> Add a force in contact c to f̂ in those rows of its blocks that lie in first … last.
+   !> The assumed state of the contact must be unchanged; otherwise its blocks are assembled again.
    pure subroutine add_to_rows(system, contacts, c, more, first, last)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c            !< number of the contact
       real(wp), intent(in) :: more(2)     !< compression and resistance to slip, N/m
-      integer, intent(in) :: first, last  !< of the range
+      integer, intent(in) :: first, last  !< first and last row
       type(rows_type) :: rows
 
       associate (v => contacts%block_v(c), e => contacts%block_e(c))
@@ -240,12 +241,12 @@ contains
       end associate
    end subroutine add_to_rows
 
-   !> Add the force to one block.
+   !> Add a contact force to the row of one block.
    pure subroutine add_to_row(system, b, normal_force, normal, shear_force, shear)
       type(system_type), intent(inout) :: system  !< equations of the step
       integer, intent(in) :: b            !< block
       real(wp), intent(in) :: normal_force, normal(6)  !< on the block, N/m; gradient of the gap
-      real(wp), intent(in) :: shear_force, shear(6)    !< the same along the edge
+      real(wp), intent(in) :: shear_force, shear(6)    !< on the block, N/m; gradient of slip
 
       call add_forces(system%rhs(:, b), normal_force, normal, shear_force, shear)
       system%contact_terms%dirty(b) = max(system%contact_terms%dirty(b), is_dirty_force)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Evaluation of all contacts at a trial d: gaps, slips, forces of the laws, and their differences
-!> from the assumed forces.
+!> Evaluation of all contacts at a trial d: gaps, slips, forces by the contact laws, and differences
+!> between these forces and those assumed in the solution.
 module dda_contact_evaluation
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
@@ -22,7 +22,7 @@ contains
       real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
       real(wp), intent(inout) :: largest   !< largest force so far, N/m
       real(wp), intent(out) :: residual    !< largest difference from the assumed forces, N/m
-      logical, intent(in), optional :: measured  !< gaps and slips are already those of d
+      logical, intent(in), optional :: measured  !< .true.: gaps and slips are known at d
       logical :: measures
       integer :: p
 
@@ -48,7 +48,7 @@ contains
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: first, last  !< of the range
-      real(wp), intent(inout) :: largest, residual  !< force, N/m; N/m
+      real(wp), intent(inout) :: largest, residual  !< force and difference, N/m
       type(response_type) :: response
       integer :: c
 
@@ -72,8 +72,8 @@ contains
    end subroutine evaluate_range
 
    !> State that the next iteration assumes.
-   !> A contact whose slip reverses sticks first, to prevent jumps between the two bounds.  A
-   !> contact that closes repeatedly slides first, because its shear force would otherwise open it.
+   !> If slip reverses, the contact first sticks, so that its force does not jump between the bounds
+   !> of friction.  A contact that closes repeatedly first slides: its shear force could open it.
    pure integer function next_state(contacts, laws, response, c)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -93,7 +93,7 @@ contains
          next_state = contact_slide
    end function next_state
 
-   !> Measure all contacts at d, and add their assumed forces there to those of their blocks.
+   !> Measure all contacts at d, and add their assumed forces to the forces on their blocks.
    pure subroutine add_assumed_forces(contacts, d, forces)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
@@ -107,7 +107,7 @@ contains
       end do
    end subroutine add_assumed_forces
 
-   !> Normal force that the solve assumed in contact c, N/m.
+   !> Normal force that the linear solution assumed in contact c, N/m.
    pure real(wp) function assumed_normal(contacts, c)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c  !< number of the contact
@@ -118,7 +118,7 @@ contains
       assumed_normal = contacts%free_force(1, c) - contacts%spring(1, c)*opening
    end function assumed_normal
 
-   !> Shear force that the solve assumed in contact c, N/m.
+   !> Shear force that the linear solution assumed in contact c, N/m.
    pure real(wp) function assumed_shear(contacts, c)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c  !< number of the contact

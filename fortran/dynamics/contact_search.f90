@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Contacts of a step, found from geometry, with the histories of the last step's list.
+!> List of the contacts of a step, found from geometry, with the histories of the previous list.
 module dda_contact_search
    use dda_kinds, only: wp
    use dda_errors, only: error_type, error_input, fail
@@ -27,12 +27,12 @@ module dda_contact_search
    private
    public :: find_contacts
 
-   real(wp), parameter :: least_rounding = 1.0e-5_wp  !< fraction of the noise of contact forces
-   real(wp), parameter :: search_margin = 1.0_wp   !< search margin over the contact distance
+   real(wp), parameter :: least_rounding = 1.0e-5_wp  !< smallest factor of contact force noise
+   real(wp), parameter :: search_margin = 1.0_wp   !< extra reach over the contact distance
 
 contains
 
-   !> List the contacts of the present geometry; search neighbours if the margin is used up.
+   !> List the contacts of the present geometry; search neighbours if blocks have moved too far.
    subroutine find_contacts(simulation, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -116,7 +116,7 @@ contains
    !> Set data of joint laws for a new list: lengths and linearisations.
    pure subroutine prepare_laws(simulation, contacts)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
-      type(contacts_type), intent(inout) :: contacts      !< its new list
+      type(contacts_type), intent(inout) :: contacts      !< new list
       real(wp) :: gained, stiffest
       integer :: c
 
@@ -136,7 +136,7 @@ contains
       simulation%iteration%noise = force_noise(simulation%model, stiffest)
    end subroutine prepare_laws
 
-   !> Largest lift of the contacts by slip, m.
+   !> Largest dilation of the contacts due to slip, m.
    pure real(wp) function highest_lift(simulation) result(highest)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer :: c

@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The springs of the contacts in K̂ and their forces at d = 0; only differences are assembled
-!> again.
+!> Springs of the contacts in K̂ and contact forces at d = 0; only rows of blocks whose springs or
+!> forces have changed are assembled again.
 !>
-!> A contact assumes N = N₀ − K_n (z − z₀) and T = T₀ + K_s s at a gap z and a slip s.  These four
-!> numbers contain its state, its law, the instant at which it acts, its damping and its retained
-!> stiffness. An iteration may retain a fraction of a spring that a state does not have, with zero
-!> force at the last iterate.  It regularises an iteration that would overshoot, and vanishes at the
-!> solution.
+!> In an iteration, a contact has the forces N = N₀ − K_n (z − z₀) and T = T₀ + K_s s at gap z and
+!> slip s.  N₀, K_n, T₀ and K_s depend on its state, its law, the instant at which it acts, its
+!> damping and its retained stiffness.  If the iteration could overshoot, an open contact retains a
+!> fraction of its normal spring, and a sliding contact of its shear spring.  The force of this
+!> fraction is zero at the last iterate, so it does not change the solution.
 !>
 !> Within a step the geometry of the contacts is constant and the open–close iteration changes few
 !> of their states.  A contact whose spring or force differs from the assembled one marks both its
@@ -26,24 +26,24 @@ module dda_contact_terms
    public :: contact_terms_type, update_contact_terms, is_free, is_clean, &
       is_dirty_force, is_dirty_stiffness
 
-   integer, parameter :: is_clean = 0
-   integer, parameter :: is_dirty_force = 1      !< the right-hand side
-   integer, parameter :: is_dirty_stiffness = 2  !< the matrix too
+   integer, parameter :: is_clean = 0            !< nothing must be assembled again
+   integer, parameter :: is_dirty_force = 1      !< the right-hand side must be assembled again
+   integer, parameter :: is_dirty_stiffness = 2  !< and the matrix
 
-   integer, parameter :: none = -1   !< no state
+   integer, parameter :: none = -1   !< no assembled state
 
    !> Terms of the contacts that must be assembled, or passed to the solver.
    type :: contact_terms_type
       logical :: rebuild = .true.             !< the contacts or the linear part are new
       logical :: other_matrix = .true.        !< K̂ differs from that of the last call
       integer, allocatable :: dirty(:)        !< [blocks] parts that must be assembled again
-      integer, allocatable :: changed(:)      !< [contacts] parts that require this
-      !> springs and forces of contacts that neither slide nor are bonded follow from their states
-      !> alone
+      integer, allocatable :: changed(:)      !< [contacts] parts that have changed
+      !> springs and forces of contacts that neither slide nor are bonded depend only on their
+      !> states
       logical :: by_state = .false.
       !> [contacts] assembled state of such a contact in this step, else `none`
       integer, allocatable :: steady(:)
-      type(rank_one_type) :: spring_changes   !< since the solver was renewed
+      type(rank_one_type) :: spring_changes   !< changes since the last factorisation
    end type contact_terms_type
 
 contains
@@ -81,12 +81,12 @@ contains
       end do
    end subroutine update_contact_terms
 
-   !> Compare forces at d = 0 of contacts first … last; in a new list all are new.
+   !> Mark contacts first … last whose spring or force at d = 0 differs from the assembled one.
    pure subroutine compare_forces_range(terms, contacts, laws, first, last)
       type(contact_terms_type), intent(inout) :: terms  !< assembled terms of the contacts
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      integer, intent(in) :: first, last  !< of the range
+      integer, intent(in) :: first, last  !< first and last contact
       real(wp) :: springs(2), forces(2)
       integer :: c
 
@@ -101,7 +101,7 @@ contains
          contacts%free_force(:, c) = forces
          if (.not. all(same_bits(springs, contacts%spring(:, c)))) &
             terms%changed(c) = is_dirty_stiffness
-         if (rise_differs(contacts, c)) terms%changed(c) = is_dirty_stiffness
+         if (tilt_differs(contacts, c)) terms%changed(c) = is_dirty_stiffness
          terms%steady(c) = merge(contacts%state(c), none, terms%by_state .and. .not. &
             (contacts%state(c) == contact_slide .or. contacts%bonded(c) .or. &
             contacts%retained(c) > 0.0_wp))
@@ -119,7 +119,7 @@ contains
       logical :: matters(2)
 
       call find_terms(contacts, laws, c, springs, forces)
-      if (rise_differs(contacts, c)) then  ! the normal spring is removed and added along other rows
+      if (tilt_differs(contacts, c)) then  ! the normal spring is removed and added along other rows
          call acting_rows(contacts, c, rows)
          call add_change(terms%spring_changes, contacts%block_v(c), rows%normal_v, &
             contacts%block_e(c), rows%normal_e, -contacts%spring(1, c))
@@ -136,16 +136,16 @@ contains
       contacts%spring(:, c) = springs
    end subroutine renew_springs
 
-   !> .true. if the assumed rise of contact c by slip differs from that in K̂.
-   pure logical function rise_differs(contacts, c)
+   !> .true. if the assumed dilation of contact c per slip differs from the one in K̂.
+   pure logical function tilt_differs(contacts, c)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c  !< number of the contact
 
-      rise_differs = contacts%with_laws
-      if (rise_differs) rise_differs = .not. same_bits(contacts%tilt(1, c), contacts%tilt(2, c))
-   end function rise_differs
+      tilt_differs = contacts%with_laws
+      if (tilt_differs) tilt_differs = .not. same_bits(contacts%tilt(1, c), contacts%tilt(2, c))
+   end function tilt_differs
 
-   !> .true. if bits are equal; they differ even if only the sign of zero or a NaN differs.
+   !> .true. if all bits are equal, including the sign of zero and the bits of NaN.
    elemental logical function same_bits(a, b)
       real(wp), intent(in) :: a, b
 
@@ -162,7 +162,7 @@ contains
       if (is_free) is_free = .not. contacts%bonded(c)
    end function is_free
 
-   !> .true. if contact c is open but has friction at a frozen bound.
+   !> .true. if contact c is open but has friction, because its friction bound is frozen.
    elemental logical function rubs_open(contacts, c)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c  !< number of the contact
@@ -172,7 +172,7 @@ contains
          contacts%held_bound(c) > 0.0_wp
    end function rubs_open
 
-   !> Find stiffness of contact c in K̂ and its forces at d = 0, in its assumed state.
+   !> Find the stiffness of contact c in K̂ and its forces at d = 0, in its assumed state.
    pure subroutine find_terms(contacts, laws, c, springs, forces)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -195,7 +195,7 @@ contains
       end associate
    end subroutine find_terms
 
-   !> Find stiffness and forces of a contact with force, without a damaged bond.
+   !> Find the stiffness and forces of a contact that is not free, without a damaged bond.
    pure subroutine find_force_terms(contacts, laws, c, springs, forces)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Damage of bonds within a step: solve, set the damage that corresponds to the solution, repeat.
-!> The first solve, without further damage, is the stiffest; each pass opens the bonds more.  If a
-!> step has one solution, the passes converge to it.  They may end early, because the dissipated
-!> energy is exact for the damage that acted (see `dda_joint_bond`).  Steps that end before
-!> convergence are counted.
+!> Damage of bonds within a step: each pass solves the step and sets the damage that corresponds to
+!> the solution.  The first solution, without further damage, is the stiffest; each pass opens the
+!> bonds more.  If the step has a unique solution, the passes converge to it.  They may end early,
+!> because the dissipated energy is exact for the damage of the last pass (`dda_joint_bond`).
+!> Steps that end before convergence are counted.
 module dda_damage_passes
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type
@@ -14,12 +14,12 @@ module dda_damage_passes
    private
    public :: begin_damage, renew_damage, most_passes
 
-   integer, parameter :: most_passes = 40  !< passes of a step; brittle bonds need more, and jump
-   real(wp), parameter :: same = 1.0e-6_wp     !< smaller differences of damage are ignored
+   integer, parameter :: most_passes = 40  !< largest number per step
+   real(wp), parameter :: same = 1.0e-6_wp     !< difference of damage at convergence
 
 contains
 
-   !> Set bonds to their present damage, and other contacts to full action.
+   !> Set the acting damage of bonds to their present damage, and that of other contacts to one.
    pure subroutine begin_damage(contacts, laws)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -33,12 +33,12 @@ contains
    end subroutine begin_damage
 
    !> Set the damage that corresponds to the solution.
-   !> `passes` counts changes; it exceeds `most_passes` if the step is accepted without convergence.
+   !> If `passes` exceeds `most_passes`, the step is accepted without convergence.
    pure subroutine renew_damage(contacts, laws, passes, settled)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(inout) :: passes  !< of this step
-      logical, intent(out) :: settled   !< it equals the damage for which the step was solved
+      logical, intent(out) :: settled   !< accepted: the damage need not change
       real(wp) :: fitting
       integer :: c
 

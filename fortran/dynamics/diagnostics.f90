@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Messages on a failed step and warnings on a run: what, where, when, and what to try.
+!> Error messages on a failed step and warnings on a run: problem, position, time, and remedy.
 module dda_diagnostics
    use dda_kinds, only: wp
    use dda_doubts, only: add_doubt, add_doubts, doubt_type
@@ -14,21 +14,21 @@ module dda_diagnostics
    private
    public :: explain, check_state, audit_warning, doubt_state
 
-   !> fraction of half the model size, from its middle: a block farther away is lost
+   !> largest distance of a block from the origin, over half the model size
    real(wp), parameter :: most_away = 1.0e4_wp
-   !> fraction of the gross energy exchanged: tolerance of the audit
+   !> tolerance of the energy balance over the sum of all exchanged energies
    real(wp), parameter :: most_unexplained = 1.0e-6_wp
-   real(wp), parameter :: most_strain = 0.02_wp  !< largest strain that is small
-   real(wp), parameter :: deepest = 0.05_wp      !< penetration over the size of the smaller block
-   !> fraction of the same energy, gained by springs between steps
+   real(wp), parameter :: most_strain = 0.02_wp  !< largest strain of the theory of small strains
+   real(wp), parameter :: deepest = 0.05_wp  !< largest penetration over size of the smaller block
+   !> largest energy gained by springs between steps, over the sum of all exchanged energies
    real(wp), parameter :: most_geometric = 1.0e-2_wp
 
 contains
 
-   !> Make an error with cause, position and remedy.
+   !> Create an error with cause, position and remedy.
    subroutine explain(simulation, reason, error)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
-      character(len=*), intent(in) :: reason  !< what went wrong
+      character(len=*), intent(in) :: reason  !< cause of the failure
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=:), allocatable :: place, advice
       integer :: c, kind
@@ -84,7 +84,7 @@ contains
          '; look at loads, supports and initial values, or try a smaller time_step')
    end subroutine check_state
 
-   !> .true. if all positions are within a distance of the middle, and all other values are finite.
+   !> .true. if all positions are within a distance of the origin, and all other values are finite.
    pure logical function are_finite_and_near(n, position, velocity, allowed) result(sound)  ! total
       integer, intent(in) :: n  !< blocks
       real(wp), intent(in) :: position(6, n), velocity(6, n)  !< coordinates and their rates
@@ -120,11 +120,11 @@ contains
       end if
    end function audit_warning
 
-   !> Add warnings on strains and penetrations in any step, and on bending of joints now.
-   !> They concern values beyond the range of the method.
+   !> Add warnings on values for which the method is not valid: strains and penetrations in any
+   !> step, and the present bending of joints and variables of joint laws.
    pure subroutine doubt_state(simulation, doubts)
       type(simulation_type), intent(in) :: simulation            !< a run and its state
-      type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< gets more
+      type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< warnings are added
 
       call doubt_strain(simulation, doubts)
       call doubt_depth(simulation, doubts)
@@ -135,7 +135,7 @@ contains
    !> Add warnings if variables of joint laws exceed their limits.
    pure subroutine doubt_memory(simulation, doubts)
       type(simulation_type), intent(in) :: simulation            !< a run and its state
-      type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< may get more
+      type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< warnings may be added
       real(wp) :: worst
       integer :: k
 
@@ -154,7 +154,7 @@ contains
    !> Add a warning on the largest strain, if it is too large.
    pure subroutine doubt_strain(simulation, doubts)
       type(simulation_type), intent(in) :: simulation            !< a run and its state
-      type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< may get one more
+      type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< a warning may be added
 
       associate (most => simulation%maxima%largest(of_strain))
          if (most%value > most_strain) call add_doubt(doubts, 'strain', 'block '// &
@@ -167,7 +167,7 @@ contains
    !> Add a warning on the largest penetration relative to the smaller block, if it is too large.
    pure subroutine doubt_depth(simulation, doubts)
       type(simulation_type), intent(in) :: simulation            !< a run and its state
-      type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< may get one more
+      type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< a warning may be added
 
       associate (most => simulation%maxima%largest(of_penetration_ratio))
          if (most%value > deepest) call add_doubt(doubts, 'penetration', &
@@ -180,8 +180,8 @@ contains
    end subroutine doubt_depth
 
    !> Energy residual due to rounding of positions, J/m.
-   !> It has three parts: work of the weight over the rounding in all steps, work of contact forces
-   !> over the path, and kinetic energy.  A static or weightless model balances no better.
+   !> Sum of three parts: work of the weight along the rounding errors of all steps, work of the
+   !> noise of contact forces along the path, and kinetic energy of rounding errors per Δt.
    pure real(wp) function rounding_energy(simulation)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       real(wp) :: places, mass

@@ -24,14 +24,14 @@ module dda_energy_budget
 
 contains
 
-   !> Set the energies of the first state.
+   !> Set the energies of the initial state.
    subroutine start_energy_budget(energy, blocks, contacts, laws, elements, step)
       type(energy_type), intent(out) :: energy  !< J per metre of thickness
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      type(elements_type), intent(in) :: elements  !< of the model
-      type(step_type), intent(in) :: step  !< the first one
+      type(elements_type), intent(in) :: elements  !< elements of the model
+      type(step_type), intent(in) :: step  !< first step
 
       call update_state(energy, blocks)
       energy%value(energy_contact) = contact_energy(contacts, laws)
@@ -39,14 +39,14 @@ contains
       energy%value(energy_initial) = total_energy(energy)
    end subroutine start_energy_budget
 
-   !> Add the geometric energy to the budget.
-   !> It is the difference of spring energies in exact geometry and in that of the last linear step.
+   !> Add the geometric energy to the budget: the difference between the spring energies in exact
+   !> geometry and those in the linearised geometry of the last step.
    subroutine update_geometric(energy, blocks, contacts, laws, elements, step)
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      type(elements_type), intent(in) :: elements  !< of the model
+      type(elements_type), intent(in) :: elements  !< elements of the model
       type(step_type), intent(in) :: step  !< the next step
       real(wp) :: contact, support, welded, law, water
 
@@ -70,7 +70,7 @@ contains
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      type(elements_type), intent(in) :: elements  !< of the model
+      type(elements_type), intent(in) :: elements  !< elements of the model
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
 
@@ -119,7 +119,7 @@ contains
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
-      integer, intent(in) :: first, last  !< of the range
+      integer, intent(in) :: first, last  !< first and last of the range
       real(wp) :: total(2), change(6)
       integer :: b
 
@@ -136,7 +136,7 @@ contains
 
    !> Quadratic form εᵀDε.
    pure real(wp) function quadratic_form(stiffness, strain)
-      real(wp), intent(in) :: stiffness(3, 3), strain(3)  !< area × D, N/m; of a block
+      real(wp), intent(in) :: stiffness(3, 3), strain(3)  !< area × D, N; strain of a block
 
       quadratic_form = dot_product(strain, stiffness(:, 1)*strain(1) + stiffness(:, 2)*strain(2) &
          + stiffness(:, 3)*strain(3))
@@ -170,13 +170,13 @@ contains
       call add_energy(energy, energy_impact, total(7))
    end subroutine update_contacts
 
-   !> Sum stored energy, losses and gains of contacts first … last.
-   !> Losses: slip, fracture, scheme, dashpots and impacts; gain: dilation.
+   !> Sum seven energies of contacts first … last: stored, losses by slip, by fracture and by the
+   !> scheme, gain by dilation, losses by dashpots and by impacts.
    pure function sum_contacts(contacts, laws, step, first, last) result(total)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(step_type), intent(in) :: step  !< the present step
-      integer, intent(in) :: first, last  !< of the range
+      integer, intent(in) :: first, last  !< first and last of the range
       real(wp) :: total(7)
       type(losses_type) :: losses
       integer :: c
@@ -197,7 +197,7 @@ contains
       end do
    end function sum_contacts
 
-   !> .true. if the contact has dashpots or impacts.
+   !> .true. if dashpots or impacts act in contact c.
    pure logical function is_damped(contacts, laws, c)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -234,7 +234,7 @@ contains
    end subroutine add_contact
 
    !> Add the energies of one contact under a joint law.
-   !> Slip recovers the work of lifting, so friction includes all work of the shear force.  Plastic
+   !> Friction includes the whole work of the shear force, because slip does the work of dilation.
    pure subroutine add_joint_contact(total, contacts, laws, c)
       real(wp), intent(inout) :: total(5)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
@@ -310,11 +310,11 @@ contains
    end subroutine add_bond
 
    !> Spring energy of a contact at a gap and a shear stretch.
-   !> With augmented Lagrangian, the normal force is that of a rigid contact and stores no energy.
+   !> In the augmented Lagrangian method, normal forces store no energy, as in a rigid contact.
    pure real(wp) function stored_energy(laws, gap, closed, bonded, stretch)
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      real(wp), intent(in) :: gap, stretch  !< at the end of the step; of the spring, m
-      logical, intent(in) :: closed, bonded  !< closed after the step; bonded contact
+      real(wp), intent(in) :: gap, stretch  !< gap and shear stretch, m
+      logical, intent(in) :: closed, bonded  !< contact is closed, is bonded
 
       stored_energy = 0.5_wp*laws%shear_stiffness*stretch**2
       if (bonded .or. (closed .and. .not. laws%augmented)) &
@@ -339,11 +339,11 @@ contains
       contact_energy = sum(part(:pieces(contacts%n)))
    end function contact_energy
 
-   !> Sum the energies of contacts first … last.
+   !> Sum the spring energies of contacts first … last.
    pure real(wp) function sum_stored(contacts, laws, first, last)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      integer, intent(in) :: first, last  !< of the range
+      integer, intent(in) :: first, last  !< first and last of the range
       integer :: c
 
       sum_stored = 0.0_wp
@@ -367,7 +367,7 @@ contains
       end do
    end function sum_stored
 
-   !> ½ A εᵀDε + A σ₀ᵀε of all blocks, and the further energy of damping mechanisms.
+   !> Sum of ½ A εᵀDε + A σ₀ᵀε over all blocks, and the energy of the Maxwell branches.
    real(wp) function strain_energy(blocks)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
 
@@ -375,7 +375,7 @@ contains
       if (blocks%damps) strain_energy = strain_energy + damping_energy(blocks)
    end function strain_energy
 
-   !> ½ A εᵀDε + A σ₀ᵀε of all blocks.
+   !> Sum of ½ A εᵀDε + A σ₀ᵀε over all blocks.
    real(wp) function elastic_energy(blocks)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp) :: part(most_pieces)
@@ -392,10 +392,10 @@ contains
       elastic_energy = sum(part(:pieces(blocks%n)))
    end function elastic_energy
 
-   !> Sum the energies of blocks first … last.
+   !> Sum of ½ A εᵀDε + A σ₀ᵀε over blocks first … last.
    pure real(wp) function sum_strain(blocks, first, last) result(energy)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      integer, intent(in) :: first, last  !< of the range
+      integer, intent(in) :: first, last  !< first and last of the range
       integer :: b
 
       energy = 0.0_wp

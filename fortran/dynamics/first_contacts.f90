@@ -1,12 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Slip and opening of the initially touching contacts, measured between the vertex and the point of
-!> the edge at its first foot.  That point retains its fraction of the edge, because strains of a
-!> block are uniform.
+!> Slip and opening of the initially touching contacts, measured between the vertex and the point on
+!> the edge that was initially nearest to the vertex (the foot).  This point divides the edge in a
+!> constant ratio, because the strain of a block is uniform.
 !>
-!> Contacts are not scanned in every step.  Since the last scan no contact can have moved farther
-!> than the blocks.  So, while the blocks have moved little, no value can exceed the largest value
-!> or the smallest recorded one.  Movements of more than 1e-7 of the model's size are
-!> recorded.
+!> Contacts are not scanned in every step: since the last scan, no contact can have moved farther
+!> than the blocks.  A scan is necessary only if blocks may have moved so far that a value could
+!> exceed both the largest value so far and 1e-7 of the model size.
 module dda_first_contacts
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -18,27 +17,27 @@ module dda_first_contacts
    public :: first_contacts_type, begin_first_contacts, reserve_first_contacts, add_movement, &
       may_exceed, drop_removed, count_moved, foot_movement
 
-   !> fraction of the displacement of the blocks, to each side: how far a contact may have moved;
-   !> exact rotations and feet beyond the ends of an edge add less than half
+   !> largest movement of a contact over the displacement of the blocks: 2 for its two blocks, and
+   !> less than 1 for finite rotations and feet beyond the ends of an edge
    real(wp), parameter :: both_sides = 3.0_wp
 
-   !> The contacts, and the result of the last scan.
+   !> The initially touching contacts, and the result of the last scan.
    type :: first_contacts_type
       ! unsaved, found before it is used: pressed
       integer, allocatable :: vertex(:), edge(:)  !< [contacts]
       real(wp), allocatable :: share(:)           !< [contacts] fraction of the edge before the foot
       real(wp), allocatable :: gap(:)             !< [contacts] initial distance, m; 0 for overlaps
       integer, allocatable :: pressed(:)  !< [vertices] edge on which each vertex presses, or 0
-      real(wp) :: shortest = 0.0_wp               !< of all edges, m
-      real(wp) :: found(3) = 0.0_wp               !< at the last scan, see `scan_movements`
+      real(wp) :: shortest = 0.0_wp               !< length of the shortest edge, m
+      real(wp) :: found(3) = 0.0_wp  !< result of the last scan, m (see `scan_movements`)
       real(wp) :: path = 0.0_wp                   !< displacement of the blocks at the last scan, m
    end type first_contacts_type
 
 contains
 
-   !> Allocate n contacts.
+   !> Allocate the variables of n contacts.
    subroutine reserve_first_contacts(first, n, vertices)
-      type(first_contacts_type), intent(out) :: first  !< not yet set
+      type(first_contacts_type), intent(out) :: first  !< allocated, without contacts
       integer, intent(in) :: n, vertices               !< contacts; vertices of the model
 
       allocate (first%vertex(n), first%edge(n), source=0)
@@ -48,7 +47,7 @@ contains
 
    !> Store the contacts that touch at present.
    subroutine begin_first_contacts(first, contacts, blocks, touching)
-      type(first_contacts_type), intent(out) :: first  !< the contacts
+      type(first_contacts_type), intent(out) :: first  !< initially touching contacts
       type(contacts_type), intent(in) :: contacts      !< contacts of the present state
       type(blocks_type), intent(in) :: blocks          !< blocks in their present state
       real(wp), intent(in) :: touching                 !< distance below which contacts touch, m
@@ -75,7 +74,7 @@ contains
 
    !> Remove contacts of blocks that are no longer part of the model.
    pure subroutine drop_removed(first, blocks)
-      type(first_contacts_type), intent(inout) :: first  !< the contacts
+      type(first_contacts_type), intent(inout) :: first  !< initially touching contacts
       type(blocks_type), intent(in) :: blocks            !< blocks in their present state
       logical :: stays(size(first%vertex))
 
@@ -88,11 +87,11 @@ contains
       first%edge = pack(first%edge, stays)
    end subroutine drop_removed
 
-   !> .true. if a scan of the contacts could find a new largest value that is recorded.
+   !> .true. if a scan of the contacts could find a new maximum that must be recorded.
    pure logical function may_exceed(first, largest, path, least)  ! total
-      type(first_contacts_type), intent(in) :: first   !< the contacts
+      type(first_contacts_type), intent(in) :: first   !< initially touching contacts
       type(largest_type), intent(in) :: largest(:)     !< [maxima] so far
-      real(wp), intent(in) :: path                     !< sum of the farthest moves of all steps, m
+      real(wp), intent(in) :: path  !< sum of the largest displacements of all steps, m
       real(wp), intent(in) :: least                    !< smallest movement that is recorded, m
       real(wp) :: way
 
@@ -105,12 +104,12 @@ contains
 
    !> Update the largest movements by a scan of all contacts.
    subroutine add_movement(first, largest, contacts, blocks, time, path)
-      type(first_contacts_type), intent(inout) :: first  !< the contacts
+      type(first_contacts_type), intent(inout) :: first  !< initially touching contacts
       type(largest_type), intent(inout) :: largest(:)    !< [maxima] so far
       type(contacts_type), intent(in) :: contacts        !< contacts of the last step
       type(blocks_type), intent(in) :: blocks            !< blocks in their present state
       real(wp), intent(in) :: time                       !< s
-      !> sum of the farthest moves of all steps, m; if absent, later scans do not count from here
+      !> sum of the largest displacements of all steps, m; if absent, the scan is not stored
       real(wp), intent(in), optional :: path
       real(wp) :: most(3, most_pieces), found(3)
       integer :: p, n
@@ -135,11 +134,11 @@ contains
       first%found = found
    end subroutine add_movement
 
-   !> Find the largest slip, increase of distance, and distance from the foot, of some contacts.
+   !> Find the largest slip, increase of distance, and bound of both, of contacts begin … end.
    pure subroutine scan_movements(first, blocks, begin, end, most)
-      type(first_contacts_type), intent(in) :: first  !< the contacts
+      type(first_contacts_type), intent(in) :: first  !< initially touching contacts
       type(blocks_type), intent(in) :: blocks         !< blocks in their present state
-      integer, intent(in) :: begin, end               !< of the range
+      integer, intent(in) :: begin, end               !< first and last contact
       real(wp), intent(out) :: most(3)                !< m
       real(wp) :: slip, growth, least, x, y
       integer :: c, v, e
@@ -163,9 +162,9 @@ contains
       most = [slip, growth, slip + max(growth, -least)]
    end subroutine scan_movements
 
-   !> Find slip and opening by positions, contact by contact.
+   !> Update the largest slip and opening from the positions of each contact.
    subroutine scan_all(first, largest, contacts, blocks, time)
-      type(first_contacts_type), intent(inout) :: first  !< the contacts
+      type(first_contacts_type), intent(inout) :: first  !< initially touching contacts
       type(largest_type), intent(inout) :: largest(:)    !< [maxima] so far
       type(contacts_type), intent(in) :: contacts        !< contacts of the last step
       type(blocks_type), intent(in) :: blocks            !< blocks in their present state
@@ -184,7 +183,7 @@ contains
 
    !> Slip and opening of contact c; a contact under compression opens by dilation only.
    pure function contact_movement(first, blocks, c) result(moved)
-      type(first_contacts_type), intent(in) :: first  !< with the edges that vertices press on
+      type(first_contacts_type), intent(in) :: first  !< contacts after `find_pressed`
       type(blocks_type), intent(in) :: blocks         !< blocks in their present state
       integer, intent(in) :: c                        !< number of the contact
       real(wp) :: moved(2)
@@ -195,7 +194,7 @@ contains
 
    !> Displacement of the vertex of contact c along the edge, and increase of its distance, m.
    pure function foot_movement(first, blocks, c) result(moved)
-      type(first_contacts_type), intent(in) :: first  !< the contacts
+      type(first_contacts_type), intent(in) :: first  !< initially touching contacts
       type(blocks_type), intent(in) :: blocks         !< blocks in their present state
       integer, intent(in) :: c                        !< number of the contact
       real(wp) :: moved(2)
@@ -209,9 +208,9 @@ contains
       end associate
    end function foot_movement
 
-   !> Find the edge on which each vertex presses (of two, the last in order).
+   !> Find the edge on which each vertex presses; of several, the last in the list.
    pure subroutine find_pressed(first, contacts)
-      type(first_contacts_type), intent(inout) :: first  !< the contacts
+      type(first_contacts_type), intent(inout) :: first  !< initially touching contacts
       type(contacts_type), intent(in) :: contacts        !< contacts of the last step
       integer :: c
 
@@ -222,9 +221,9 @@ contains
       end do
    end subroutine find_pressed
 
-   !> Count the contacts, and those that have slipped and opened by more than a limit.
+   !> Count all contacts, those that have slipped, and those that have opened by more than a limit.
    subroutine count_moved(first, contacts, blocks, limit, numbers)
-      type(first_contacts_type), intent(inout) :: first  !< the contacts
+      type(first_contacts_type), intent(inout) :: first  !< initially touching contacts
       type(contacts_type), intent(in) :: contacts        !< contacts of the last step
       type(blocks_type), intent(in) :: blocks            !< blocks in their present state
       real(wp), intent(in) :: limit                      !< movement that counts, m

@@ -1,15 +1,15 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Outer iteration of the friction bounds around the open–close iteration.
+!> Fixed-point iteration of the friction bounds, with an open–close iteration in each pass.
 !>
-!> With frozen friction bounds a step has one solution, the minimum of a convex function, and the
-!> iteration finds it.  Its normal forces give new bounds.  This map of bounds is continuous, and
-!> bounded because frozen friction only dissipates.  By Brouwer's theorem it has a fixed point, a
-!> solution with friction, for any coefficient of friction.
+!> With constant (frozen) friction bounds, the solution of a step is unique, the minimum of a convex
+!> function, and the open–close iteration finds it.  New bounds follow from its normal forces.  This
+!> map of bounds is continuous, and bounded because frozen friction only dissipates.  By Brouwer's
+!> theorem the map has a fixed point, a solution with friction, for any coefficient of friction.
 !>
-!> If more normal force leads to more slip resistance and thereby to more normal force, simple
-!> repetition diverges from one fixed point, often by 0.1 % an iteration, towards another at which
-!> contacts lock.  Differences that keep their direction and do not decrease are therefore
-!> extrapolated; other differences that do not decrease are damped.
+!> If more normal force leads to more slip resistance and thereby to more normal force, the plain
+!> iteration diverges from one fixed point, often by 0.1 % per pass, towards another one at which
+!> contacts lock.  Differences of the bounds that retain their direction and do not decrease are
+!> therefore extrapolated; other differences that do not decrease are damped.
 module dda_friction_bounds
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type
@@ -18,26 +18,26 @@ module dda_friction_bounds
    private
    public :: bounds_type, hold_bounds, release_bounds, renew_bounds
 
-   real(wp), parameter :: same_way = 0.99_wp !< cosine between differences that keep their direction
-   real(wp), parameter :: stretch = 4.0_wp  !< factor of such a difference, relative to the last one
-   real(wp), parameter :: shorter = 0.5_wp    !< factor of other differences that do not decrease
-   real(wp), parameter :: longer = 1.2_wp     !< factor of those that decrease
+   real(wp), parameter :: same_way = 0.99_wp !< cosine between differences of equal direction
+   real(wp), parameter :: stretch = 4.0_wp  !< growth of the extrapolation of such differences
+   real(wp), parameter :: shorter = 0.5_wp  !< change of `share` if the difference does not decrease
+   real(wp), parameter :: longer = 1.2_wp     !< change of `share` if the difference decreases
 
-   !> Differences of the bounds.
+   !> State of the iteration of the bounds; a difference is the change of all bounds in a pass.
    type :: bounds_type
       integer :: worst = 0                     !< contact with the largest present difference
       real(wp) :: difference = 0.0_wp          !< largest present difference, N/m
       real(wp) :: share = 1.0_wp               !< fraction of a difference that is applied
       real(wp) :: stretched = 1.0_wp           !< last factor of extrapolation
-      real(wp) :: length = 0.0_wp              !< norm of the last differences, N/m
-      real(wp), allocatable :: change(:)       !< [n] the last differences, N/m
+      real(wp) :: length = 0.0_wp              !< norm of the last difference, N/m
+      real(wp), allocatable :: change(:)       !< [contacts] the last difference, N/m
    end type bounds_type
 
 contains
 
    !> Freeze the friction bounds of the contacts at their present normal forces.
    pure subroutine hold_bounds(bounds, contacts, laws)
-      type(bounds_type), intent(out) :: bounds  !< no differences yet
+      type(bounds_type), intent(out) :: bounds  !< new iteration
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer :: c
@@ -46,16 +46,16 @@ contains
       contacts%held_bound = friction_bound(contacts, laws, [(c, c=1, contacts%n)])
    end subroutine hold_bounds
 
-   !> Release the friction bounds, so that they depend on the normal forces again.
+   !> End frozen friction bounds: they depend on the normal forces again.
    pure subroutine release_bounds(contacts)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
 
       if (allocated(contacts%held_bound)) deallocate (contacts%held_bound)
    end subroutine release_bounds
 
-   !> Set the next bounds from the normal forces at the frozen ones.
+   !> Set the next bounds from the normal forces of the solution with the present frozen bounds.
    pure subroutine renew_bounds(bounds, contacts, laws)
-      type(bounds_type), intent(inout) :: bounds  !< of the step
+      type(bounds_type), intent(inout) :: bounds  !< iteration of the bounds
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp) :: change(contacts%n), length, along

@@ -2,19 +2,19 @@
 !> Impacts: restitution as a property of the joint, at any stiffness and any Δt.
 !>
 !> The step is first solved with the dashpots of `damp_contacts`, which stop closing contacts.
-!> Contacts that closed faster than the velocity that gravity gives in a step are struck, and the
-!> step is solved again with
+!> Contacts that closed faster than twice the velocity that gravity causes in a step are struck, and
+!> the step is solved again with
 !>
 !>     v⁺ = v_free + M̂⁻¹ (N p + T t),  0 ≤ p ⊥ Nᵀ(v⁺ + e v⁻) ≥ 0,  |t| ≤ μ p,  Tᵀv⁺ = 0 if stuck,
 !>
 !> with rigid contact conditions on velocity, by the same open–close iteration.  In such a step
-!> struck blocks are rigid, and neither their other closed contacts nor their supports yield; bonds
-!> are springs as in other steps.  Contacts that are then struck are added until none is left.
-!> Contacts that the impact opens, such as the corner about which a block has rocked, retain their
-!> force for the fraction of the step before the impact.
+!> struck blocks, their other closed contacts and their supports are rigid; bonds are springs as in
+!> other steps.  The solution is repeated until it contains no further struck contact.  Contacts
+!> that the impact opens, such as the corner about which a block has rocked, retain their force for
+!> the fraction of the step before the impact.
 !>
-!> With e = 0 the contact first closes its gap, v⁺ = −z₀/Δt, and stops in the next step; both steps
-!> together have the impulse of a single impact.
+!> With e = 0 the contact closes its gap in this step, v⁺ = −z₀/Δt, and stops in the next step; the
+!> sum of both impulses is the impulse of one impact.
 module dda_impact
    use dda_kinds, only: wp, long
    use dda_blocks, only: blocks_type
@@ -33,27 +33,27 @@ module dda_impact
    private
    public :: impacts_type, prepare_impacts, resolve_impacts, count_impacts
 
-   !> fraction of the velocity that gravity causes in a step: dashpots stop slower contacts
+   !> smallest velocity of an impact over the velocity that gravity causes in a step
    real(wp), parameter :: slow = 2.0_wp
-   real(wp), parameter :: short_way = 0.01_wp   !< smallest gap closed first, over the path
-   real(wp), parameter :: rigid = 1.0e8_wp  !< stiffness of strains of a struck block over K̂
-   real(wp), parameter :: unyielding = 1.0e5_wp !< stiffness of its supports, over the inertia in K̂
-   integer, parameter :: most_rounds = 20       !< rounds in which further contacts are struck
-   real(wp), parameter :: gain_allowed = 1.0e-6_wp  !< fraction of the exchanged energy: rounding
+   real(wp), parameter :: short_way = 0.01_wp   !< gap over path in a step: smaller gaps are zero
+   real(wp), parameter :: rigid = 1.0e8_wp  !< strain stiffness of a struck block over K̂
+   real(wp), parameter :: unyielding = 1.0e5_wp !< stiffness of its supports over inertia in K̂
+   integer, parameter :: most_rounds = 20       !< largest number of solutions per step
+   real(wp), parameter :: gain_allowed = 1.0e-6_wp  !< rounding error over the exchanged energy
 
    !> Impacts of a step, and their counts.
    type :: impacts_type
       logical, allocatable :: hit(:)      !< [blocks] struck in this step
       logical, allocatable :: stiff(:)    !< [blocks] made rigid in K̂
       real(wp), allocatable :: before(:)  !< [blocks] fraction of the step before the impact
-      logical :: lifting = .true.         !< contacts that open retain their force until the impact
-      real(wp) :: share = 1.0_wp          !< factor of the restitution that gains no energy
+      logical :: lifting = .true.         !< opening contacts retain force until the impact
+      real(wp) :: share = 1.0_wp          !< factor of restitution; below 1 to prevent gains
       real(wp) :: work = 0.0_wp           !< work of rigid supports, J per metre
       real(wp) :: lost = 0.0_wp           !< energy lost by rigid strains, J per metre
-      integer :: struck = 0               !< contacts, in this step
-      integer(long) :: steps = 0          !< accepted ones with impacts
-      integer(long) :: contacts = 0       !< struck in them
-      integer(long) :: reduced = 0  !< impacts with reduced restitution, to prevent a gain of energy
+      integer :: struck = 0               !< number of contacts struck in this step
+      integer(long) :: steps = 0          !< number of accepted steps with impacts
+      integer(long) :: contacts = 0       !< number of contacts struck in these steps
+      integer(long) :: reduced = 0  !< steps in which restitution was reduced to prevent a gain
    end type impacts_type
 
 contains
@@ -120,7 +120,7 @@ contains
       if (impacts%share < 1.0_wp) impacts%reduced = impacts%reduced + 1
    end subroutine count_impacts
 
-   !> Strike the contacts that have closed in the solution at more than `slowest`.
+   !> Mark contacts that have closed in the solution faster than `slowest` as struck.
    pure subroutine strike_closed(impacts, iteration, contacts, laws, blocks, step, slowest, &
       first, found)
       type(impacts_type), intent(inout) :: impacts  !< of this step
@@ -131,7 +131,7 @@ contains
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: slowest  !< velocity of an impact, m/s
       logical, intent(in) :: first  !< no contact has been struck in this step
-      integer, intent(out) :: found  !< contacts struck
+      integer, intent(out) :: found  !< number of contacts newly struck
       integer :: c
 
       found = 0
@@ -153,7 +153,7 @@ contains
    pure subroutine record_hit(impacts, b, share)
       type(impacts_type), intent(inout) :: impacts  !< of this step
       integer, intent(in) :: b  !< number of the block
-      real(wp), intent(in) :: share  !< of the step
+      real(wp), intent(in) :: share  !< fraction of the step before the impact
 
       if (.not. impacts%hit(b)) impacts%before(b) = 0.0_wp
       impacts%hit(b) = .true.
@@ -172,7 +172,7 @@ contains
       end associate
    end function fraction_before_touch
 
-   !> Lift contacts that open in the solution: they retain their force until the impact.
+   !> Let contacts that open in the solution retain their force until the impact.
    pure subroutine lift_opened(impacts, contacts, laws, lifted)
       type(impacts_type), intent(in) :: impacts  !< of this step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, solved
@@ -194,7 +194,7 @@ contains
       end do
    end subroutine lift_opened
 
-   !> Velocity at which a struck contact opens, m/s.
+   !> Opening velocity of a struck contact after the impact, m/s.
    pure real(wp) function opening_velocity(impacts, contacts, laws, step, c) result(target)
       type(impacts_type), intent(in) :: impacts  !< of this step
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
@@ -226,12 +226,12 @@ contains
       end do
    end subroutine stiffen_neighbours
 
-   !> Make struck blocks rigid: they retain their strains, and their positions at supports.
-   !> If supports kept the velocity instead, blocks struck in many successive steps would drift.
+   !> Make struck blocks rigid: they retain their strains, and their positions at supports.  If
+   !> supports prescribed the velocity instead, blocks struck in many successive steps would drift.
    pure subroutine make_blocks_rigid(impacts, system, first)
       type(impacts_type), intent(inout) :: impacts  !< of this step
       type(system_type), intent(inout) :: system  !< equations of the step
-      logical, intent(in) :: first  !< time in this step
+      logical, intent(in) :: first  !< first impacts in this step
       real(wp) :: k, own(6)
       integer :: b, i
 
@@ -265,8 +265,8 @@ contains
          .not. impacts%stiff(term%block_a)
    end function has_free_support
 
-   !> .true. if the term is a fixed support of a block at the end of the step.
-   !> Moving supports act as usual; a block that retained its position would lag behind them.
+   !> .true. if the term is a support that does not move and acts at the end of the step.
+   !> Moving supports are not made rigid, because the block would lag behind them.
    pure logical function is_support(term)
       type(linear_term_type), intent(in) :: term  !< spring or dashpot of an element
 
@@ -278,7 +278,7 @@ contains
    pure real(wp) function unyielding_spring(system, b, row) result(stiffness)
       type(system_type), intent(in) :: system  !< equations of the step
       integer, intent(in) :: b  !< number of the block
-      real(wp), intent(in) :: row(6)  !< number of the support
+      real(wp), intent(in) :: row(6)  !< gradient of the supported displacement
       real(wp) :: own(6)
 
       own = main_diagonal(system%constant(:, b))
@@ -321,8 +321,8 @@ contains
    end function rigid_support_work
 
    !> Repeat the open–close iteration with the present dashpots and impacts.
-   !> Struck contacts are stiffer by their gain.
-   !> Rounding of displacements may therefore exceed the noise of positions.
+   !> Struck contacts are stiffer by the factor `gain`.
+   !> Rounding of displacements may therefore cause larger forces than rounding of positions.
    subroutine solve_again(iteration, system, solver, contacts, laws, blocks, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -349,7 +349,7 @@ contains
       iteration%broken = iteration%broken + broken
    end subroutine solve_again
 
-   !> .true. if the impacts of the solution gain energy, as Newton's law with friction permits.
+   !> .true. if the impacts of the solution gain energy; Newton's law with friction permits this.
    pure logical function gains_energy(contacts, laws, step)  ! total
       type(contacts_type), intent(in) :: contacts  !< contacts of this step, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -370,8 +370,8 @@ contains
       gains_energy = lost < -gain_allowed*scale
    end function gains_energy
 
-   !> Reduce the impacts: first remove the forces before the impact, then halve the restitution.
-   !> The restitution of all struck contacts is finally set to zero.
+   !> Reduce the impacts: first remove the forces before the impact, then halve the restitution of
+   !> all struck contacts repeatedly, finally set it to zero.
    pure subroutine reduce_impacts(impacts, contacts, laws, blocks, step)
       type(impacts_type), intent(inout) :: impacts  !< of this step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, solved

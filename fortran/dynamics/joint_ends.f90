@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Warnings on bonded joints with two contact points that bend: they are three times as stiff and
-!> strong as a joint with linear stress, which the results do not show.
+!> Warnings on bonded joints in bending that have two contact points: in bending, they are three
+!> times as stiff and strong as a joint with linear stress.  Results do not show this error.
 !>
 !> Two contacts with half of an overlap each have the stresses σ ± s; a linear stress of the same
 !> moment has σ ± 3 s at the ends.
@@ -15,17 +15,17 @@ module dda_joint_ends
    private
    public :: bending_topic, bending_doubts
 
-   character(len=*), parameter :: bending_topic = 'bending'  !< of doubts
+   character(len=*), parameter :: bending_topic = 'bending'  !< topic of these warnings
 
-   real(wp), parameter :: most_bending = 0.2_wp   !< smallest reported difference over the mean
-   real(wp), parameter :: least_bending = 0.01_wp !< fraction of the strength: less is rounding
-   real(wp), parameter :: linear = 3.0_wp         !< end stress over that of two contacts
+   real(wp), parameter :: most_bending = 0.2_wp   !< bending over mean stress that is reported
+   real(wp), parameter :: least_bending = 0.01_wp !< bending over strength due to rounding
+   real(wp), parameter :: linear = 3.0_wp         !< end stress over stress of the two contacts
 
 contains
 
    !> Add a warning for each joint with a bonded overlap that bends.
    pure function bending_doubts(simulation) result(doubts)
-      type(simulation_type), intent(in) :: simulation  !< evaluated in its present state
+      type(simulation_type), intent(in) :: simulation  !< run whose contacts are evaluated
       type(doubt_type), allocatable :: doubts(:)
       real(wp) :: mean, bending, found(2)
       integer :: j, c, at
@@ -50,10 +50,10 @@ contains
       end associate
    end function bending_doubts
 
-   !> Find mean tension over the overlap of contact c and stress difference of its ends, Pa.
-   !> The stress is linear; both values are 0 if the overlap is not bonded at both ends.
+   !> Find the mean tension over the overlap of contact c, and the difference of the stress at its
+   !> ends from the mean, Pa, for a linear stress.  Both are 0 if one end is not bonded.
    pure subroutine find_end_stresses(simulation, c, mean, bending)
-      type(simulation_type), intent(in) :: simulation  !< evaluated in its present state
+      type(simulation_type), intent(in) :: simulation  !< run whose contacts are evaluated
       integer, intent(in) :: c                         !< bonded contact
       real(wp), intent(out) :: mean, bending           !< Pa
       integer :: k
@@ -74,7 +74,7 @@ contains
 
    !> Mean tension over the bonded length of contact c, Pa.
    pure real(wp) function mean_tension(contacts, c)
-      type(contacts_type), intent(in) :: contacts  !< evaluated
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step, evaluated
       integer, intent(in) :: c                     !< bonded contact
 
       mean_tension = -contacts%normal_force(c)/contacts%bond_length(c)
@@ -82,7 +82,7 @@ contains
 
    !> Find the two edges that overlap at contact c, the lower number first.
    pure function overlapping_edges(simulation, c) result(edges)
-      type(simulation_type), intent(in) :: simulation  !< simulation in its present state
+      type(simulation_type), intent(in) :: simulation  !< run whose contacts are listed
       integer, intent(in) :: c                         !< contact of a corner
       integer :: edges(2)
       type(overlap_type) :: after, before
@@ -101,7 +101,7 @@ contains
    pure function overlap_text(simulation, c, found) result(text)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer, intent(in) :: c                         !< bonded contact
-      real(wp), intent(in) :: found(2)  !< mean stress, and its difference at an end, Pa
+      real(wp), intent(in) :: found(2)  !< mean stress, and difference at the ends, Pa
       character(len=:), allocatable :: text, share
 
       share = ''

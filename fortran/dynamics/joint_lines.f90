@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Contacts under joint laws in the open–close iteration: linearised normal forces, bond failure.
+!> Contacts under joint laws in the open–close iteration: linearisation and bond failure.  The
+!> "line" of a contact is the linear function of gap and slip that replaces its normal force.
 module dda_joint_lines
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
@@ -14,7 +15,7 @@ module dda_joint_lines
 
 contains
 
-   !> Set lines tangent to the laws at the closures at the start of the step.
+   !> Set lines that are tangent to the laws at the start of the step.
    pure subroutine begin_lines(contacts, laws)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -26,9 +27,9 @@ contains
          associate (law => laws%slot(contacts%joint(c))%law)
             call touch_law(contacts, law, c, max(0.0_wp, closure_of(contacts, law, c, &
                contacts%gap(c))), contacts%tangent(1, c), contacts%line(1, c))
-            call begin_rise(contacts, law, c)
+            call begin_dilation(contacts, law, c)
             if (law%flows .and. contacts%state(c) == contact_slide) &
-               contacts%state(c) = contact_stick  ! linear along a line
+               contacts%state(c) = contact_stick  ! these laws have no state of sliding
             slip = law%expected_slip(state_of(contacts, law, c))
             call touch_shear(contacts, law, c, contacts%line(1, c) - contacts%tangent(1, c) &
                *contacts%gap(c), contacts%stretch(c) + slip)
@@ -36,10 +37,10 @@ contains
       end do
    end subroutine begin_lines
 
-   !> Set the rise of a contact that slid in the last step, in the same direction.
-   pure subroutine begin_rise(contacts, law, c)
+   !> Set the dilation per slip of a contact that slid in the last step, for the same direction.
+   pure subroutine begin_dilation(contacts, law, c)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
-      class(joint_law_type), intent(in) :: law        !< of the contact
+      class(joint_law_type), intent(in) :: law        !< law of the contact
       integer, intent(in) :: c                        !< number of the contact
       type(joint_state_type) :: state
       real(wp) :: share, shear
@@ -55,13 +56,13 @@ contains
       contacts%tangent(1, c) = share*contacts%tangent(1, c)
       contacts%line(1, c) = share*contacts%line(1, c) - contacts%tangent(1, c) &
          *contacts%tilt(1, c)*contacts%slide_force(c)/shear
-   end subroutine begin_rise
+   end subroutine begin_dilation
 
-   !> Set lines for the next iteration of contacts whose law differs too much from the present line.
+   !> Set new lines for contacts in which the forces of line and law differ too much.
    pure subroutine renew_lines(contacts, laws, allowed)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      real(wp), intent(in) :: allowed  !< difference of normal forces, N/m
+      real(wp), intent(in) :: allowed  !< largest difference, N/m
       type(response_type) :: response
       real(wp) :: off, trial(2), at(2)
       integer :: c
@@ -84,7 +85,7 @@ contains
       end do
    end subroutine renew_lines
 
-   !> Set lines of contacts that rise, without their assumed friction; contact c does not rise.
+   !> Remove the assumed friction from the lines of dilating contacts; contact c does not dilate.
    pure subroutine drop_friction(contacts, laws, c)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -100,7 +101,7 @@ contains
          contacts%tangent(1, c), contacts%line(1, c))
    end subroutine drop_friction
 
-   !> .true. if contact c slips from its centre or back to it, contrary to the assumption.
+   !> .true. if the assumption on whether contact c slips past its zero net slip was wrong.
    pure logical function passes_centre(contacts, c)  ! total
       type(contacts_type), intent(in) :: contacts  !< contacts of this step, evaluated
       integer, intent(in) :: c  !< number of the contact
@@ -125,7 +126,7 @@ contains
       end associate
    end function has_bond
 
-   !> Remove the peak strength of a contact; its bond remains only with enough residual tension.
+   !> Remove the peak strength of a contact; its bond remains if the residual tension suffices.
    pure subroutine break_joint(contacts, laws, c)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts

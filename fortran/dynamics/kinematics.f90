@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Update of the coordinates of the blocks from step to step, see `dda_scheme`.
+!> Update of the coordinates and velocities of the blocks in each step (see `dda_scheme`).
 module dda_kinematics
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, momentum_of, update_geometry
@@ -15,7 +15,7 @@ contains
    !> Multiply the velocity at the start of a step by the dynamic factor; return the energy removed.
    subroutine damp_velocity(blocks, dynamic_factor, loss)
       type(blocks_type), intent(inout) :: blocks  !< blocks in their present state
-      real(wp), intent(in) :: dynamic_factor  !< of the velocity
+      real(wp), intent(in) :: dynamic_factor  !< factor of the velocity
       real(wp), intent(out) :: loss  !< J per metre of thickness
       real(wp) :: before
 
@@ -27,8 +27,8 @@ contains
    end subroutine damp_velocity
 
    !> Predict the increment of a step for iterative solvers from the last four mean velocities.
-   !> z⁴ = 2z³ − 2z + 1, that is (z − 1)³(z + 1) = 0: exact while the acceleration changes
-   !> uniformly, and for stiff modes, whose velocity changes sign every step.
+   !> The characteristic equation is (z − 1)³(z + 1) = 0: exact if the acceleration changes linearly
+   !> in time, and for stiff modes, whose velocity changes sign in each step.
    subroutine predict(blocks, d, step)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(out) :: d(6, blocks%n)  !< increments of the coordinates
@@ -50,7 +50,7 @@ contains
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(inout) :: d(6, blocks%n)  !< increments of the coordinates
       type(step_type), intent(in) :: step  !< the present step
-      integer, intent(in) :: first, last  !< of the range
+      integer, intent(in) :: first, last  !< first and last block
       integer :: b
 
       do b = first, last
@@ -84,7 +84,7 @@ contains
       type(blocks_type), intent(inout) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: d(6, blocks%n)  !< increments of the coordinates
       type(step_type), intent(in) :: step  !< the present step
-      integer, intent(in) :: first, last  !< of the range
+      integer, intent(in) :: first, last  !< first and last block
       integer :: b
 
       do b = first, last
@@ -93,7 +93,7 @@ contains
       end do
    end subroutine integrate_range
 
-   !> Update one block, with arrays of a length known to the compiler.
+   !> Update one block; array lengths are known to the compiler.
    pure subroutine integrate_block(step, d, position, velocity, acceleration, mean_velocity)
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(6)         !< increments of its coordinates
@@ -128,10 +128,10 @@ contains
       kinetic_energy = sum(part(:pieces(blocks%n)))
    end function kinetic_energy
 
-   !> Kinetic energy of some blocks.
+   !> Kinetic energy of blocks first … last, J/m.
    pure real(wp) function kinetic_energy_range(blocks, first, last)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      integer, intent(in) :: first, last  !< of the range
+      integer, intent(in) :: first, last  !< first and last block
       integer :: b
 
       kinetic_energy_range = 0.0_wp
@@ -161,7 +161,7 @@ contains
    pure real(wp) function farthest_in_range(blocks, d, first, last) result(move)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
-      integer, intent(in) :: first, last  !< of the range
+      integer, intent(in) :: first, last  !< first and last block
       integer :: b
 
       move = 0.0_wp

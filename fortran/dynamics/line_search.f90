@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Line search of the open–close iteration: minimum of the energy of the step between iterates.
+!> Line search of the open–close iteration for the minimum of the energy of the step.
 !>
-!> With frozen friction bounds the solution of the step minimises a convex function: inertia,
-!> elasticity and loads are quadratic, each contact adds ½ k min(gap, 0)² and a slider whose
-!> potential is quadratic up to its bound and linear beyond.  The slope of that function from the
-!> previous d to the new one grows monotonically; its zero is the step length α.
+!> With constant friction bounds the solution of the step minimises a convex function: inertia,
+!> elasticity and loads are quadratic, and each contact adds ½ k min(gap, 0)² and the potential of
+!> its friction, quadratic up to the bound and linear beyond.  The slope of this function increases
+!> monotonically from the previous d to the new d; it vanishes at the step length α.
 !>
-!> A contact in the same branch of its law at both ends stays in that branch between them: its slope
-!> is linear and summed once.  Only the others are evaluated at each trial length.
+!> If a contact is in the same branch of its law at both ends, it is in this branch between them
+!> too: its slope is linear and summed once.  Other contacts are evaluated at each trial length.
 module dda_line_search
    use dda_block_vectors, only: multiply_and_add
    use dda_growth, only: grow
@@ -22,7 +22,7 @@ module dda_line_search
    private
    public :: descend, other_slope_type
 
-   !> Slope of forces that are neither in the system nor in the contacts.
+   !> Slope of the energy of forces other than those of the linear system and the contacts.
    type, abstract :: other_slope_type
    contains
       procedure(slope_interface), deferred :: at
@@ -32,30 +32,30 @@ module dda_line_search
       !> Slope of the energy at a fraction of the step, J/m.
       real(wp) function slope_interface(self, share)
          import :: other_slope_type, wp
-         class(other_slope_type), intent(in) :: self  !< of a step
-         real(wp), intent(in) :: share                !< 0 … 1
+         class(other_slope_type), intent(in) :: self  !< forces in a step
+         real(wp), intent(in) :: share                !< fraction, 0 … 1
       end function slope_interface
    end interface
 
-   !> bisections until the interval is at the level of rounding
+   !> largest number of trial lengths; so many bisections reduce the interval to the rounding level
    integer, parameter :: most_steps = digits(1.0_wp)
-   !> slope relative to the first slope below which it counts as zero; also for the curvature
+   !> slope that counts as zero, relative to the first slope or to its increase
    real(wp), parameter :: zero_slope = 1.0e-2_wp
 
 contains
 
-   !> Shorten system%d towards system%previous_d if the minimum is nearer.
+   !> Shorten system%d towards system%previous_d if the minimum lies between them.
    !> `alpha` is the remaining fraction of the step.
    !>
    !> On entry the contacts are evaluated at the new d; the slope of other forces is 0 at the
-   !> previous d.  Regula falsi is applied to the slope; halving the slope of an end that does not
-   !> move (Illinois) makes convergence superlinear.
+   !> previous d.  The zero of the slope is found by regula falsi with the Illinois rule: halving
+   !> the slope of an end that does not move makes convergence superlinear.
    subroutine descend(system, contacts, laws, alpha, other)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(out) :: alpha  !< fraction of the step
-      class(other_slope_type), intent(in), optional :: other  !< forces that are nonlinear
+      class(other_slope_type), intent(in), optional :: other  !< other nonlinear forces
       real(wp) :: start, growth, slope_lo, slope_hi, alpha_lo, alpha_hi, slope, first, linear(2)
       integer :: i
 
@@ -121,10 +121,10 @@ contains
       growth = total(2)
    end subroutine find_quadratic_slopes
 
-   !> Sum slope and increase of blocks first … last, from the diagonal of the linear part.
+   !> Sum the slope and its increase over blocks first … last, for the diagonal of the linear part.
    pure function sum_quadratic_range(system, first, last) result(slope)
       type(system_type), intent(in) :: system  !< equations of the step
-      integer, intent(in) :: first, last  !< of the range
+      integer, intent(in) :: first, last  !< first and last of the range
       real(wp) :: slope(2), change(6), force(6)
       integer :: b
 
@@ -138,7 +138,7 @@ contains
       end do
    end function sum_quadratic_range
 
-   !> Sum slope and increase of blocks that elements couple.
+   !> Sum the slope and its increase over pairs of blocks that elements couple.
    pure function sum_coupled_slopes(system) result(slope)
       type(system_type), intent(in) :: system  !< equations of the step
       real(wp) :: slope(2), change_i(6), change_j(6)
@@ -158,8 +158,8 @@ contains
       end do
    end function sum_coupled_slopes
 
-   !> Measure the changes of gap and slip of each contact from the previous d to the new d.
-   !> The slope of all contacts at the new d is summed too.
+   !> Measure the changes of gap and slip of each contact from the previous d to the new d, and
+   !> sum the slope of all contacts at the new d.
    subroutine measure_changes(system, contacts, slope)
       type(system_type), intent(in) :: system  !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
@@ -185,7 +185,7 @@ contains
    pure subroutine measure_changes_range(system, contacts, first, last, slope)
       type(system_type), intent(in) :: system  !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
-      integer, intent(in) :: first, last  !< of the range
+      integer, intent(in) :: first, last  !< first and last of the range
       real(wp), intent(out) :: slope  !< J/m
       real(wp) :: change_v(6), change_e(6), change(2)
       integer :: c
@@ -202,9 +202,9 @@ contains
       end do
    end subroutine measure_changes_range
 
-   !> Sum, once, the contacts whose slope is linear between the ends.
+   !> Sum the slopes of contacts that are in the same branch at both ends; clear their changes.
    subroutine sum_linear(contacts, laws, linear)
-      type(contacts_type), intent(inout) :: contacts  !< contacts of this step, with its changes
+      type(contacts_type), intent(inout) :: contacts  !< contacts after `measure_changes`
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(out) :: linear(2)  !< slope at the previous d and its increase, J/m
       real(wp) :: piece(2, most_pieces)
@@ -226,9 +226,9 @@ contains
 
    !> Sum the linear slopes of contacts first … last.
    pure subroutine sum_linear_range(contacts, laws, first, last, linear)
-      type(contacts_type), intent(inout) :: contacts  !< contacts of this step, with its changes
+      type(contacts_type), intent(inout) :: contacts  !< contacts after `measure_changes`
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      integer, intent(in) :: first, last  !< of the range
+      integer, intent(in) :: first, last  !< first and last of the range
       real(wp), intent(out) :: linear(2)  !< slope at the previous d and its increase, J/m
       type(response_type) :: before, after
       real(wp) :: slope
@@ -258,7 +258,7 @@ contains
          slope = sum_slopes_range(contacts, laws, alpha, 1, contacts%n)
          return
       end if
-      !$omp parallel do schedule(static, 4)  ! contacts that count may all be at one end
+      !$omp parallel do schedule(static, 4)  ! nonlinear contacts may be contiguous
       do p = 1, pieces(contacts%n)
          piece(p) = sum_slopes_range(contacts, laws, alpha, first_of(p, contacts%n), &
             last_of(p, contacts%n))
@@ -268,10 +268,10 @@ contains
 
    !> Sum the slope of contacts first … last.
    pure real(wp) function sum_slopes_range(contacts, laws, alpha, first, last) result(slope)
-      type(contacts_type), intent(in) :: contacts  !< contacts of this step, with its changes
+      type(contacts_type), intent(in) :: contacts  !< contacts after `measure_changes`
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in) :: alpha  !< fraction of the step
-      integer, intent(in) :: first, last  !< of the range
+      integer, intent(in) :: first, last  !< first and last of the range
       type(response_type) :: response
       integer :: c
 
@@ -285,7 +285,7 @@ contains
 
    !> Forces of contact c at a fraction of the step.
    pure subroutine respond_at(contacts, laws, c, alpha, response)
-      type(contacts_type), intent(in) :: contacts  !< contacts of this step, with its changes
+      type(contacts_type), intent(in) :: contacts  !< contacts after `measure_changes`
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
       real(wp), intent(in) :: alpha  !< fraction of the step
@@ -297,11 +297,11 @@ contains
          response)
    end subroutine respond_at
 
-   !> Slope of contact c, J/m.
+   !> Slope of the energy of contact c, J/m.
    pure real(wp) function energy_slope(contacts, c, response) result(slope)
-      type(contacts_type), intent(in) :: contacts  !< contacts of this step, with its changes
+      type(contacts_type), intent(in) :: contacts  !< contacts after `measure_changes`
       integer, intent(in) :: c  !< number of the contact
-      type(response_type), intent(in) :: response  !< its forces
+      type(response_type), intent(in) :: response  !< forces of the contact
 
       slope = response%shear_force*contacts%slip_change(c) &
          - response%normal_force*contacts%gap_change(c)

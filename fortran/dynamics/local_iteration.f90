@@ -1,10 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Open–close iteration of the regions in which contacts change states; all other blocks are fixed.
+!> Open–close iteration of regions: groups of blocks near contacts that change states; all other
+!> blocks are fixed.
 !>
 !> A few contacts that overshoot shorten the step of the whole model in the line search, and each
-!> global iteration costs a solve with all blocks.  After a global solve, the blocks
-!> near changing contacts are therefore iterated first, each connected region as a small model; the
-!> next global solve starts from their states.  Convergence is judged for the whole model only.
+!> global iteration solves for all blocks.  After a global solution, each connected region is
+!> therefore first iterated as a small model; the next global iteration starts from its states.
+!> Convergence is judged for the whole model only.
 submodule(dda_open_close) dda_local_iteration
    use dda_block_matrix, only: entry_of, set_pattern
    use dda_compact_block, only: compact
@@ -14,15 +15,15 @@ submodule(dda_open_close) dda_local_iteration
    use dda_system, only: prepare_system
    implicit none
 
-   integer, parameter :: reach = 2               !< contacts between a changing one and fixed blocks
-   real(wp), parameter :: most_blocks = 0.4_wp     !< largest region over the number of blocks
-   !> stiffness of fixed blocks, N/m: contact stiffness is below its rounding, and the product of
-   !> their square roots does not overflow in single precision
+   integer, parameter :: reach = 2               !< contacts from a changing one to fixed blocks
+   real(wp), parameter :: most_blocks = 0.4_wp     !< blocks in all regions over all blocks
+   !> stiffness of fixed blocks, N/m: contact stiffness is below its rounding error, and products
+   !> of the square roots of two such values do not overflow in single precision
    real(wp), parameter :: immovable = 1.0e30_wp
 
 contains
 
-   !> Iterate the regions in which states change, and return their increments d and states.
+   !> Iterate all regions, and set the increments d and the states in them.
    recursive module subroutine iterate_regions(iteration, system, contacts, laws)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -54,7 +55,8 @@ contains
    end subroutine iterate_regions
 
    !> .true. if the model can be divided into regions.
-   !> Only Coulomb contacts couple its blocks, and changes need a new factor but are not too many.
+   !> Only Coulomb contacts may couple its blocks, the last regions must have reduced the residual,
+   !> and the states that change must be enough for a new factorisation, but not too many.
    pure logical function can_be_divided(iteration, system, contacts, laws)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       type(system_type), intent(in) :: system  !< equations of the step
@@ -72,12 +74,12 @@ contains
       can_be_divided = changes > most_changes .and. changes <= iteration%most_changes
    end function can_be_divided
 
-   !> Find the connected regions of the blocks near a changing contact, and number them.
+   !> Find the connected groups of blocks near changing contacts, and number them.
    pure subroutine find_regions(contacts, tolerance, region, regions)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step, evaluated
       real(wp), intent(in) :: tolerance  !< tolerance of the force difference, N/m
       integer, intent(out) :: region(:)  !< [blocks] region of each block, 0 if fixed
-      integer, intent(out) :: regions  !< their number
+      integer, intent(out) :: regions  !< number of regions
       logical :: near(size(region)), nearer(size(region))
       integer :: root(size(region)), c, k, b
 
@@ -129,7 +131,7 @@ contains
    !> Find the root of the tree of a block.
    pure integer function find_root(root, block)
       integer, intent(in) :: root(:)  !< [blocks] a block nearer to the root
-      integer, intent(in) :: block    !< any
+      integer, intent(in) :: block    !< number of the block
 
       find_root = block
       do while (root(find_root) /= find_root)
@@ -137,11 +139,11 @@ contains
       end do
    end function find_root
 
-   !> List the items of each region.
+   !> List the blocks or contacts of each region.
    pure subroutine list_by_region(region, regions, items, start)
-      integer, intent(in) :: region(:)  !< [any] region of each item, 0 for none
-      integer, intent(in) :: regions    !< their number
-      integer, allocatable, intent(out) :: items(:)  !< [any]
+      integer, intent(in) :: region(:)  !< [items] region of each block or contact, 0 for none
+      integer, intent(in) :: regions    !< number of regions
+      integer, allocatable, intent(out) :: items(:)  !< items by region
       integer, allocatable, intent(out) :: start(:)  !< [regions+1] first item of each region
       integer, allocatable :: order(:)
       integer :: i
@@ -153,12 +155,12 @@ contains
 
    !> Iterate one region; leave it unchanged if the iteration does not converge.
    recursive subroutine iterate_region(iteration, system, contacts, laws, blocks, list, v, e)
-      type(open_close_type), intent(in) :: iteration  !< of the whole
-      type(system_type), intent(inout) :: system  !< whole system; gets d of the region
-      type(contacts_type), intent(inout) :: contacts  !< contacts of the whole model; receive states
+      type(open_close_type), intent(in) :: iteration  !< iteration of the whole model
+      type(system_type), intent(inout) :: system  !< whole system; d of the region is set
+      type(contacts_type), intent(inout) :: contacts  !< of the whole model; states are set
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: blocks(:), list(:)  !< blocks of the region, and their contacts
-      integer, intent(in) :: v(:), e(:)  !< [contacts] their blocks, numbered in the region
+      integer, intent(in) :: v(:), e(:)  !< [contacts] blocks, numbered in the region
       type(open_close_type) :: part_iteration
       type(system_type) :: part
       type(solver_type) :: solver
@@ -186,11 +188,11 @@ contains
       contacts%slip_sign(order) = part_contacts%slip_sign
    end subroutine iterate_region
 
-   !> Copy the equations of some blocks without contacts; an extra block represents all fixed ones.
+   !> Copy the equations of a region without contacts; an extra block represents all fixed blocks.
    subroutine copy_blocks(system, blocks, part)
-      type(system_type), intent(in) :: system  !< of the whole
+      type(system_type), intent(in) :: system  !< system of the whole model
       integer, intent(in) :: blocks(:)         !< of the region
-      type(system_type), intent(out) :: part   !< of the region, without pattern
+      type(system_type), intent(out) :: part   !< system of the region, without pattern
       real(wp) :: rigid(6, 6)
       integer :: i
 
@@ -217,13 +219,13 @@ contains
 
    !> Copy the contacts of a region by pairs, those with fixed blocks last, and the pattern of K̂.
    subroutine take_contacts(system, contacts, list, v, e, part, own, order)
-      type(system_type), intent(in) :: system  !< of the whole
-      type(contacts_type), intent(in) :: contacts  !< of the whole
-      integer, intent(in) :: list(:)  !< those of the region
-      integer, intent(in) :: v(:), e(:)  !< [contacts] their blocks, numbered in the region
-      type(system_type), intent(inout) :: part  !< of the region, gets its pattern
-      type(contacts_type), intent(out) :: own  !< of the region
-      integer, allocatable, intent(out) :: order(:)  !< number of each in the whole model
+      type(system_type), intent(in) :: system  !< system of the whole model
+      type(contacts_type), intent(in) :: contacts  !< contacts of the whole model
+      integer, intent(in) :: list(:)  !< contacts of the region
+      integer, intent(in) :: v(:), e(:)  !< [contacts] blocks, numbered in the region
+      type(system_type), intent(inout) :: part  !< system of the region; pattern is set
+      type(contacts_type), intent(out) :: own  !< contacts of the region
+      integer, allocatable, intent(out) :: order(:)  !< their numbers in the whole model
       integer, allocatable :: start(:), sorted(:), key(:)
       integer :: i, held
 
@@ -243,8 +245,8 @@ contains
 
    !> Add the displacement of a fixed block to the gap and the stretch.
    pure subroutine add_fixed_motion(system, contacts, c, holds_v, holds_e, gap, stretch)
-      type(system_type), intent(in) :: system  !< of the whole
-      type(contacts_type), intent(in) :: contacts  !< of the whole
+      type(system_type), intent(in) :: system  !< system of the whole model
+      type(contacts_type), intent(in) :: contacts  !< contacts of the whole model
       integer, intent(in) :: c  !< number of the contact
       logical, intent(in) :: holds_v, holds_e  !< block of the vertex, of the edge is fixed
       real(wp), intent(inout) :: gap, stretch  !< m
@@ -259,8 +261,8 @@ contains
 
    !> Copy some contacts of a list with Coulomb's law only.
    pure subroutine copy_contacts(contacts, list, own)
-      type(contacts_type), intent(in) :: contacts  !< of the whole
-      integer, intent(in) :: list(:)               !< which
+      type(contacts_type), intent(in) :: contacts  !< contacts of the whole model
+      integer, intent(in) :: list(:)               !< numbers of the contacts
       type(contacts_type), intent(inout) :: own    !< their copies, without blocks and pairs
 
       own%n = size(list)
@@ -284,9 +286,9 @@ contains
 
    !> Number the pairs of blocks in contact, and allocate K̂ for them.
    subroutine allocate_pairs(part, own, held)
-      type(system_type), intent(inout) :: part  !< gets its pattern
-      type(contacts_type), intent(inout) :: own  !< contacts by pairs; get pair numbers
-      integer, intent(in) :: held  !< block that represents the fixed ones
+      type(system_type), intent(inout) :: part  !< system of the region; pattern is set
+      type(contacts_type), intent(inout) :: own  !< contacts by pairs; `pair` is set
+      integer, intent(in) :: held  !< block that represents all fixed blocks
       integer :: pairs(2, own%n), n, i
 
       n = 0

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Damping of the materials (`dda_damping`) in a step: terms of K̂ and f̂, energies, and
-!> the memory of the generalised Maxwell branches.
+!> Damping of the materials (`dda_damping`) in a step: terms of K̂ and f̂, energies, and the
+!> update of the memory strains ζ_l of the generalised Maxwell branches.
 !>
 !> With h_l = ω_l Δt/2 and K the elastic matrix of a block,
 !>
@@ -26,7 +26,7 @@ contains
    subroutine add_damping_loads(blocks, step, load)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step      !< the present step
-      real(wp), intent(inout) :: load(:,:)     !< [6,blocks] f̂, N/m …
+      real(wp), intent(inout) :: load(:,:)     !< [6,blocks] f̂, N/m and N
       integer :: b
 
       !$omp parallel do schedule(static) if (blocks%n >= parallel_from)
@@ -35,7 +35,8 @@ contains
       end do
    end subroutine add_damping_loads
 
-   !> Losses of a step before the update, J per metre of thickness: by damping, and its Δσ·Δε.
+   !> Losses of a step before the update, J per metre of thickness: by damping, and Δσ·Δε of the
+   !> damping stresses.
    function damping_losses(blocks, step, d) result(total)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step      !< the present step
@@ -128,7 +129,7 @@ contains
          damping_strain(blocks, step, b))
    end subroutine add_damping_load
 
-   !> Strain whose elastic stress equals the stress of the memory at d = 0.
+   !> Strain whose elastic stress equals the damping stress at d = 0.
    pure function damping_strain(blocks, step, b) result(strain)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step      !< the present step
@@ -147,7 +148,7 @@ contains
    end function damping_strain
 
    !> Forces of block b on its strains at t₀ + θΔt of a step with known increment d.
-   !> The whole area is included, as if no part belonged to faces.
+   !> The stress acts on the whole area of the block, including the parts that belong to faces.
    pure function force_on_strains(blocks, step, b, d) result(force)
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
       type(step_type), intent(in) :: step      !< the present step
@@ -169,7 +170,7 @@ contains
       integer, intent(in) :: b                 !< number of the block
       real(wp), intent(in) :: d(6)             !< increments of its coordinates
       real(wp), intent(inout) :: material      !< loss by damping, J per metre of thickness
-      real(wp), intent(inout) :: scheme        !< loss of the scheme, Δσ·Δε of damping, J per metre
+      real(wp), intent(inout) :: scheme        !< Δσ·Δε of the damping stress, J per metre
       real(wp) :: change(3), total(3)
       integer :: l
 

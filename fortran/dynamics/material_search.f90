@@ -2,8 +2,8 @@
 !> Line search of Newton's method for the material laws.
 !>
 !> A step including its contacts is solved with stresses linearised about an increment (see
-!> `dda_strain_points`).  If the energy of the step has a minimum before that solution, the
-!> increment is shortened to the minimum.
+!> `dda_strain_points`).  If the energy of the step has a minimum between this increment and the
+!> solution, the solution is replaced by the minimum.
 module dda_material_search
    use dda_elements, only: slope_beyond
    use dda_kinds, only: wp
@@ -14,7 +14,7 @@ module dda_material_search
    private
    public :: shorten_step
 
-   !> Slope of the nonlinear part of strain points.
+   !> Slope of the nonlinear part of the energy of strain points.
    type, extends(other_slope_type) :: law_slope_type
       type(simulation_type), pointer :: simulation => null()
    contains
@@ -23,9 +23,9 @@ module dda_material_search
 
 contains
 
-   !> Shorten the path from the increment of linearisation to the solution, up to the minimum.
+   !> Shorten the path from the increment of linearisation to the solution, if the minimum is on it.
    subroutine shorten_step(simulation)
-      type(simulation_type), intent(inout), target :: simulation  !< with a solution of the step
+      type(simulation_type), intent(inout), target :: simulation  !< run with a solution of the step
       type(law_slope_type) :: slope
       real(wp) :: alpha
 
@@ -39,10 +39,10 @@ contains
       end associate
    end subroutine shorten_step
 
-   !> Slope at a fraction of the path, J per metre of thickness.
+   !> Slope of the energy at a fraction of the path, J per metre of thickness.
    real(wp) function at(self, share)
-      class(law_slope_type), intent(in) :: self  !< of a step
-      real(wp), intent(in) :: share              !< 0 … 1
+      class(law_slope_type), intent(in) :: self  !< forces in a step
+      real(wp), intent(in) :: share              !< fraction, 0 … 1
 
       at = slope_beyond(self%simulation%elements, self%simulation%blocks, &
          next_step(self%simulation), self%simulation%linear_about, self%simulation%solution, share)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Largest values of a run over all steps: the list of values, and their update from one state.
-!> Of equal values the first in time is reported, then that of the block or contact with the lowest
+!> Largest values of a run over all steps, and their update with the present state.  Of equal values
+!> the first in time is reported, and of these the value of the block or contact with the lowest
 !> number, for any number of threads.
 module dda_maxima
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
@@ -20,7 +20,7 @@ module dda_maxima
       of_opening, of_penetration, of_penetration_ratio, of_contact_force, of_point_displacement, &
       of_point_velocity, of_point_acceleration, of_point_drift, of_plastic_strain, number_of_maxima
 
-   !> A value with its time and its blocks or points; negative before the first value.
+   !> Largest value with its time and its blocks or points; negative if there is no value yet.
    type :: largest_type
       real(wp) :: value = -1.0_wp
       real(wp) :: time = 0.0_wp            !< s
@@ -31,7 +31,7 @@ contains
 
    !> Store a value if it is larger than the present one.
    pure subroutine take(largest, value, time, who)
-      type(largest_type), intent(inout) :: largest  !< so far
+      type(largest_type), intent(inout) :: largest  !< largest value so far
       real(wp), intent(in) :: value        !< value, in the unit of its kind
       real(wp), intent(in) :: time         !< s
       integer, intent(in) :: who(2)        !< blocks or points, 0: none
@@ -39,19 +39,19 @@ contains
       if (value > largest%value) largest = largest_type(value, time, who)
    end subroutine take
 
-   !> The stored value; NaN if there is none.
+   !> Stored value; NaN if there is none.
    elemental real(wp) function known(largest)
-      type(largest_type), intent(in) :: largest  !< so far
+      type(largest_type), intent(in) :: largest  !< largest value so far
 
       known = largest%value
       if (known < 0.0_wp) known = ieee_value(known, ieee_quiet_nan)
    end function known
 
-   !> Update the largest values of all blocks: tilt, displacement, strain, and rates if they count.
+   !> Update the maxima of blocks: tilt, displacement, strain, and if `rates` the rates.
    subroutine add_blocks(largest, blocks, first, base, time, rates)
       type(largest_type), intent(inout) :: largest(:)  !< [maxima] so far
       type(blocks_type), intent(in) :: blocks    !< blocks in their present state
-      real(wp), intent(in) :: first(:,:)      !< [3,blocks] positions from which displacements count
+      real(wp), intent(in) :: first(:,:)      !< [3,blocks] initial positions
       type(base_type), intent(in) :: base        !< base at the same time
       real(wp), intent(in) :: time               !< s
       logical, intent(in) :: rates               !< velocities and accelerations count
@@ -80,15 +80,15 @@ contains
       end do
    end subroutine add_blocks
 
-   !> Search blocks first … last for squares that exceed given values, with their blocks.
+   !> Search blocks first … last for values whose squares exceed given ones.
    pure subroutine scan_blocks(blocks, first_place, base, first, last, rates, square, who)
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
-      real(wp), intent(in) :: first_place(:,:)     !< [3,blocks] m, m, rad
+      real(wp), intent(in) :: first_place(:,:)     !< [3,blocks] initial positions, m, m, rad
       type(base_type), intent(in) :: base          !< base at the same time
-      integer, intent(in) :: first, last           !< of the range
+      integer, intent(in) :: first, last           !< first and last of the range
       logical, intent(in) :: rates                 !< velocities and accelerations count
-      real(wp), intent(inout) :: square(maxima_of_blocks) !< of the largest values
-      !> blocks; replace those of smaller values
+      real(wp), intent(inout) :: square(maxima_of_blocks) !< squares of the largest values
+      !> blocks of values that have been exceeded
       integer, intent(inout) :: who(maxima_of_blocks)
       real(wp) :: new(maxima_of_blocks)
       integer :: b, i
@@ -129,7 +129,7 @@ contains
       type(largest_type), intent(inout) :: largest(:)  !< [maxima] so far
       type(contacts_type), intent(in) :: contacts      !< contacts of the last step
       real(wp), intent(in) :: size_of(:)   !< [blocks] square root of the area, m
-      real(wp), intent(in) :: least_size   !< of all blocks, m
+      real(wp), intent(in) :: least_size   !< smallest size of all blocks, m
       real(wp), intent(in) :: time         !< s
       real(wp) :: most(3, most_pieces), bound
       integer :: p, n
@@ -154,19 +154,19 @@ contains
          call take_contacts(largest, contacts, size_of, time)
    end subroutine add_contacts
 
-   !> Square that a new value must exceed.
+   !> Square of the largest value, which the square of a new value must exceed.
    elemental real(wp) function square_to_exceed(largest)  ! total
-      type(largest_type), intent(in) :: largest  !< so far
+      type(largest_type), intent(in) :: largest  !< largest value so far
 
       square_to_exceed = sign(largest%value**2, largest%value)
    end function square_to_exceed
 
-   !> Find the largest penetration and square of a force of contacts first … last.
-   !> Also the largest penetration over the size of a block if one exceeds a bound, else 0.
+   !> Find the largest penetration and squared force of contacts first … last, and, if a penetration
+   !> exceeds a bound, the largest ratio of penetration to block size, otherwise 0.
    pure subroutine scan_contacts(contacts, size_of, first, last, bound, most)
       type(contacts_type), intent(in) :: contacts  !< contacts of the last step
       real(wp), intent(in) :: size_of(:)           !< [blocks] square root of the area, m
-      integer, intent(in) :: first, last           !< of the range
+      integer, intent(in) :: first, last           !< first and last of the range
       real(wp), intent(in) :: bound       !< smallest penetration that may have the largest ratio, m
       real(wp), intent(out) :: most(3)             !< m; (N/m)²; 1
       real(wp) :: depth, square
@@ -188,7 +188,7 @@ contains
       end do
    end subroutine scan_contacts
 
-   !> Search contacts one by one, with positions.
+   !> Update the maxima with each contact.
    pure subroutine take_contacts(largest, contacts, size_of, time)
       type(largest_type), intent(inout) :: largest(:)  !< [maxima] so far
       type(contacts_type), intent(in) :: contacts      !< contacts of the last step

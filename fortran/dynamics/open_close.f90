@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Open–close iteration: find contact states that are consistent with the solution.
 !>
-!> Assume states, solve, evaluate the contact laws, change states, repeat.  Changes between open and
-!> closed and between slip and stick count.  Convergence is judged by the largest difference between
-!> the assumed force of a contact and the force by its law.
+!> Each iteration assumes the states, solves, evaluates the contact laws, and adopts the states of
+!> the laws (open, sticking, sliding).  Convergence is judged by the largest difference between the
+!> assumed force of a contact and the force by its law.
 module dda_open_close
    use dda_kinds, only: wp
    use dda_contact_terms, only: update_contact_terms
@@ -33,27 +33,27 @@ module dda_open_close
       retained_share
 
    real(wp), parameter :: short_step = 0.5_wp  !< step length α below which a step has overshot
-   real(wp), parameter :: very_short_step = 0.1_wp
-   integer, parameter :: most_short_steps = 6        !< successive short steps before a whole one
-   integer, parameter :: few_solves = 45            !< solves in which noise of positions is reduced
-   !> rounds, free and then frozen, if Δt cannot be reduced: each may converge if the other does
-   !> not
+   real(wp), parameter :: very_short_step = 0.1_wp  !< step length α of a very short step
+   integer, parameter :: most_short_steps = 6        !< very short steps before a whole step
+   integer, parameter :: few_solves = 45            !< solutions in which `rounding` applies
+   !> if Δt cannot be reduced: rounds, each first with free, then with frozen friction bounds;
+   !> one kind may converge if the other does not
    integer, parameter :: most_rounds = 4
-   !> fraction of the iterations of a free round: with frozen bounds each iteration lowers the
-   !> energy, some 200 times in a wall of 120 bricks at 20 ms
+   !> iterations with frozen bounds over those with free bounds: with frozen bounds each iteration
+   !> reduces the energy, some 200 times in a wall of 120 bricks at Δt = 20 ms
    integer, parameter :: patience = 8
-   real(wp), parameter :: least_share = 0.1_wp  !< over the tolerance: lines are kept below
-   integer, parameter :: most_friction_solves = 60   !< solves at fixed states
-   real(wp), parameter :: loose = 1.0e-2_wp         !< relative residual before the final solve
-   real(wp), parameter :: friction_share = 0.2_wp !< relative difference before it
+   real(wp), parameter :: least_share = 0.1_wp  !< force difference over tolerance: no new line
+   integer, parameter :: most_friction_solves = 60   !< solutions at fixed states
+   real(wp), parameter :: loose = 1.0e-2_wp  !< relative residual, except in the final solution
+   real(wp), parameter :: friction_share = 0.2_wp !< reduction of slide force differences before it
    !> successive short steps before all sliding contacts retain stiffness: with 2, walls under
-   !> gravity need 1.3 times as many factors; with 8, static stages do not end
+   !> gravity need 1.3 times as many factorisations; with 8, static stages do not converge
    integer, parameter :: most_overshoots = 4
    real(wp), parameter :: near_whole = 0.9_wp  !< step length α above which a step has not overshot
-   real(wp), parameter :: many_changes = 0.05_wp     !< fraction of changes that will overshoot
-   !> fraction of a secant shear stiffness, retained at first; later factor per iteration
+   real(wp), parameter :: many_changes = 0.05_wp     !< fraction of contacts whose change overshoots
+   !> retained fraction of a secant shear stiffness at first; later, factor per iteration
    real(wp), parameter :: retained_share = 0.3_wp
-   real(wp), parameter :: first_retained = 0.01_wp   !< retained part of shear stiffness
+   real(wp), parameter :: first_retained = 0.01_wp   !< first `retained` of all sliding contacts
    real(wp), parameter :: least_retained = 0.03_wp   !< smallest retained fraction
 
    !> Settings and outcome of the iteration of one step.
@@ -69,41 +69,41 @@ module dda_open_close
       ! unsaved, found in each iteration: reversed
       integer :: max_iterations = 400
       integer :: most_changes = huge(1)   !< largest number of changes in the first iteration
-      logical :: last_resort = .false.                !< no shorter step can be taken
-      real(wp) :: relative_tolerance = 1.0e-9_wp      !< of the largest force
+      logical :: last_resort = .false.                !< Δt cannot be reduced
+      real(wp) :: relative_tolerance = 1.0e-9_wp      !< tolerance over the largest force
       real(wp) :: penetration_tolerance = 0.0_wp      !< m; > 0: augmented Lagrangian
       real(wp) :: weight = 0.0_wp                     !< largest block weight, N/m
-      real(wp) :: noise = 0.0_wp                      !< contact force of rounding of positions, N/m
-      !> fraction of the noise required at first: within a step increments are rounded, positions
-      !> are not; less than 1 for bodies, whose friction would otherwise lag at each corner of a
-      !> cell
+      real(wp) :: noise = 0.0_wp  !< contact force due to rounding of positions, N/m
+      !> factor of the noise in the first solutions: rounding errors of increments are smaller than
+      !> those of positions.  It is below 1 for bodies, whose friction would otherwise lag at each
+      !> corner of a cell
       real(wp) :: rounding = 1.0_wp
-      logical :: may_stop = .false.             !< a signal ends the iteration: the step is repeated
-      integer :: iterations = 0                       !< solves of this step
+      logical :: may_stop = .false.  !< a signal may end the iteration, as the step can be repeated
+      integer :: iterations = 0                       !< solutions in this step
       integer :: changes = 0                          !< states changed in this step
       integer :: broken = 0                           !< bonds broken in this step
       real(wp) :: residual = 0.0_wp                   !< largest force difference, N/m
-      real(wp) :: tolerance = 0.0_wp                  !< its tolerance, N/m
+      real(wp) :: tolerance = 0.0_wp                  !< tolerance of this difference, N/m
       integer :: worst = 0  !< contact with the largest difference, 0 within the tolerance
       integer :: short_steps = 0                      !< successive very short steps
       integer :: passes = 0                           !< passes of the damage of bonds
       integer :: overshoots = 0  !< successive short steps with sliding contacts
       logical :: shortened = .false.                  !< the last step was short
       logical, allocatable :: reversed(:)             !< [contacts] slip of the whole step reverses
-      !> residual at the last call of `iterate_regions`, N/m; the next call requires a smaller one
+      !> residual at the last iteration of regions, N/m; the next one requires a smaller residual
       real(wp) :: region_residual = huge(1.0_wp)
       logical :: keeps_states = .false.  !< contacts within the tolerance retain their states
-      real(wp) :: retained = 0.0_wp                   !< shear stiffness under sliding contacts
-      logical :: may_relax = .false.   !< static steps of many changes do: dda_static_relaxation
-      logical :: relaxes = .false.     !< static steps do
-      logical :: converged = .true.  !< the last relaxation has converged, as equilibrium requires
-      real(wp) :: unbalanced_work = 0.0_wp            !< work of its unbalanced forces, J/m
-      real(wp) :: reduction = 0.0_wp                  !< `loose` except in a final solve
+      real(wp) :: retained = 0.0_wp                   !< retained fraction in all sliding contacts
+      logical :: may_relax = .false.  !< relax if many change (`dda_static_relaxation`)
+      logical :: relaxes = .false.     !< static steps are relaxed
+      logical :: converged = .true.  !< the last relaxed step has converged
+      real(wp) :: unbalanced_work = 0.0_wp            !< work of unbalanced forces in it, J/m
+      real(wp) :: reduction = 0.0_wp  !< relative residual of solutions: `loose` or 0
       type(slides_type) :: slides                     !< sliding contacts and their forces
    end type open_close_type
 
    interface
-      !> Iterate the regions in which states change, with all other blocks fixed.
+      !> Iterate the groups of blocks near contacts that change states, with all other blocks fixed.
       recursive module subroutine iterate_regions(iteration, system, contacts, laws)
          type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
          type(system_type), intent(inout) :: system  !< equations of the step; d changes
@@ -133,7 +133,7 @@ contains
       before = 0
       most = iteration%max_iterations
       rounds = 1
-      if (by_bounds .and. most/4 > few_solves) then  ! a smaller limit is kept
+      if (by_bounds .and. most/4 > few_solves) then  ! a smaller limit is not divided
          rounds = most_rounds
          iteration%max_iterations = most/4
       end if
@@ -158,7 +158,7 @@ contains
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      integer, intent(in) :: limit  !< iterations with the same bounds; twice as many in total
+      integer, intent(in) :: limit  !< iterations with the same bounds; twice this number in total
       logical, intent(out) :: converged  !< the bounds and all contact forces have converged
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(bounds_type) :: bounds
@@ -183,7 +183,7 @@ contains
       call release_bounds(contacts)
    end subroutine find_bounds
 
-   !> Iterate states until assumed forces equal those of the laws.
+   !> Iterate states until the assumed forces equal those of the laws.
    recursive subroutine iterate(iteration, system, solver, contacts, laws, converged, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -234,10 +234,10 @@ contains
       end do
    end subroutine iterate
 
-   !> Return an error if the iteration of the step was stopped.
+   !> Return an error if a signal or an earlier error stops the step.
    subroutine fail_if_given_up(may_stop, error)
       logical, intent(in) :: may_stop  !< the step can be repeated
-      type(error_type), allocatable, intent(inout) :: error  !< allocated if so
+      type(error_type), allocatable, intent(inout) :: error  !< allocated if it is stopped
 
       if (may_stop) then
          call fail_if_stopped(error)
@@ -263,7 +263,7 @@ contains
       iteration%retained = 0.0_wp
       iteration%reduction = 0.0_wp
       iteration%short_steps = 0
-      iteration%worst = 0  ! contact of the last step's list
+      iteration%worst = 0  ! otherwise a number in the previous list
       contacts%close_count(:contacts%n) = 0
       contacts%retained(:contacts%n) = 0.0_wp
    end subroutine begin_iteration
@@ -304,8 +304,8 @@ contains
       call lap(system%watch, phase_solve)
    end subroutine solve_assumed
 
-   !> Find the slide forces of the assumed states, and evaluate the laws at that solution.
-   !> If no state changes, a loose solution is iterated to the tolerance.
+   !> Find the friction forces of the assumed states, and evaluate the laws at that solution.
+   !> If no state changes, a loose solution is iterated until it satisfies the tolerance.
    subroutine find_forces(iteration, system, solver, contacts, laws, exactly, measured, diverged, &
       error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
@@ -313,7 +313,7 @@ contains
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      logical, intent(in) :: exactly  !< to the tolerance from the first solve on
+      logical, intent(in) :: exactly  !< satisfy the tolerance at once
       logical, intent(in) :: measured  !< gaps and slips are those of d
       integer, intent(out) :: diverged  !< as in `solve_friction`
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -331,7 +331,7 @@ contains
       end do
    end subroutine find_forces
 
-   !> .true. if a state differs from that of the law, or a contact retains stiffness.
+   !> .true. if the state of a contact differs from that by its law, or a contact retains stiffness.
    pure logical function will_change(contacts)  ! total
       type(contacts_type), intent(in) :: contacts  !< contacts of this step, evaluated
 
@@ -359,8 +359,8 @@ contains
    end subroutine evaluate
 
    !> Tolerance of the force difference at an iterate, N/m, relative to the largest force.
-   !> When an iterate is to be accepted, that force is bounded by the applied forces of the step,
-   !> because a distant iterate has forces that would permit any difference.
+   !> Before an iterate is accepted, the largest force is limited by `given_force`, because iterates
+   !> far from the solution have forces so large that any difference would be within the tolerance.
    pure real(wp) function tolerance_of(iteration, system, contacts, laws, largest) result(tolerance)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       type(system_type), intent(in) :: system  !< equations of the step
@@ -377,7 +377,7 @@ contains
          max(iteration%weight, given_force(system, contacts, laws))))
    end function tolerance_of
 
-   !> Sum of the loads and inertia of all blocks and the largest contact force at the start, N/m.
+   !> Loads and inertia forces of all blocks, summed, plus the largest contact force at d = 0, N/m.
    pure real(wp) function given_force(system, contacts, laws) result(given)
       type(system_type), intent(in) :: system  !< equations of the step
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
@@ -391,11 +391,11 @@ contains
       given = given + sum(maxval(abs(system%load(1:2, :)), 1))
    end function given_force
 
-   !> Retain the states of contacts whose force difference is within the tolerance.
-   !> This holds for the rest of the step, if they are too many for a low-rank update.
+   !> Retain the states of contacts whose force difference is within the tolerance, in the rest
+   !> of the step, once such contacts are too many for a low-rank update.
    !>
-   !> Gaps between blocks that fall together are rounding, and their states are random; but each
-   !> change alters the matrix, and many changes require a new factor in each iteration.
+   !> Between blocks that fall together, gaps are rounding errors and states are random.  Many
+   !> changes of such states would require a new factorisation in each iteration.
    pure subroutine keep_states(iteration, contacts)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
@@ -410,15 +410,15 @@ contains
          contacts%trial_state(:n) = contacts%state(:n)
    end subroutine keep_states
 
-   !> Noise of the contact forces that is tolerated after a given number of solves.
+   !> Tolerated noise of the contact forces after a given number of solutions, N/m.
    pure real(wp) function noise_after(iteration, solves) result(noise)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
-      integer, intent(in) :: solves  !< solves without convergence
+      integer, intent(in) :: solves  !< number of solutions
 
       noise = iteration%noise*merge(iteration%rounding, 1.0_wp, solves <= few_solves)
    end function noise_after
 
-   !> Solve exactly and evaluate again if the forces of a loose solve are within the tolerance.
+   !> Solve to full accuracy and evaluate again, unless the solver is direct.
    subroutine finish_solve(iteration, system, solver, contacts, laws, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -440,8 +440,8 @@ contains
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      logical, intent(in) :: exactly !< to the tolerance; else to part of the first difference
-      integer, intent(out) :: diverged !< contact whose friction force does not converge, else 0
+      logical, intent(in) :: exactly !< satisfy the tolerance; else reduce the difference
+      integer, intent(out) :: diverged !< contact whose friction force diverges; 0: none
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp) :: difference, first, wanted, reduction
       integer :: i
@@ -476,7 +476,7 @@ contains
    end subroutine solve_friction
 
    !> Change the contact whose friction force diverges to sticking, and discard the solution.
-   !> Sliding has no solution at the assumed states, which occurs if friction is high enough.
+   !> If friction is high, the assumed states with this sliding contact may have no solution.
    pure subroutine force_to_stick(system, contacts, laws, diverged)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
@@ -491,10 +491,10 @@ contains
 
    !> Apply a line search if states change, and retain stiffness if steps remain short.
    !>
-   !> A step that is shortened much has overshot in contacts that slide freely and then stick.  The
-   !> first of them shorten the step, so that others still slide at its end; these are set to stick
-   !> too, because otherwise each would shorten a step.  If steps remain short, all sliding
-   !> contacts retain a growing fraction of their shear stiffness until whole steps succeed.
+   !> A step is shortened much if contacts that slide freely in it must stick.  At its end only the
+   !> first of these contacts stick; the others are set to stick too, because otherwise each of them
+   !> would shorten a further step.  If steps remain short, all sliding contacts retain a growing
+   !> fraction of their shear stiffness until whole steps succeed.
    subroutine globalise(iteration, system, contacts, laws)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -529,7 +529,8 @@ contains
       if (iteration%retained < 0.1_wp*first_retained) iteration%retained = 0.0_wp
    end subroutine globalise
 
-   !> Accept a converged step unless a bond is overloaded or a penetration exceeds the tolerance.
+   !> Accept a converged step unless a bond is overloaded, a penetration exceeds the tolerance, or
+   !> the damage of bonds must change.
    subroutine check_strength(iteration, contacts, laws, converged)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
@@ -544,12 +545,12 @@ contains
          call renew_damage(contacts, laws, iteration%passes, converged)
    end subroutine check_strength
 
-   !> Break the bonds that the converged solution overloads; the step continues without them.
+   !> Break the bonds that are overloaded in the converged solution; the iteration continues.
    subroutine break_bonds(iteration, contacts, laws, broken)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      integer, intent(out) :: broken  !< contacts that lose their peak strength
+      integer, intent(out) :: broken  !< number of contacts that lose their peak strength
       integer :: c
 
       broken = 0
@@ -562,10 +563,8 @@ contains
       end do
    end subroutine break_bonds
 
-   !> Set multipliers to the contact forces until penetrations are within the tolerance.
-   !> Closed contacts must neither penetrate nor open by more than the tolerance, if there is one.
-   !>
-   !> Augmented Lagrangian by Uzawa's iteration: the next solve starts with closed contacts.
+   !> Uzawa's iteration of the augmented Lagrangian: set multipliers to the contact forces until
+   !> closed contacts neither penetrate nor open by more than the tolerance, if there is one.
    subroutine tighten(iteration, contacts, converged)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
@@ -584,12 +583,12 @@ contains
       end do
    end subroutine tighten
 
-   !> Assume the states given by the laws, and count the changes.
+   !> Adopt the states that follow from the laws, and count the changes.
    subroutine adopt_states(iteration, contacts, laws, changed)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      integer, intent(out) :: changed  !< contacts that change
+      integer, intent(out) :: changed  !< number of contacts that change
       logical :: by_contact
       integer :: n, p
 
@@ -607,13 +606,13 @@ contains
       end do
    end subroutine adopt_states
 
-   !> Assume the states given by the laws in contacts first … last.
+   !> Adopt the states that follow from the laws in contacts first … last.
    pure subroutine adopt_range(iteration, contacts, laws, by_contact, first, last)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       logical, intent(in) :: by_contact  !< the iteration overshoots, or is expected to
-      integer, intent(in) :: first, last  !< of the range
+      integer, intent(in) :: first, last  !< first and last contact
       integer :: c
 
       do c = first, last
@@ -624,10 +623,10 @@ contains
       call take_states(contacts, first, last)
    end subroutine adopt_range
 
-   !> Assume the states and slide forces of the last evaluation in contacts first … last.
+   !> Adopt the states and friction forces of the last evaluation in contacts first … last.
    pure subroutine take_states(contacts, first, last)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
-      integer, intent(in) :: first, last  !< of the range
+      integer, intent(in) :: first, last  !< first and last contact
 
       contacts%state(first:last) = contacts%trial_state(first:last)
       contacts%slide_force(first:last) = contacts%shear_force(first:last)
@@ -639,9 +638,9 @@ contains
 
    !> Retain part of the spring of contact c that its next state does not have.
    !>
-   !> Only inertia resists a contact that has just lost a spring, so that the next solution would
-   !> overshoot.  It retains a fraction for one iteration; if sliding, a fraction of the secant
-   !> stiffness to its friction bound, which decreases while the iteration overshoots.
+   !> Only inertia resists the motion in a contact that has just lost a spring, so the next solution
+   !> would overshoot.  An opening contact retains a fraction of the spring for one iteration, a
+   !> sliding one a fraction of the secant stiffness to its bound, reduced in each iteration.
    pure subroutine retain(iteration, contacts, laws, by_contact, c)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
@@ -667,7 +666,7 @@ contains
       end associate
    end subroutine retain
 
-   !> Shear force of a sliding contact over that of its spring without slip.
+   !> Ratio of the shear force of a sliding contact to the force of its spring without slip.
    pure real(wp) function secant_share(contacts, laws, c) result(share)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts

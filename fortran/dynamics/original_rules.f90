@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The original DDA's open–close rules, for comparison (`contact_rules = 'original'`).
+!> Open–close rules of the original DDA, for comparison (`contact_rules = 'original'`).
 !>
-!> As in Shi's code and its successors: an open contact closes only beyond a dead band, at full
-!> stiffness; changes between slip and stick do not count for convergence; the friction of sliding
-!> is that of the last iteration.  Energy created by the dead band is a negative numerical loss in
-!> the energy audit.
+!> Rules of Shi's code and its successors: an open contact closes only if it penetrates more than a
+!> dead band, with full stiffness; changes between slip and stick do not affect convergence; the
+!> friction of a sliding contact is computed from the last iteration.  Energy created by the dead
+!> band is a negative numerical loss in the energy audit.
 module dda_original_rules
    use dda_kinds, only: wp
    use dda_system, only: system_type
@@ -20,11 +20,11 @@ module dda_original_rules
    private
    public :: solve_by_original_rules, lock_touching
 
-   integer, parameter :: most_iterations = 8
-   real(wp), parameter :: close_band = 2.0e-4_wp     !< s0, of half the model size
-   real(wp), parameter :: open_band = 2.0e-7_wp      !< f0
-   real(wp), parameter :: reversal_band = 1.0e-7_wp  !< of half the model size
-   !> tan 0.9°: below, a sliding contact never sticks again
+   integer, parameter :: most_iterations = 8         !< iterations per step
+   real(wp), parameter :: close_band = 2.0e-4_wp  !< s0: penetration to close, over half size
+   real(wp), parameter :: open_band = 2.0e-7_wp      !< f0: gap to open, over half size
+   real(wp), parameter :: reversal_band = 1.0e-7_wp  !< slip back to stick, over half size
+   !> friction coefficient, tan 0.9°, below which a sliding contact never sticks again
    real(wp), parameter :: least_friction = 0.0157_wp
 
 contains
@@ -70,10 +70,10 @@ contains
          'original rules')
    end subroutine solve_by_original_rules
 
-   !> Lock the touching contacts at the start of a run.
+   !> Set touching contacts to sticking at the start of a run.
    pure subroutine lock_touching(contacts, half_size)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
-      real(wp), intent(in) :: half_size  !< of the model, m
+      real(wp), intent(in) :: half_size  !< half the model size, m
 
       where (contacts%gap(:contacts%n) <= open_band*half_size) contacts%state(:contacts%n) = &
          contact_stick
@@ -84,7 +84,7 @@ contains
    pure integer function next_state(contacts, laws, half_size, c) result(next)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      real(wp), intent(in) :: half_size  !< of the model, m
+      real(wp), intent(in) :: half_size  !< half the model size, m
       integer, intent(in) :: c  !< number of the contact
       type(coulomb_contact_type) :: law
       real(wp) :: gap, offset, friction
@@ -130,7 +130,7 @@ contains
       end do
    end subroutine adopt_original_states
 
-   !> Remove cohesion and tension when a step first ends in another state than sticking.
+   !> Remove cohesion and tension of contacts that do not stick at the end of a step.
    pure subroutine remove_bonds(iteration, contacts)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step

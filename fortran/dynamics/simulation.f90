@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The complete state of a run in one derived type, without input and output.
+!> Complete state of a run in one derived type, without input and output.
 module dda_simulation
    use dda_kinds, only: wp, long
    use dda_base_motion, only: base_type
@@ -38,32 +38,32 @@ module dda_simulation
       integer(long) :: unsettled = 0       !< steps in which the damage of bonds did not converge
       integer(long) :: bounds_off = 0      !< steps in which bounds of materials did not converge
       integer(long) :: changes = 0         !< contact states changed after the first step
-      integer :: most_iterations = 0       !< in one step
+      integer :: most_iterations = 0       !< largest number of iterations in one step
    end type counters_type
 
-   !> State of the stop rule; if there is no &stop, only a blank reason.
+   !> State of the stop rule; without &stop it contains only a blank reason.
    type :: stop_state_type
       character(len=:), allocatable :: reason   !< reason for an early end of the run; blank if none
-      real(wp), allocatable :: first(:,:)       !< [3, blocks] positions from which movement counts
+      real(wp), allocatable :: first(:,:)       !< [3, blocks] initial positions
       real(wp), allocatable :: window(:,:)      !< [3, blocks] positions for the test of equilibrium
       real(wp) :: since = 0.0_wp                !< time at which the window began, s
    end type stop_state_type
 
-   !> The largest values of all steps since counting began (`dda_running_maxima`).
+   !> Largest values of all steps since counting began (`dda_running_maxima`).
    type :: maxima_type
       ! unsaved, set before it is written: last, moved
       ! unsaved, the input: size_of, least_size, below
       logical :: counting = .false.
-      type(largest_type) :: largest(number_of_maxima)  !< so far
-      type(largest_type) :: last(number_of_maxima)     !< of the present state, see `take_residuals`
+      type(largest_type) :: largest(number_of_maxima)  !< maxima so far
+      type(largest_type) :: last(number_of_maxima)     !< present state, see `take_residuals`
       integer :: moved(3) = 0  !< numbers of initial contacts, slipped and opened contacts
-      type(base_type) :: base                   !< base from which displacements and rates count
-      type(first_contacts_type) :: contacts     !< contacts of slip and opening
-      real(wp), allocatable :: first(:,:)     !< [3,blocks] positions from which displacements count
+      type(base_type) :: base                   !< reference motion of displacements and rates
+      type(first_contacts_type) :: contacts     !< contacts whose slip and opening are measured
+      real(wp), allocatable :: first(:,:)     !< [3,blocks] initial positions
       real(wp), allocatable :: size_of(:)       !< [blocks] root of the area of block or body, m
-      real(wp) :: least_size = 0.0_wp           !< of these
+      real(wp) :: least_size = 0.0_wp           !< smallest of these, m
       integer, allocatable :: below(:)          !< [points] point below each point, or 0
-      !> displacement of the base when displacements of points began to count, m
+      !> displacement of the base when displacements of points were last set to zero, m
       real(wp) :: points_from(2) = 0.0_wp
    end type maxima_type
 
@@ -89,7 +89,7 @@ module dda_simulation
       type(history_type) :: history
       type(laws_type) :: laws
       type(elements_type) :: elements          !< supports, loads, body forces …
-      !> [6,blocks] increment at which material laws are linearised, and its solution
+      !> [6,blocks] increment at which material laws are linearised, and resulting solution
       real(wp), allocatable :: linear_about(:,:), solution(:,:)
       type(scheme_type) :: scheme              !< time integration
       type(system_type) :: system
@@ -100,17 +100,17 @@ module dda_simulation
       type(counters_type) :: counters
       type(stop_state_type) :: stop
       type(maxima_type) :: maxima
-      class(companions_type), allocatable :: columns  !< of free fields
+      class(companions_type), allocatable :: columns  !< runs of free-field columns
       integer :: stage = 0                     !< present stage
       integer(long) :: first_step = 0          !< steps before the present stage
       real(wp) :: first_time = 0.0_wp          !< time at the start of the present stage, s
-      integer(long) :: step = 0                !< steps done
+      integer(long) :: step = 0                !< number of steps done
       real(wp) :: time = 0.0_wp                !< s
       real(wp) :: time_step = 0.0_wp           !< Δt of the next step, s
       real(wp) :: last_time_step = 0.0_wp      !< Δt of the last step, s
-      !> bound on the largest displacement of a vertex in the last step / Δt, m/s
+      !> upper bound of vertex displacements in the last step over Δt, m/s
       real(wp) :: speed = 0.0_wp
-      real(wp) :: path = 0.0_wp                !< sum of the farthest moves of all steps, m
+      real(wp) :: path = 0.0_wp  !< sum of largest vertex displacements of all steps, m
       logical :: resting = .false.             !< a static stage is running
       character(len=:), allocatable :: statics  !< text on the static stages so far; blank: none
       !> warnings of the check and of static stages
@@ -121,7 +121,7 @@ module dda_simulation
 
 contains
 
-   !> Number of the next step.
+   !> Scheme, time and Δt of the next step.
    pure type(step_type) function next_step(simulation)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
 
@@ -158,7 +158,7 @@ contains
          stage_finished(simulation)
    end function finished
 
-   !> .true. if the present stage has ended; a static stage has ended when it has begun.
+   !> .true. if the present stage has ended; a static stage ends at its start.
    pure logical function stage_finished(simulation) result(done)  ! total
       type(simulation_type), intent(in) :: simulation  !< a run and its state
 
@@ -205,9 +205,9 @@ contains
 
    !> Text of a comma, a count and its noun; blank if the count is zero.
    pure function count_text(count, one, many, what) result(text)
-      integer(long), intent(in) :: count         !< of it
+      integer(long), intent(in) :: count         !< count
       character(len=*), intent(in) :: one, many  !< see `counted`
-      character(len=*), intent(in), optional :: what  !< verb of the sentence
+      character(len=*), intent(in), optional :: what  !< words after the noun
       character(len=:), allocatable :: text
 
       text = ''

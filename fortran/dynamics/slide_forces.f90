@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Slide forces that agree with the normal forces of the same solution, at fixed contact states.
-!> They are a fixed point that needs no new matrix.  Anderson's method finds it like the solution of
-!> a linear system, even if friction is so high that simple iteration would diverge.
+!> Friction forces of sliding contacts ("slide forces") that agree with the normal forces of the
+!> same solution, at fixed contact states.  They are the fixed point of an iteration with constant
+!> matrix.  Anderson acceleration converges even if friction is so high that the plain iteration
+!> would diverge.
 module dda_slide_forces
    use dda_kinds, only: wp
    use dda_anderson, only: anderson_type, forget, accelerate
@@ -18,10 +19,10 @@ module dda_slide_forces
 
    !> The sliding contacts and the fixed-point iteration of their forces.
    type :: slides_type
-      integer :: n = 0
-      integer, allocatable :: contact(:)   !< [n] which contacts slide
-      real(wp), allocatable :: force(:)    !< assumed forces, without the part of a rise, N/m
-      real(wp), allocatable :: response(:) !< forces of the law, N/m
+      integer :: n = 0                     !< number of sliding contacts
+      integer, allocatable :: contact(:)   !< [n] numbers of the contacts
+      real(wp), allocatable :: force(:)    !< [n] assumed forces without dilation, N/m
+      real(wp), allocatable :: response(:) !< [n] forces by the law, N/m
       real(wp), allocatable :: rhs_change(:,:)  !< [6,blocks] change of f̂, N
       type(anderson_type) :: memory
    end type slides_type
@@ -46,7 +47,7 @@ contains
       end do
    end subroutine list_slides
 
-   !> Fraction of contact c on which friction acts; the rest of the contact may be bonded.
+   !> Fraction of contact c on which friction acts; the remainder may be bonded.
    pure real(wp) function friction_fraction(contacts, c) result(weight)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c  !< number of the contact
@@ -58,7 +59,7 @@ contains
    !> Allocate arrays for a number of sliding contacts.
    subroutine allocate_slides(slides, wanted)
       type(slides_type), intent(inout) :: slides  !< sliding contacts
-      integer, intent(in) :: wanted  !< how many
+      integer, intent(in) :: wanted  !< number of contacts
 
       if (allocated(slides%contact)) then
          if (size(slides%contact) >= wanted) return
@@ -92,7 +93,7 @@ contains
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
-      integer, intent(in) :: first, last  !< of the range
+      integer, intent(in) :: first, last  !< first and last of the range
       real(wp) :: change(2)
       integer :: i, c
 
@@ -119,7 +120,7 @@ contains
          slides%contact(maxloc(abs(slides%response(:slides%n) - slides%force(:slides%n)), 1))
    end function farthest_off
 
-   !> Assume the next forces in the contacts and in the right-hand side.
+   !> Compute the next assumed forces; update the contacts and the right-hand side.
    subroutine assume_next(slides, contacts, system)
       type(slides_type), intent(inout) :: slides  !< sliding contacts
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
@@ -148,11 +149,11 @@ contains
    end subroutine assume_next
 
    !> Increments to the next forces of sliding contact i, normal and shear, N/m.
-   !> More friction reduces slip and lift.
+   !> More friction reduces slip and therefore dilation, which changes the normal force.
    pure function next_increments(slides, contacts, i) result(more)
       type(slides_type), intent(in) :: slides      !< sliding contacts, with the next forces
       type(contacts_type), intent(in) :: contacts  !< contacts of this step, with the present forces
-      integer, intent(in) :: i                     !< of `slides`
+      integer, intent(in) :: i                     !< index in `slides`
       real(wp) :: more(2)
 
       associate (c => slides%contact(i))
@@ -167,7 +168,7 @@ contains
       type(slides_type), intent(inout) :: slides  !< sliding contacts, with the next forces
       type(contacts_type), intent(in) :: contacts  !< contacts of this step, with the present forces
       type(system_type), intent(inout) :: system  !< equations of the step
-      integer, intent(in) :: first, last  !< of the range
+      integer, intent(in) :: first, last  !< first and last of the range
       integer :: i, c
 
       slides%rhs_change(:, first:last) = system%rhs(:, first:last)

@@ -1,16 +1,16 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Solution of the contacts of a static step in which many of them change states.
 !>
-!> In statics inertia hardly restrains a block whose contacts all slide, so that the open–close
-!> iteration overshoots.  Here one matrix S serves all iterations (modified Newton), in which such
+!> In statics inertia hardly restrains a block whose contacts all slide, so the open–close iteration
+!> overshoots.  Here all iterations use one matrix S (modified Newton), in which open and sliding
 !> contacts retain a fraction of their springs:
 !>
 !>     S (d' − d) = f̂ + Σ [N(d) ∂g − T(d) ∂s] − K d ,
 !>
-!> with K and f̂ without contacts, and N and T of the laws.  Anderson acceleration compensates for
-!> the excess stiffness of S.  The step need not converge: its slip is retained, and the next step
-!> begins with shear forces at their bounds.  There a contact whose slip would reverse sticks, so
-!> that blocks between contacts that slide in opposite directions have springs again.
+!> with K and f̂ without contacts, and N and T by the contact laws.  Anderson acceleration
+!> compensates for the excess stiffness of S.  The step need not converge: its slip is retained,
+!> and the next step begins with shear forces at their bounds.  In that step, contacts whose slip
+!> would reverse stick, so their springs restrain the blocks again.
 module dda_static_relaxation
    use dda_kinds, only: wp
    use dda_anderson, only: anderson_type, accelerate
@@ -30,30 +30,30 @@ module dda_static_relaxation
    public :: solve_statics, relax, many_changes
 
    integer, parameter :: many_changes = 2000 !< changes in the first iteration that cause relaxation
-   !> iterations by states after which a step of that many contacts is relaxed, too: walls of 4,000
-   !> bricks with open head joints then settle in a fifth of the time
+   !> open–close iterations after which a step with more than `many_changes` contacts is relaxed:
+   !> walls of 4,000 bricks with open head joints then reach equilibrium in 20 % of the time
    integer, parameter :: few_iterations = 40
-   integer, parameter :: most_iterations = 21    !< of a relaxed step
-   real(wp), parameter :: ascent = 10.0_wp       !< correction of the last iterate over the best one
-   real(wp), parameter :: nearly = 1.0e3_wp      !< tolerances at which bonds are checked
+   integer, parameter :: most_iterations = 21    !< iterations of a relaxed step
+   real(wp), parameter :: ascent = 10.0_wp  !< accepted last correction over the smallest one
+   real(wp), parameter :: nearly = 1.0e3_wp  !< force over tolerance below which bonds are checked
 
    !> Iterates of a step, scaled by the square roots of the diagonal of S.
    type :: iterate_type
-      type(anderson_type) :: memory         !< of the acceleration
-      real(wp), allocatable :: scale(:)     !< [6n] those square roots
-      real(wp), allocatable :: x(:)         !< [6n] the present d
-      real(wp), allocatable :: image(:)     !< [6n] d'
+      type(anderson_type) :: memory         !< Anderson acceleration
+      real(wp), allocatable :: scale(:)     !< [6n] these square roots
+      real(wp), allocatable :: x(:)         !< [6n] scaled d
+      real(wp), allocatable :: image(:)     !< [6n] scaled d'
       real(wp), allocatable :: best(:,:)    !< [6,n] d with the smallest correction, not scaled
       real(wp) :: correction = 0.0_wp       !< ‖image − x‖²; twice an energy, J/m
-      real(wp) :: least = huge(1.0_wp)      !< the smallest so far
+      real(wp) :: least = huge(1.0_wp)      !< smallest correction so far, J/m
    end type iterate_type
 
 contains
 
-   !> Iterate until assumed forces equal those of the laws; relax if many contacts change.
-   !> If they do, this step and the following steps of the stage are relaxed.
+   !> Iterate until assumed forces equal those of the laws.  If many contacts change states, this
+   !> step and the following steps of the stage are relaxed.
    subroutine solve_statics(iteration, system, solver, contacts, laws, error)
-      type(open_close_type), intent(inout) :: iteration  !< of the step
+      type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
@@ -73,14 +73,14 @@ contains
       call add_counts(iteration, before)
    end subroutine solve_statics
 
-   !> Iterate by states; stop if too many change at once.
+   !> Attempt the open–close iteration; stop if too many states change at once.
    subroutine attempt_states(iteration, system, solver, contacts, laws, converged, error)
-      type(open_close_type), intent(inout) :: iteration  !< of the step
+      type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      logical, intent(out) :: converged  !< converged; otherwise contacts have their former states
+      logical, intent(out) :: converged  !< if not, contacts have their former states
       type(error_type), allocatable, intent(out) :: error  !< allocated if the step has failed
       integer, allocatable :: states(:)
       integer :: most
@@ -101,9 +101,9 @@ contains
       contacts%state(:contacts%n) = states
    end subroutine attempt_states
 
-   !> Relax the contacts towards their laws, from d = 0 and the states of the last step.
+   !> Iterate with S, from d = 0 and the contact states of the last step.
    subroutine relax(iteration, system, solver, contacts, laws, error)
-      type(open_close_type), intent(inout) :: iteration  !< of the step
+      type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
@@ -135,10 +135,10 @@ contains
    end subroutine relax
 
    !> Set the springs of S from the states before the step and the gaps and forces at d = 0.
-   !> The fraction of an open contact decreases with its gap, like its secant stiffness.
+   !> The retained fraction of an open contact decreases with its gap, like its secant stiffness.
    subroutine impose_springs(iteration, contacts, laws)
-      type(open_close_type), intent(in) :: iteration  !< of the step
-      type(contacts_type), intent(inout) :: contacts  !< get springs; all are assumed to stick
+      type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
+      type(contacts_type), intent(inout) :: contacts  !< springs are set; all contacts stick
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp) :: share(2), springs(2), gap_force
       integer :: c
@@ -158,7 +158,7 @@ contains
       end do
    end subroutine impose_springs
 
-   !> Assume the forces of the laws at the last evaluation, linear in d with the springs of S.
+   !> Linearise the contact forces at the last evaluation, with the springs of S.
    subroutine impose_forces(contacts)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
       integer :: c
@@ -171,14 +171,14 @@ contains
       end do
    end subroutine impose_forces
 
-   !> Compute the next d with S, and compare the present d with the best one so far.
-   !> The first, d = 0, never counts as best.  The last is accepted even if it is slightly worse,
-   !> because its slip has progressed.
+   !> Compute the next d with S, and store the present d if its correction is the smallest so far.
+   !> The first iterate, d = 0, is never stored.  The last one is stored even if its correction is
+   !> up to `ascent` times larger, because its slip is closer to the solution.
    subroutine correct(iterates, i, iteration, system, solver, contacts, laws, error)
-      type(iterate_type), intent(inout) :: iterates  !< of the step
+      type(iterate_type), intent(inout) :: iterates  !< iterates of the step
       integer, intent(in) :: i  !< iteration
-      type(open_close_type), intent(inout) :: iteration  !< of the step
-      type(system_type), intent(inout) :: system  !< its d becomes d'
+      type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
+      type(system_type), intent(inout) :: system  !< equations of the step; d becomes d'
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -200,16 +200,16 @@ contains
       if (i == 1) iterates%best = system%d
    end subroutine correct
 
-   !> Compute square roots of the diagonal of S, so that corrections in N and N m are comparable.
+   !> Compute square roots of the diagonal of S, which scale translations, rotations and strains.
    subroutine scale_by(iterates, matrix)
-      type(iterate_type), intent(inout) :: iterates  !< of the step
+      type(iterate_type), intent(inout) :: iterates  !< iterates of the step
       type(block_matrix_type), intent(in) :: matrix  !< S
       integer :: b, j
 
       iterates%scale = [((sqrt(matrix%diagonal(j, j, b)), j=1, 6), b=1, matrix%n)]
    end subroutine scale_by
 
-   !> Unbalanced contact force for a correction of this size, N/m.
+   !> Contact force that corresponds to a correction, N/m.
    pure real(wp) function force_of(correction, laws) result(force)
       real(wp), intent(in) :: correction   !< J/m
       type(laws_type), intent(in) :: laws  !< stiffness of the contacts
@@ -217,11 +217,11 @@ contains
       force = sqrt(correction*laws%normal_stiffness)
    end function force_of
 
-   !> Accept the increment d with the smallest residual, and book the work of unbalanced forces.
+   !> Accept the stored increment d, and compute the work of the unbalanced forces.
    subroutine accept_best(iterates, iteration, system, contacts, laws)
-      type(iterate_type), intent(in) :: iterates  !< of the step
-      type(open_close_type), intent(inout) :: iteration  !< of the step
-      type(system_type), intent(inout) :: system  !< its right-hand side is overwritten
+      type(iterate_type), intent(in) :: iterates  !< iterates of the step
+      type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
+      type(system_type), intent(inout) :: system  !< equations of the step; f̂ is overwritten
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), allocatable :: internal(:,:)

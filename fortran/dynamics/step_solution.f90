@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Solution of the equations of a step, K̂ d = f̂, without the matrix if an earlier factor suffices.
+!> Solution of K̂ d = f̂ of a step; if an earlier factorisation suffices, without assembling K̂.
 !>
-!> The residual f̂ − K̂d is the sum of loads, the linear part and the forces of the contacts at d.
-!> While the contacts have the springs of the factor, K̂ differs from the factor by geometry alone
-!> (about 1e-6); iterative refinement with this residual gives d.  K̂ and f̂ are assembled for a new
-!> factor and for the other solvers.
+!> The residual f̂ − K̂d is the sum of the loads, the forces without contacts and the contact forces
+!> at d.  If the contacts have the springs of an earlier factorisation, K̂ differs from its matrix
+!> only by geometry (about 1e-6), and iterative refinement with this residual converges to d.  K̂
+!> and f̂ are assembled for a new factorisation and for the other solvers.
 module dda_step_solution
    use dda_kinds, only: wp
    use dda_abstract_solver, only: equations_type
@@ -25,16 +25,16 @@ module dda_step_solution
 
    !> Equations of a step whose matrix is not assembled.
    type, extends(equations_type) :: step_equations_type
-      type(system_type), pointer :: system => null()      !< without K̂ and f̂
-      type(contacts_type), pointer :: contacts => null()  !< in their assumed states
+      type(system_type), pointer :: system => null()      !< equations of the step
+      type(contacts_type), pointer :: contacts => null()  !< contacts in their assumed states
    contains
       procedure :: residual
    end type step_equations_type
 
 contains
 
-   !> Solve K̂ d = f̂ with the contacts in their assumed states, or for a change of f̂.
-   !> See `solve_change` for the latter.
+   !> Solve K̂ d = f̂ with the contacts in their assumed states, or only for a change of f̂
+   !> (`solve_change`).
    subroutine solve_step_for(system, solver, contacts, error, reduction, change, measured)
       type(system_type), intent(inout), target :: system      !< equations of the step; d changes
       type(solver_type), intent(inout) :: solver              !< linear solver
@@ -79,7 +79,7 @@ contains
       end subroutine solve_for
    end subroutine solve_step_for
 
-   !> Solve with an earlier factor, if no contact has other springs than this.
+   !> Solve with an earlier factorisation, if no contact spring has changed since.
    subroutine solve_unassembled(system, solver, contacts, done)
       type(system_type), intent(inout), target :: system      !< equations of the step; d changes
       type(solver_type), intent(inout) :: solver              !< linear solver
@@ -123,7 +123,7 @@ contains
    !> Compute r = f̂ − K̂d from the parts of the equations; the contacts are measured at d.
    subroutine find_residual(system, contacts, d, r)
       type(system_type), intent(in) :: system         !< equations of the step
-      type(contacts_type), intent(inout) :: contacts  !< in their assumed states
+      type(contacts_type), intent(inout) :: contacts  !< contacts in their assumed states
       real(wp), intent(in), contiguous :: d(:,:)      !< [6,n] m
       real(wp), intent(out), contiguous :: r(:,:)     !< [6,n] N
       integer :: b

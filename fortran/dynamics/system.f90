@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Equations of one step, K̂ d = f̂ (paper eqs. 5–7), and their linear part.
+!> Equations of one step, K̂ d = f̂ (paper eqs. 5–7), and their linear part (without contacts).
 !>
 !> K̂ is the sum of a linear part that does not depend on contact states (inertia, elasticity,
 !> elements) and of the springs of the contacts in their assumed states, which
@@ -38,29 +38,29 @@ module dda_system
       ! unsaved, set in each step: drifts
       ! unsaved, set in each step if `drifts`: drift, drift_load
       type(block_matrix_type) :: matrix            !< K̂
-      !> [entries] near pair of each lower entry; beyond the last pair if only elements couple
+      !> [entries] near pair of each lower block of K̂; above the last pair if only elements couple
       integer, allocatable :: pair_of_entry(:)
       integer, allocatable :: first_contact(:)     !< [pairs+2] first contact of each near pair
       type(contact_terms_type) :: contact_terms    !< assembled terms of the contacts
       type(linear_terms_type) :: terms             !< springs and dashpots of the elements
-      !> [compact_size,n] M/(χΔt²) + θ elasticity, damping, see dda_compact_block
+      !> [compact_size,n] M/(χΔt²) + θ × elasticity + damping (see dda_compact_block)
       real(wp), allocatable :: constant(:,:)
-      !> linear part of K̂; diagonal blocks only of blocks with elements, for others see `constant`
+      !> linear part of K̂; its diagonal is used only for blocks with elements, otherwise `constant`
       type(block_matrix_type) :: linear
       logical, allocatable :: has_terms(:)         !< [n] elements act on the block
-      !> [entries] entry of the linear part for each lower entry of K̂, or 0; empty if there is no
-      !> linear part
+      !> [entries] lower block of the linear part for each lower block of K̂, or 0; empty if no
+      !> elements couple blocks
       integer, allocatable :: linear_entry(:)
       real(wp), allocatable :: load(:,:)           !< [6,n] f̂ without contacts
       real(wp), allocatable :: rhs(:,:)            !< [6,n] f̂
       real(wp), allocatable :: d(:,:)              !< [6,n] unknowns (paper eq. 2)
       real(wp), allocatable :: previous_d(:,:)     !< [6,n] unknowns of the last iteration
-      logical :: drifts = .false.                  !< moving bodies in this step
-      !> [6,n] d₀ of moving bodies, K̂d₀ of the linear part, and work space, see dda_body_drift
+      logical :: drifts = .false.                  !< bodies translate in this step
+      !> [6,n] d₀ of translating bodies, K̂d₀ without contacts, and work space (see dda_body_drift)
       real(wp), allocatable :: drift(:,:), drift_load(:,:), reduced(:,:)
       type(step_type) :: constant_step             !< Δt for which `constant` was computed
       logical :: constant_damps = .false.        !< `constant` includes the damping of the materials
-      type(stopwatch_type) :: watch                !< stopwatch of the phases of the steps
+      type(stopwatch_type) :: watch                !< time spent in each phase of the steps
    end type system_type
 
 contains
@@ -83,7 +83,7 @@ contains
       type(system_type), intent(inout) :: system  !< equations of the step
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(neighbours_type), intent(in) :: neighbours  !< near pairs of blocks
-      type(elements_type), intent(in) :: elements  !< of the model
+      type(elements_type), intent(in) :: elements  !< elements of the model
       type(step_type), intent(in) :: step  !< the next step
       integer, allocatable :: pairs(:,:)
       integer :: p
@@ -107,7 +107,7 @@ contains
       call index_linear(system)
    end subroutine set_matrix_pattern
 
-   !> Index the lower entries of the linear part in K̂.
+   !> Find the lower blocks of the linear part that belong to the lower blocks of K̂.
    subroutine index_linear(system)
       type(system_type), intent(inout) :: system  !< equations of the step
       integer :: row, k
@@ -122,7 +122,7 @@ contains
       end do
    end subroutine index_linear
 
-   !> Compute M/(χΔt²) + θ elasticity and damping, constant while Δt and scheme do not change.
+   !> Compute M/(χΔt²) + θ × elasticity + damping, unless Δt and scheme are unchanged.
    subroutine set_constant(system, blocks, step)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
@@ -151,7 +151,7 @@ contains
    !> Assemble the part of K̂ and f̂ that does not depend on contact states.
    subroutine assemble_linear(system, elements, blocks, step)
       type(system_type), intent(inout) :: system  !< equations of the step
-      type(elements_type), intent(in) :: elements  !< of the model
+      type(elements_type), intent(in) :: elements  !< elements of the model
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present step
       integer :: p
@@ -176,7 +176,7 @@ contains
 
    !> Initialise the diagonal blocks of the linear part for all terms of the elements.
    pure subroutine begin_terms(system)
-      type(system_type), intent(inout) :: system  !< equations of the step, with its terms
+      type(system_type), intent(inout) :: system  !< equations of the step, with terms
       integer :: i, k
 
       system%has_terms = .false.
@@ -201,7 +201,7 @@ contains
    pure subroutine multiply_diagonal(system, b, x, y)
       type(system_type), intent(in) :: system  !< equations of the step
       integer, intent(in) :: b  !< block
-      real(wp), intent(in) :: x(6)  !< any
+      real(wp), intent(in) :: x(6)  !< factor
       real(wp), intent(out) :: y(6)  !< product
 
       if (system%has_terms(b)) then
@@ -211,12 +211,12 @@ contains
       end if
    end subroutine multiply_diagonal
 
-   !> Assemble inertia, elasticity and stress of blocks first … last.
+   !> Set the loads of blocks first … last due to inertia and stress.
    pure subroutine assemble_blocks(system, blocks, step, first, last)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present step
-      integer, intent(in) :: first, last  !< of the range
+      integer, intent(in) :: first, last  !< first and last block
       integer :: b
 
       do b = first, last
@@ -226,12 +226,12 @@ contains
       end do
    end subroutine assemble_blocks
 
-   !> Set the load of one block: weight × Mv minus the forces of stress on its strains.
+   !> Set the load of one block: weight × Mv, minus the generalised forces of stress.
    pure subroutine set_load(weight, inertia, velocity, stiffness, strain, area, initial_stress, &
       share, load)
       real(wp), intent(in) :: weight  !< 1/s
       real(wp), intent(in) :: inertia(4), velocity(6)     !< as in `blocks_type`
-      real(wp), intent(in) :: stiffness(3, 3), strain(3)  !< area × D, N/m; strains
+      real(wp), intent(in) :: stiffness(3, 3), strain(3)  !< area × D, N; strains
       real(wp), intent(in) :: area, initial_stress(3)     !< m²; Pa
       real(wp), intent(in) :: share                     !< fraction of the area with this strain
       real(wp), intent(out) :: load(6)

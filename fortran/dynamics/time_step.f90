@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> One time step: search, assemble, solve, iterate contacts, integrate; repeat with a smaller Δt
-!> if necessary and permitted.
+!> One time step: search contacts, assemble, solve by open–close iteration, integrate.  The step is
+!> repeated with a smaller Δt if necessary and permitted.
 module dda_time_step
    use dda_kinds, only: wp
    use dda_breaking, only: break_faces
@@ -36,9 +36,9 @@ module dda_time_step
    public :: advance
 
    real(wp), parameter :: shrink = 0.3_wp, recover = 1.3_wp  !< factors of an adaptive Δt
-   integer, parameter :: most_attempts = 40                  !< at one step
-   integer, parameter :: most_rounds = 60  !< rounds of bolt states or of Newton's method in a step
-   integer, parameter :: most_searches = 3  !< searches in one step with the same Δt
+   integer, parameter :: most_attempts = 40                  !< attempts per step
+   integer, parameter :: most_rounds = 60  !< rounds of bolt states or Newton's method
+   integer, parameter :: most_searches = 3  !< searches with the same Δt
 
 contains
 
@@ -74,7 +74,7 @@ contains
       call lap(simulation%system%watch, phase_update)
    end subroutine advance
 
-   !> Assemble and iterate for the increment d of this step.
+   !> Find the increment d of this step: assemble and iterate contacts, elements and material laws.
    subroutine solve_step(simulation, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -112,7 +112,7 @@ contains
       end associate
    end subroutine solve_step
 
-   !> Text on an iteration that has not converged in a step.
+   !> Text that names the iteration that has not converged in a step.
    pure function unsettled(simulation) result(words)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       character(len=:), allocatable :: words
@@ -143,10 +143,10 @@ contains
       if (.not. allocated(error)) call take_over_columns(simulation)
    end subroutine solve_columns
 
-   !> Solve the step of a column; widen the search if the column moves too far.
+   !> Solve the step of a column; repeat with a wider contact search if the column moves too far.
    subroutine solve_column(run, time_step, again, error)
-      type(simulation_type), intent(inout) :: run  !< of the column
-      real(wp), intent(in) :: time_step            !< of the model, s
+      type(simulation_type), intent(inout) :: run  !< run of the column
+      real(wp), intent(in) :: time_step            !< Δt of the model, s
       logical, intent(in) :: again                 !< another attempt at the same step
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp) :: move
@@ -180,7 +180,7 @@ contains
       end do
    end subroutine accept_columns
 
-   !> Iterate the contacts by the rules that the input requires.
+   !> Iterate the contacts by the rules that the input selects.
    subroutine iterate_contacts(simulation, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -219,10 +219,10 @@ contains
    end function allowed_move
 
    !> Store the largest speed for the next search, and count steps beyond the maximum displacement.
-   !> In statics a step beyond it is shortened, so that the search need not reach farther.
+   !> In statics such a step is shortened, so the next search need not reach farther.
    pure subroutine record_move(simulation, move)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
-      real(wp), intent(in) :: move  !< bound on the largest displacement of a vertex, m
+      real(wp), intent(in) :: move  !< upper bound of vertex displacements, m
       real(wp) :: reached
 
       reached = min(move, half_size(simulation%model%blocks))
@@ -235,7 +235,7 @@ contains
    !> .true. if a vertex moves beyond the maximum displacement or the distance of listed contacts.
    pure logical function is_too_far(simulation, move)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
-      real(wp), intent(in) :: move  !< bound on the largest displacement of a vertex, m
+      real(wp), intent(in) :: move  !< upper bound of vertex displacements, m
 
       is_too_far = ((simulation%model%control%adaptive .or. simulation%resting) .and. &
          move > allowed_move(simulation)) &
@@ -244,13 +244,13 @@ contains
 
    !> Prepare another attempt at the step: with a smaller Δt if allowed, else with a wider search.
    !>
-   !> In statics a step beyond the maximum displacement is shortened, because its list of contacts
-   !> is valid only near the start.
+   !> In statics a step beyond the maximum displacement is shortened, because the list of contacts
+   !> is valid only near the initial positions.
    subroutine retry(simulation, attempt, searches, move, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
-      integer, intent(in) :: attempt  !< number, from 1
-      integer, intent(inout) :: searches  !< searches of the same Δt
-      real(wp), intent(in) :: move  !< bound on the largest displacement of a vertex, m
+      integer, intent(in) :: attempt  !< number of the attempt
+      integer, intent(inout) :: searches  !< searches with the same Δt
+      real(wp), intent(in) :: move  !< upper bound of vertex displacements, m
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=:), allocatable :: reason
       logical :: shorter
@@ -311,7 +311,8 @@ contains
       if (.not. simulation%resting) call break_faces(simulation)
    end subroutine accept
 
-   !> Record broken bonds, unconverged damage or bounds and, after the first step, state changes.
+   !> Count broken bonds, steps with unconverged damage or bounds, and, after the first step,
+   !> changes of states.
    pure subroutine record_changes(simulation)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
 
@@ -325,7 +326,7 @@ contains
       end associate
    end subroutine record_changes
 
-   !> Number of bonds that the last step has fully damaged.
+   !> Number of bonds whose damage became complete in the last step.
    pure integer function spent_bonds(simulation)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
 
@@ -336,7 +337,7 @@ contains
       end associate
    end function spent_bonds
 
-   !> Advance time, an exact multiple of a fixed Δt; increase an adaptive Δt after each good step.
+   !> Advance time, by exact multiples of a fixed Δt; increase an adaptive Δt after each step.
    pure subroutine move_clock(simulation, time)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       real(wp), intent(in) :: time  !< time at the end of the step, s
