@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The variables of contacts, for the output and for programs that step a run.
+!> Table of the variables of contacts, for the output and for programs that step a run.
 module dda_contact_table
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type
@@ -14,13 +14,13 @@ module dda_contact_table
 
 contains
 
-   !> Copy a variable of contacts, contact by contact.
+   !> Copy a variable of successive contacts.
    pure subroutine copy_column(contacts, laws, variable, first, column)
       type(contacts_type), intent(in) :: contacts  !< contacts of the last step
-      type(laws_type), intent(in) :: laws          !< of the joints
+      type(laws_type), intent(in) :: laws          !< laws of the joints
       integer, intent(in) :: variable  !< position of the variable in the schema
-      integer, intent(in) :: first   !< contact
-      real(wp), intent(out) :: column(:)  !< [contacts from the first]
+      integer, intent(in) :: first   !< first contact
+      real(wp), intent(out) :: column(:)  !< [contacts] values
       integer :: last
 
       last = first + size(column) - 1
@@ -42,7 +42,7 @@ contains
       end select
    end subroutine copy_column
 
-   !> Table of the contacts of the last step; columns of laws that no joint has are 0.
+   !> Table of the contacts of the last step; columns of laws that the model does not contain are 0.
    function contact_table(simulation) result(table)
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       real(wp), allocatable :: table(:,:)   !< [contacts, columns]
@@ -59,7 +59,8 @@ contains
       end associate
    end function contact_table
 
-   !> Contacts under compression: vertex and edge from 0, position, normal and shear force.
+   !> Table of contacts under compression: vertex and edge (from 0), fraction of the edge, normal
+   !> and shear force, N/m.
    function closed_contacts(simulation) result(table)
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       real(wp), allocatable :: table(:,:)   !< [contacts, 5]

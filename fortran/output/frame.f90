@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A frame of the output as a row of numbers: variables of blocks and contacts.
+!> Frame of the output as a row of numbers: variables of blocks and contacts.
 !>
-!> It is written to the journal in parts, because a frame has more than half a kilobyte per block.
+!> A frame is written to the journal in parts, because its size exceeds 500 bytes per block.
 module dda_frame
    use dda_kinds, only: wp
    use dda_broken_faces, only: edge_damage
@@ -16,13 +16,13 @@ module dda_frame
    private
    public :: append_frame
 
-   integer, parameter :: at_once = 512       !< blocks, vertices or contacts
+   integer, parameter :: at_once = 512       !< columns or contacts per part
 
 contains
 
    !> Append a frame, variable by variable, in the order of the schema: blocks, then contacts.
    subroutine append_frame(journal, simulation, error)
-      type(journal_type), intent(inout) :: journal  !< of the run
+      type(journal_type), intent(inout) :: journal  !< journal of the run
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       logical :: has(number_of_families)
@@ -44,7 +44,7 @@ contains
 
    !> Append a variable of the run or of its blocks.
    subroutine append_variable(journal, simulation, variable, error)
-      type(journal_type), intent(inout) :: journal  !< of the run
+      type(journal_type), intent(inout) :: journal  !< journal of the run
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       integer, intent(in) :: variable               !< position of the variable in the schema
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
@@ -77,10 +77,10 @@ contains
       end associate
    end subroutine append_variable
 
-   !> Append columns whose first two numbers are a position relative to the engine's origin.
+   !> Append columns whose first two numbers are a position; the position becomes absolute.
    subroutine append_positions(journal, columns, origin, error)
-      type(journal_type), intent(inout) :: journal  !< of the run
-      real(wp), intent(in) :: columns(:,:)  !< [≤ 6, columns] m, …
+      type(journal_type), intent(inout) :: journal  !< journal of the run
+      real(wp), intent(in) :: columns(:,:)  !< [≤ 6, columns] first two in m
       real(wp), intent(in) :: origin(2)  !< origin of the positions, m
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp) :: part(6*at_once)
@@ -98,9 +98,9 @@ contains
       end do
    end subroutine append_positions
 
-   !> Append a column of the contacts.
+   !> Append a variable of all contacts.
    subroutine append_column(journal, simulation, variable, error)
-      type(journal_type), intent(inout) :: journal  !< of the run
+      type(journal_type), intent(inout) :: journal  !< journal of the run
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       integer, intent(in) :: variable  !< position of the variable in the schema
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Samples and frames of a run so far, in an append-only file, FILE.journal.
+!> Journal: an append-only file, FILE.journal, with the samples and frames of a run so far.
 !>
 !> It contains the data of the output as rows of numbers in the order of the steps.  A checkpoint
-!> records its length and checksum; a resumed run cuts it back to that length and continues.
-!> While a run has the journal open, no other run can open it.
+!> records the length and checksum of the journal; a resumed run cuts the journal to this length and
+!> continues.  While a run has the journal open, no other run can open it.
 module dda_journal
    use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc
    use, intrinsic :: iso_fortran_env, only: int8
@@ -20,22 +20,22 @@ module dda_journal
       append_numbers, journal_name
    public :: reader_type, open_reader, read_row, read_numbers, row_sample, row_frame
 
-   integer, parameter :: row_sample = 1, row_frame = 2
+   integer, parameter :: row_sample = 1, row_frame = 2  !< kinds of rows
    integer, parameter :: word = storage_size(0.0_wp)/8  !< bytes of a number
    integer(long), parameter :: piece = 1048576          !< bytes read at a time
 
-   !> A journal: its length, the checksum of its bytes, numbers of its rows.
+   !> Journal with its length, checksum, and numbers of rows.
    type :: journal_type
       ! unsaved, opened again: file
       type(byte_file_type) :: file
       type(checksum_type) :: checksum
       integer(long) :: bytes = 0
       integer :: samples = 0, frames = 0
-      integer :: contacts = 0       !< in all frames
+      integer :: contacts = 0       !< number of contacts in all frames
       integer :: iterations = 0     !< largest number in a step since the last sample
    end type journal_type
 
-   !> A journal that is being read, up to its known length.
+   !> Journal that is being read, up to its known length.
    type :: reader_type
       type(byte_file_type) :: file
       integer(long) :: left = 0     !< bytes
@@ -66,10 +66,10 @@ contains
       if (.not. locked) call close_file(journal%file, error)
    end subroutine open_journal
 
-   !> Restore a journal that was removed during the run, from the open file.
-   !> It is an error if another file has its name.
+   !> If the journal was removed during the run, restore it from the open file.
+   !> It is an error if another file has the name of the journal.
    subroutine keep_name(journal, error)
-      type(journal_type), intent(inout) :: journal  !< of the run
+      type(journal_type), intent(inout) :: journal  !< journal of the run
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(file_status_type) :: found
       type(byte_file_type) :: old, new
@@ -100,10 +100,10 @@ contains
       journal%file = new
    end subroutine keep_name
 
-   !> Copy the first bytes of a file to another file.
+   !> Copy a number of bytes from the beginning of a file to another file.
    subroutine copy_bytes(from, to, bytes, error)
       type(byte_file_type), intent(in) :: from, to  !< open files, at their beginnings
-      integer(long), intent(in) :: bytes            !< to be copied
+      integer(long), intent(in) :: bytes            !< number of bytes
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer(int8), allocatable :: part(:)
       integer(long) :: left, n
@@ -122,7 +122,7 @@ contains
    !> Save or restore length and checksum of the journal, as part of a checkpoint.
    subroutine serialise_mark(archive, journal)
       type(archive_type), intent(inout) :: archive  !< written or read
-      type(journal_type), intent(inout) :: journal  !< of the run
+      type(journal_type), intent(inout) :: journal  !< journal of the run
 
       call serialise_label(archive, 'journal')
       call serialise(archive, journal%bytes)
@@ -135,7 +135,7 @@ contains
 
    !> Cut the journal back to its state at a checkpoint; an error if earlier bytes have changed.
    subroutine return_to_mark(journal, error)
-      type(journal_type), intent(inout) :: journal  !< of the run
+      type(journal_type), intent(inout) :: journal  !< journal of the run
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(byte_file_type) :: file
       type(checksum_type) :: checksum
@@ -161,9 +161,9 @@ contains
       call cut_file(journal%file, journal%bytes, error)
    end subroutine return_to_mark
 
-   !> Append the header of a sample or a frame; its numbers follow.
+   !> Append the header of a sample or a frame; the values must follow.
    subroutine begin_row(journal, kind, contacts, error)
-      type(journal_type), intent(inout) :: journal  !< of the run
+      type(journal_type), intent(inout) :: journal  !< journal of the run
       integer, intent(in) :: kind, contacts  !< `row_sample` or `row_frame`; number of contacts
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
@@ -179,9 +179,9 @@ contains
 
    !> Append numbers of a row and include them in the checksum.
    subroutine append_numbers(journal, numbers, count, error)
-      type(journal_type), intent(inout) :: journal  !< of the run
-      integer, intent(in) :: count  !< of the numbers
-      real(wp), target, intent(in) :: numbers(count)  !< in their order
+      type(journal_type), intent(inout) :: journal  !< journal of the run
+      integer, intent(in) :: count  !< number of values
+      real(wp), target, intent(in) :: numbers(count)  !< values
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer(int8), pointer, contiguous :: bytes(:)
 
@@ -193,8 +193,8 @@ contains
 
    !> Open a journal for reading from its start.
    subroutine open_reader(reader, journal, error)
-      type(reader_type), intent(out) :: reader  !< of the journal
-      type(journal_type), intent(in) :: journal  !< of the run
+      type(reader_type), intent(out) :: reader  !< reader of the journal
+      type(journal_type), intent(in) :: journal  !< journal of the run
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       call flush_stream(journal%file, .false., error)
@@ -204,7 +204,7 @@ contains
 
    !> Read the kind of the next row, 0 at the end, and its number of contacts.
    subroutine read_row(reader, kind, contacts, error)
-      type(reader_type), intent(inout) :: reader  !< of the journal
+      type(reader_type), intent(inout) :: reader  !< reader of the journal
       integer, intent(out) :: kind, contacts  !< `row_sample` or `row_frame`; number of contacts
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp) :: head(2)
@@ -220,7 +220,7 @@ contains
 
    !> Read the next numbers of a row.
    subroutine read_numbers(reader, numbers, error)
-      type(reader_type), intent(inout) :: reader  !< of the journal
+      type(reader_type), intent(inout) :: reader  !< reader of the journal
       real(wp), contiguous, target, intent(out) :: numbers(:)  !< [numbers] numbers of a row
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer(int8), pointer, contiguous :: bytes(:)

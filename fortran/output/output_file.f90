@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Output of a run: a netCDF-4 file that xarray can open.
 !>
-!> It is always written completely from the journal, under a temporary name, and then renamed: to
-!> FILE when the run is complete, earlier, at intervals, to FILE.partial.  Both can therefore be
-!> opened at any moment, and a run that is killed while it writes leaves the last file unchanged.
+!> The file is always written completely from the journal, under a temporary name, and then renamed:
+!> at intervals during the run to FILE.partial, and to FILE when the run is complete.  Both can
+!> therefore be opened at any time, and a run that is killed while writing does not damage them.
 module dda_output_file
    use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
    use dda_kinds, only: wp, long
@@ -37,21 +37,21 @@ module dda_output_file
    private
    public :: write_output, writing_memory, is_complete
 
-   integer, parameter :: buffered = 1024          !< samples between writes
-   integer(long), parameter :: overhead = 262144  !< bytes of a file without data and texts
-   real(wp), parameter :: library_bytes = 5.0e6_wp  !< bytes of memory of netCDF and HDF5, measured
+   integer, parameter :: buffered = 1024          !< samples written at once
+   integer(long), parameter :: overhead = 262144  !< size without data and texts, bytes
+   real(wp), parameter :: library_bytes = 5.0e6_wp  !< memory of netCDF and HDF5, measured
 
-   !> An output file that is being written.
+   !> Output file that is being written.
    type :: output_type
       type(dataset_type) :: dataset
-      logical :: has(number_of_families)          !< of variables
-      integer :: lengths(size(dimension_names))   !< lengths of dimensions, as in a row
-      integer :: samples = 0                      !< written and buffered
-      integer :: waiting = 0                      !< buffered
-      integer :: frames = 0
+      logical :: has(number_of_families)          !< families of variables in the model
+      integer :: lengths(size(dimension_names))   !< lengths of dimensions
+      integer :: samples = 0                      !< samples written or buffered
+      integer :: waiting = 0                      !< samples buffered
+      integer :: frames = 0                       !< frames written
       integer :: contacts = 0                     !< contact states written
       type(run_verdict_type) :: verdict
-      real(wp), allocatable :: sample(:,:)        !< [numbers of a sample, buffered]
+      real(wp), allocatable :: sample(:,:)        !< [values of a sample, buffered samples]
    end type output_type
 
 contains
@@ -59,7 +59,7 @@ contains
    !> Write all data of the journal to FILE, or to FILE.partial if the run is not complete.
    subroutine write_output(file, journal, simulation, complete, error)
       character(len=*), intent(in) :: file  !< path of the output
-      type(journal_type), intent(in) :: journal  !< of the run
+      type(journal_type), intent(in) :: journal  !< journal of the run
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       logical, intent(in) :: complete  !< the run has reached its duration
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
@@ -85,7 +85,7 @@ contains
 
    !> Upper bound on the size of the file, bytes.
    pure integer(long) function bytes_for(journal, simulation) result(bytes)
-      type(journal_type), intent(in) :: journal  !< of the run
+      type(journal_type), intent(in) :: journal  !< journal of the run
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       integer :: i
 
@@ -100,7 +100,7 @@ contains
    end function bytes_for
 
    !> Upper bound on the memory of `write_output`, bytes.
-   !> It contains two frames, samples and copies of parts of them, and texts.
+   !> It includes two frames, samples, copies of parts of both, and texts.
    pure real(wp) function writing_memory(simulation) result(bytes)
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       integer, parameter :: word = storage_size(1.0_wp)/8  ! bytes of a number
@@ -118,7 +118,7 @@ contains
    !> Create the file, write everything, close it.
    subroutine write_dataset(output, journal, simulation, complete, error)
       type(output_type), intent(inout) :: output  !< file being written
-      type(journal_type), intent(in) :: journal  !< of the run
+      type(journal_type), intent(in) :: journal  !< journal of the run
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       logical, intent(in) :: complete  !< the run has reached its duration
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
@@ -149,7 +149,7 @@ contains
    !> Define the variables that the model has, and their dimensions.
    subroutine define_file(output, journal)
       type(output_type), intent(inout) :: output  !< open; retains the first error
-      type(journal_type), intent(in) :: journal  !< of the run
+      type(journal_type), intent(in) :: journal  !< journal of the run
       integer :: lengths(size(dimension_names)), i
       logical :: is_used(0:size(dimension_names))
 
@@ -177,7 +177,7 @@ contains
    !> Define a variable with its attributes.
    subroutine define_output_variable(dataset, variable)
       type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
-      type(output_variable_type), intent(in) :: variable  !< of the schema
+      type(output_variable_type), intent(in) :: variable  !< variable of the schema
       integer, parameter :: kinds(3) = [nf90_char, nf90_double, nf90_int]
       character(len=:), allocatable :: name
 
@@ -191,7 +191,7 @@ contains
       if (variable%kind == is_text) call describe_variable(dataset, name, '_Encoding', 'utf-8')
    end subroutine define_output_variable
 
-   !> Write attributes with everything needed to repeat the run.
+   !> Write attributes: all data needed to repeat the run, and its outcome.
    subroutine describe_run(dataset, simulation, complete)
       type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
@@ -222,10 +222,10 @@ contains
       call describe(dataset, 'maxima_base', base_words(simulation%maxima%base, simulation%model))
    end subroutine describe_run
 
-   !> Write the verdict as attributes, in words and numbers.
+   !> Write the verdict on the run as attributes, in words and numbers.
    subroutine describe_verdict(dataset, verdict)
       type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
-      type(run_verdict_type), intent(in) :: verdict  !< of all frames
+      type(run_verdict_type), intent(in) :: verdict  !< verdict on all frames
       integer :: i
 
       if (verdict%happened == '') return
@@ -237,7 +237,7 @@ contains
       end do
    end subroutine describe_verdict
 
-   !> Text of the records of a model and their processing, one per line.
+   !> Text that describes each record of a model and its processing, one per line.
    pure function records_text(model) result(text)  ! total
       type(model_type), intent(in) :: model  !< model as read from the input
       character(len=:), allocatable :: text
@@ -250,7 +250,7 @@ contains
       end do
    end function records_text
 
-   !> .true. if the output exists, is complete, and belongs to this input and these records.
+   !> .true. if the output exists, is complete, and was computed from this input and its records.
    logical function is_complete(file, model)
       character(len=*), intent(in) :: file      !< output
       type(model_type), intent(in) :: model  !< model as read from the input
@@ -341,7 +341,7 @@ contains
    !> Write the network of water in joints.
    subroutine put_flow(dataset, model)
       type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
-      type(model_type), intent(in) :: model  !< with flow
+      type(model_type), intent(in) :: model  !< model with flow
       integer :: c
 
       associate (channels => size(model%flow%channel), nodes => size(model%flow%pressure))
@@ -400,9 +400,9 @@ contains
       end associate
    end subroutine put_boundaries
 
-   !> Stage that removes each block; 0: none does.
+   !> [blocks] Number of the stage that removes each block; 0: none.
    pure function removal_stage(stages, n) result(removal)
-      type(stage_type), intent(in) :: stages(:)  !< of the model
+      type(stage_type), intent(in) :: stages(:)  !< stages of the model
       integer, intent(in) :: n                   !< blocks
       real(wp) :: removal(n)
       integer :: s
@@ -413,10 +413,10 @@ contains
       end do
    end function removal_stage
 
-   !> Copy all rows of the journal, in its order.
+   !> Copy all rows of the journal to the file, in their order.
    subroutine copy_rows(output, journal, simulation, error)
       type(output_type), intent(inout) :: output  !< file being written
-      type(journal_type), intent(in) :: journal  !< of the run
+      type(journal_type), intent(in) :: journal  !< journal of the run
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(reader_type) :: reader
@@ -444,7 +444,7 @@ contains
    !> Write the buffered samples, and add them to the verdict.
    subroutine put_samples(output, simulation)
       type(output_type), intent(inout) :: output  !< file being written
-      type(simulation_type), intent(in) :: simulation  !< run of the samples
+      type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       integer :: n, i, at, m
 
       n = output%waiting
@@ -472,9 +472,9 @@ contains
    !> Write values of a variable in consecutive rows; rows are the slowest dimension.
    subroutine put_row(output, variable, values, first, rows)
       type(output_type), intent(inout) :: output  !< file being written
-      type(output_variable_type), intent(in) :: variable  !< of the schema
+      type(output_variable_type), intent(in) :: variable  !< variable of the schema
       real(wp), contiguous, intent(in) :: values(:)  !< values in the order of the file
-      integer, intent(in) :: first, rows             !< rows of the slowest dimension
+      integer, intent(in) :: first, rows             !< index and length in the slowest dimension
 
       integer :: starts(size(variable%dimensions)), counts(size(variable%dimensions)), n
 
@@ -505,9 +505,9 @@ contains
    !> Copy the next numbers of the journal to variables with a value per frame or contact.
    subroutine copy_variables(output, reader, row, first, rows, error)
       type(output_type), intent(inout) :: output  !< file being written
-      type(reader_type), intent(inout) :: reader  !< of the journal
+      type(reader_type), intent(inout) :: reader  !< reader of the journal
       integer, intent(in) :: row           !< each_frame or each_contact
-      integer, intent(in) :: first, rows   !< rows of the slowest dimension
+      integer, intent(in) :: first, rows   !< index and length in the slowest dimension
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp), allocatable :: part(:)
       integer :: i

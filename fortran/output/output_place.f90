@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Checks before a run writes its output and the files beside it: it may replace only files of
-!> earlier runs, and no file that it reads.
+!> Checks before a run writes its output and the files beside it: the run may replace only files
+!> of earlier runs, and no file that it reads.
 module dda_output_place
    use dda_errors, only: error_type, error_file, fail
    use dda_file_system, only: same_file, status_of, is_folder, folder_of
@@ -42,8 +42,8 @@ contains
 
    !> Return an error if an output cannot be written, before anything is written.
    subroutine check_target(model, resumes, error)
-      type(model_type), intent(in) :: model  !< model with the name of its output
-      logical, intent(in) :: resumes  !< the run resumes from checkpoints, which are checked later
+      type(model_type), intent(in) :: model  !< model with the path of its output
+      logical, intent(in) :: resumes  !< the run resumes from checkpoints, checked later
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       logical :: folder
       integer :: i
@@ -74,7 +74,7 @@ contains
 
       !> Check the name of a checkpoint of the output.
       subroutine check_checkpoint(ending, error)
-         character(len=*), intent(in) :: ending  !< of its name
+         character(len=*), intent(in) :: ending  !< ending of the name
          type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
          associate (name => checkpoint_name(model%output%file)//ending)
@@ -87,10 +87,10 @@ contains
       end subroutine check_checkpoint
    end subroutine check_target
 
-   !> Check that a name to be written is free, or that of an own file that the run does not read.
+   !> Check that a path to be written is free or contains a replaceable file that is not read.
    subroutine check_name(name, kind, model, error)
       character(len=*), intent(in) :: name     !< path to be written
-      type(own_kind_type), intent(in) :: kind  !< of the file
+      type(own_kind_type), intent(in) :: kind  !< kind of the file
       type(model_type), intent(in) :: model    !< model as read from the input
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: i
@@ -110,9 +110,9 @@ contains
 
    contains
 
-      !> Return an error if the name leads to a file that is read.
+      !> Return an error if the path to be written is that of a file that is read.
       subroutine refuse_read_file(file, words)
-         character(len=*), intent(in) :: file, words  !< path of the file; what the file is
+         character(len=*), intent(in) :: file, words  !< path of the file; words that name it
 
          if (allocated(error)) return
          if (same_file(name, file)) call fail(error, error_file, 'the output '//name// &
@@ -120,9 +120,9 @@ contains
       end subroutine refuse_read_file
    end subroutine check_name
 
-   !> .true. if the output named by an input is within the working folder or that of the input.
+   !> .true. if an output named by an input is within the working folder or the folder of the input.
    logical function is_below(name, input)  ! total
-      character(len=*), intent(in) :: name   !< path that the input gives
+      character(len=*), intent(in) :: name   !< path of the output in the input
       character(len=*), intent(in) :: input  !< path of the input
       integer :: last
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Histories read from an output, complete or partial.
+!> Time histories, read from a complete or partial output.
 module dda_output_reader
    use dda_kinds, only: wp
    use dda_errors, only: error_type, error_file, error_input, fail
@@ -14,12 +14,12 @@ module dda_output_reader
 
 contains
 
-   !> Read a variable over time.
+   !> Read the time history of a variable.
    subroutine read_history(file, quantity, at, time, values, error)
       character(len=*), intent(in) :: file      !< output
       character(len=*), intent(in) :: quantity  !< name of the variable in the output
-      !> index in its other dimensions, from 1: axis and point; empty for `energy_kinetic` and
-      !> similar variables
+      !> index in the other dimensions of the variable, from 1, such as axis and point; empty for
+      !> variables without other dimensions, such as `energy_kinetic`
       integer, intent(in) :: at(:)
       real(wp), allocatable, intent(out) :: time(:)    !< [samples] s
       real(wp), allocatable, intent(out) :: values(:)  !< [samples] values in the unit of the output
@@ -44,8 +44,8 @@ contains
    !> Read all samples of a variable at an index.
    subroutine read_series(dataset, name, at, values)
       type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
-      character(len=*), intent(in) :: name          !< of the variable
-      integer, intent(in) :: at(:)                  !< as above
+      character(len=*), intent(in) :: name          !< name of the variable
+      integer, intent(in) :: at(:)                  !< index in its other dimensions
       real(wp), allocatable, intent(out) :: values(:)  !< [samples]
       integer :: id, time, samples, n, dimensions(nf90_max_var_dims)
       logical :: has_history

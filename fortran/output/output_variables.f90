@@ -13,7 +13,7 @@ module dda_output_variables
 
 contains
 
-   !> Families of variables that a model has.
+   !> .true. for each family of output variables that the model has.
    pure function families_of(simulation) result(has)
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       logical :: has(number_of_families)
@@ -31,7 +31,7 @@ contains
       has(in_yielding) = any(simulation%model%materials%yields())
       has(in_breaking) = can_break(simulation%model)
       associate (laws => simulation%laws)
-         do i = 1, size(contact_columns)  ! memory of laws: columns of some joint
+         do i = 1, size(contact_columns)  ! state variables of joint laws
             associate (variable => output_variables(contact_columns(i)))
                if (variable%family > in_contacts_of_laws) has(variable%family) = &
                   any(laws%columns%name == variable%name(9:))
@@ -42,7 +42,7 @@ contains
       end associate
    end function families_of
 
-   !> Lengths of the dimensions; those of samples, frames and contacts are 1, as in a row.
+   !> Lengths of the dimensions; the lengths of samples, frames and contacts are 1, as in one row.
    pure function lengths_of(simulation) result(lengths)
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       integer :: lengths(size(dimension_names)), i
@@ -73,25 +73,25 @@ contains
 
    !> Number of values of a variable in a row, or in total if it is written once.
    pure integer function numbers_of(variable, lengths)
-      type(output_variable_type), intent(in) :: variable    !< of the schema
-      integer, intent(in) :: lengths(:)                     !< of all dimensions
+      type(output_variable_type), intent(in) :: variable    !< variable of the schema
+      integer, intent(in) :: lengths(:)                     !< lengths of all dimensions
 
       numbers_of = product(lengths(variable%dimensions(:count(variable%dimensions > 0))))
    end function numbers_of
 
    !> .true. if a variable is written in each row of a kind.
    elemental logical function is_in(variable, row, has)
-      type(output_variable_type), intent(in) :: variable  !< of the schema
+      type(output_variable_type), intent(in) :: variable  !< variable of the schema
       integer, intent(in) :: row                          !< each_time, each_frame, each_contact
       logical, intent(in) :: has  !< the model has the family of the variable
 
       is_in = variable%row == row .and. has
    end function is_in
 
-   !> Number of values of a sample before those of a variable; after the last variable, of all.
+   !> Number of values in a sample before those of a variable; all values beyond the last variable.
    pure integer function place_in_sample(simulation, place) result(before)
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
-      integer, intent(in) :: place                     !< in the schema
+      integer, intent(in) :: place                     !< index of the variable in the schema
       integer :: lengths(size(dimension_names)), i
 
       lengths = lengths_of(simulation)

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Intensity of shaking of measured points: peak acceleration and velocity, Arias intensity and
-!> spectral acceleration, computed from the samples as they are written; accelerations also below
-!> the highest frequency that the ground model resolves (`dda_resolved_band`).
+!> spectral acceleration, computed from the samples, unfiltered and low-passed at the highest
+!> frequency that the ground model resolves (`dda_resolved_band`).
 module dda_point_intensity
    use dda_kinds, only: wp, pi
    use dda_low_pass, only: low_pass_type, new_low_pass, pass
@@ -15,7 +15,7 @@ module dda_point_intensity
    !> Shaking along one axis.
    type :: shaking_type
       real(wp) :: last = 0.0_wp         !< acceleration at the last sample, m/s²
-      real(wp) :: acceleration = 0.0_wp !< largest, m/s²
+      real(wp) :: acceleration = 0.0_wp !< largest absolute value, m/s²
       real(wp) :: squares = 0.0_wp      !< ∫a² dt, m²/s³
       type(response_spectrum_type) :: spectrum
    end type shaking_type
@@ -23,15 +23,15 @@ module dda_point_intensity
    !> Intensities of one point, along both axes.
    type :: intensity_type
       real(wp) :: time = 0.0_wp         !< time of the last sample, s
-      real(wp) :: velocity(2) = 0.0_wp  !< largest, m/s
+      real(wp) :: velocity(2) = 0.0_wp  !< largest absolute values, m/s
       type(shaking_type) :: raw(2)      !< unfiltered
-      type(shaking_type) :: low(2)      !< below that frequency
+      type(shaking_type) :: low(2)      !< low-passed at the resolved frequency
       type(low_pass_type) :: filter(2)
    end type intensity_type
 
 contains
 
-   !> Reset an intensity before the first sample.
+   !> Intensity before the first sample.
    pure type(intensity_type) function new_intensity(frequency) result(intensity)
       real(wp), intent(in) :: frequency  !< frequency below which accelerations are reported, Hz
 
@@ -40,7 +40,7 @@ contains
       intensity%filter = new_low_pass(frequency)
    end function new_intensity
 
-   !> Add a sample, in the order of the run.
+   !> Add the next sample.
    pure subroutine add_motion(intensity, time, velocity, acceleration)
       type(intensity_type), intent(inout) :: intensity   !< intensity of the samples so far
       real(wp), intent(in) :: time                       !< time of the sample, s
@@ -60,11 +60,11 @@ contains
       intensity%time = time
    end subroutine add_motion
 
-   !> Add an acceleration.
+   !> Add an acceleration to the intensity along one axis.
    pure subroutine add_acceleration(shaking, acceleration, step)
-      type(shaking_type), intent(inout) :: shaking  !< so far
+      type(shaking_type), intent(inout) :: shaking  !< shaking so far
       real(wp), intent(in) :: acceleration          !< m/s²
-      real(wp), intent(in) :: step                  !< time since the last one, s
+      real(wp), intent(in) :: step                  !< time since the last acceleration, s
 
       associate (before => shaking%last)
          shaking%squares = shaking%squares + 0.5_wp*step*(before**2 + acceleration**2)
@@ -77,7 +77,7 @@ contains
 
    !> Arias intensity π/2g ∫a² dt, m/s.
    elemental real(wp) function arias_intensity(shaking)
-      type(shaking_type), intent(in) :: shaking  !< along an axis
+      type(shaking_type), intent(in) :: shaking  !< shaking along an axis
 
       arias_intensity = 0.5_wp*pi/standard_gravity*shaking%squares
    end function arias_intensity

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Frequency up to which accelerations of measured points are motion of the ground and not
-!> ringing or impacts of contacts: that of the shortest wave that blocks or cells resolve, and at
-!> most a quarter of the sampling rate.
+!> Resolved frequency: up to it, accelerations of measured points are motion of the ground, not
+!> ringing or impacts of contacts.  It is the frequency of the shortest wave that blocks or cells
+!> resolve, and at most a quarter of the sampling rate.
 module dda_resolved_band
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, smaller_side
@@ -18,7 +18,7 @@ contains
 
    !> Resolved frequency, Hz.  Blocks on rigid supports are omitted, since no wave travels in them.
    pure real(wp) function resolved_frequency(model, blocks) result(frequency)
-      type(model_type), intent(in) :: model    !< of the run
+      type(model_type), intent(in) :: model    !< model of the run
       type(blocks_type), intent(in) :: blocks  !< blocks of the run, in any state
       logical :: held(blocks%n)
       real(wp) :: d(3, 3)
@@ -39,7 +39,7 @@ contains
 
    !> Longest time between samples in any stage, s.
    pure real(wp) function sampling_interval(model) result(interval)
-      type(model_type), intent(in) :: model  !< of the run
+      type(model_type), intent(in) :: model  !< model of the run
 
       interval = maxval(model%stages%time_step, mask=.not. model%stages%static)
       if (.not. interval > 0.0_wp) interval = 1.0_wp

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Largest movement of a run that is attributed to rounding, depending on loads and motions.
+!> Upper bound of movements that are attributed to rounding; it depends on loads and motions.
 module dda_rest_bound
    use dda_kinds, only: wp
    use dda_model, only: model_type, half_size
@@ -8,14 +8,14 @@ module dda_rest_bound
    private
    public :: is_at_rest
 
-   !> fraction of the model size: rounding and tolerance of equilibrium without loads, measured
+   !> movement by rounding and tolerance of equilibrium, measured without loads, over the model size
    real(wp), parameter :: rest_share = 1.0e-9_wp
-   real(wp), parameter :: rounding_share = 100*epsilon(1.0_wp)  !< rounding of positions
+   real(wp), parameter :: rounding_share = 100*epsilon(1.0_wp)  !< rounding over model size
    real(wp), parameter :: drive_share = 1.0e-9_wp               !< fraction of the prescribed motion
 
 contains
 
-   !> .true. if the largest movement is rounding.
+   !> .true. if the largest movement is due to rounding.
    pure logical function is_at_rest(simulation, largest)
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       real(wp), intent(in) :: largest                  !< displacement of a block so far, m
@@ -31,7 +31,7 @@ contains
 
    !> .true. if motions, changing loads, initial velocities or sudden gravity move the model.
    pure logical function is_driven(model)
-      type(model_type), intent(in) :: model  !< of the run
+      type(model_type), intent(in) :: model  !< model of the run
       integer :: i
 
       is_driven = comes_suddenly(model)
@@ -53,9 +53,9 @@ contains
       end do
    end function is_driven
 
-   !> The largest displacement of all motions, m.
+   !> Largest displacement of all motions, m.
    pure real(wp) function largest_motion(model) result(largest)
-      type(model_type), intent(in) :: model  !< of the run
+      type(model_type), intent(in) :: model  !< model of the run
       integer :: i
 
       largest = 0.0_wp

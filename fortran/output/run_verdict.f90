@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Events of a run, in words and numbers: from its largest values and, for measured points and
-!> joints, from the samples.
+!> Verdict on a run: its events in words and numbers, from the largest values of the run and, for
+!> measured points and joints, from the samples.
 module dda_run_verdict
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use dda_kinds, only: wp
@@ -26,12 +26,12 @@ module dda_run_verdict
    public :: run_verdict_type, new_verdict, add_samples, add_joint_samples, &
       judge_movement, conclude
 
-   real(wp), parameter :: rounding = 1.0e-9_wp   !< fraction of the largest displacement or value
-   real(wp), parameter :: shown_beside = 0.01_wp !< smallest shown value over the larger
+   real(wp), parameter :: rounding = 1.0e-9_wp   !< over the largest displacement or value
+   real(wp), parameter :: shown_beside = 0.01_wp !< smaller over larger value, to show both
    character(len=1), parameter :: axes(2) = ['x', 'y']
-   real(wp), parameter :: much_above = 0.05_wp  !< fraction of Arias intensity: more is reported
+   real(wp), parameter :: much_above = 0.05_wp  !< reported fraction of Arias intensity
 
-   !> A verdict under construction.
+   !> Verdict that is being computed.
    type, extends(verdict_lines_type) :: run_verdict_type
       real(wp) :: frequency = 0.0_wp         !< frequency below which accelerations are reported, Hz
       type(intensity_type), allocatable :: shaken(:)   !< [measured points]
@@ -41,10 +41,10 @@ module dda_run_verdict
 
 contains
 
-   !> Reset before the first sample.
+   !> Verdict before the first sample.
    pure type(run_verdict_type) function new_verdict(simulation, points, joints) result(verdict)
-      type(simulation_type), intent(in) :: simulation  !< of the run
-      integer, intent(in) :: points, joints            !< numbers of measured ones
+      type(simulation_type), intent(in) :: simulation  !< run at its start
+      integer, intent(in) :: points, joints            !< number of measured points, joints
 
       verdict%happened = ''
       verdict%frequency = resolved_frequency(simulation%model, simulation%blocks)
@@ -54,8 +54,8 @@ contains
          verdict%joints_most(joints, columns_of(in_measured_joints)), source=0.0_wp)
    end function new_verdict
 
-   !> Add samples in the order of the run, point by point.
-   !> The oscillators of a point thus remain in the cache.
+   !> Add samples in the order of the run.  The outer loop is over points, so the oscillators of a
+   !> point remain in the cache.
    pure subroutine add_samples(verdict, time, velocity, acceleration)
       type(run_verdict_type), intent(inout) :: verdict   !< verdict of the samples so far
       real(wp), intent(in) :: time(:)                    !< [samples] s
@@ -88,7 +88,7 @@ contains
 
    !> Complete the verdict of a run after its last sample.
    subroutine conclude(verdict, simulation)
-      type(run_verdict_type), intent(inout) :: verdict   !< of all samples
+      type(run_verdict_type), intent(inout) :: verdict   !< verdict of all samples
       type(simulation_type), intent(in) :: simulation  !< simulation at the time of the last sample
       logical :: told
       integer :: i
@@ -105,7 +105,7 @@ contains
 
    !> Add events, the largest values of all steps, and warnings.
    subroutine judge_movement(verdict, simulation)
-      type(run_verdict_type), intent(inout) :: verdict   !< gets words, figures and values
+      type(run_verdict_type), intent(inout) :: verdict   !< words, figures and values are added
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       character(len=:), allocatable :: words
       integer :: i
@@ -128,8 +128,8 @@ contains
       if (words /= '') call add_doubt(verdict%doubts, 'energy', words)
    end subroutine judge_movement
 
-   !> Warnings of the check before the run, without those that the run has answered.
-   !> Nothing rings without motion, and the first mode assumes joints that stay closed.
+   !> Warnings of the check before the run, without those that the run has made irrelevant: ringing
+   !> if there was no motion, and the first mode if there was none or many joints have opened.
    pure function remaining_doubts(simulation) result(standing)
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       type(doubt_type), allocatable :: standing(:)
@@ -150,9 +150,9 @@ contains
       end do
    end function remaining_doubts
 
-   !> Add one sentence on movement of blocks, contacts and bonds, and the end of the run.
+   !> Add the sentence on movement of blocks, contacts and bonds, and on the end of the run.
    subroutine add_movement_sentence(verdict, simulation)
-      type(run_verdict_type), intent(inout) :: verdict   !< verdict; receives words and values
+      type(run_verdict_type), intent(inout) :: verdict   !< words and values are added
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       character(len=:), allocatable :: base
       integer :: moved(3)
@@ -194,7 +194,7 @@ contains
 
    !> Add a sentence on blocks whose joints have crushed, with the largest plastic closure.
    subroutine add_crushing_sentence(verdict, simulation)
-      type(run_verdict_type), intent(inout) :: verdict   !< verdict; receives words and values
+      type(run_verdict_type), intent(inout) :: verdict   !< words and values are added
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       integer, parameter :: most_named = 6
       logical :: named(simulation%blocks%n)
@@ -233,11 +233,11 @@ contains
       is_without_movement = is_at_rest(simulation, simulation%maxima%largest(of_displacement)%value)
    end function is_without_movement
 
-   !> Add the largest values that exceed rounding to the table.
-   !> Accelerations of blocks and velocities at the end are dominated by ringing and impacts: they
-   !> are written as numbers, but not shown in the table.
+   !> Add the largest values that exceed rounding to the table.  Accelerations of blocks and
+   !> velocities at the end are dominated by ringing and impacts: they are stored as numbers, but
+   !> the table does not contain them.
    subroutine tabulate_maxima(verdict, simulation)
-      type(run_verdict_type), intent(inout) :: verdict   !< gets figures
+      type(run_verdict_type), intent(inout) :: verdict   !< figures are added
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       integer, parameter :: moving(*) = [of_displacement, of_tilt, of_velocity, &
          of_point_displacement, of_point_drift], loaded(*) = [of_strain, of_plastic_strain, &
@@ -267,7 +267,7 @@ contains
       end associate
    end subroutine tabulate_maxima
 
-   !> .true. if tilts move the corners of a block by more than rounding.
+   !> .true. if the largest tilt moves corners by more than rounding.
    pure logical function has_rotated(simulation)
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
 
@@ -277,9 +277,9 @@ contains
       end associate
    end function has_rotated
 
-   !> Add the error of the stresses of bodies at the end, estimated from jumps at faces of cells.
+   !> Add the error of the final stresses of bodies, estimated from stress jumps at faces of cells.
    subroutine add_bodies(verdict, simulation)
-      type(run_verdict_type), intent(inout) :: verdict   !< verdict; receives a figure and its value
+      type(run_verdict_type), intent(inout) :: verdict   !< a figure and its value are added
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       character(len=*), parameter :: key = 'stress_error'
       real(wp) :: energies(2), share
@@ -292,12 +292,12 @@ contains
          [0.0_wp, share], '1', 'of bodies, energy norm, by jumps at faces')
    end subroutine add_bodies
 
-   !> Add a line to the table.
+   !> Add a maximum to the table.
    subroutine add_maximum(verdict, simulation, k, ends)
-      type(run_verdict_type), intent(inout) :: verdict   !< gets a figure
+      type(run_verdict_type), intent(inout) :: verdict   !< a figure is added
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       integer, intent(in) :: k                           !< position in the list of maxima
-      logical, intent(in) :: ends                        !< the value at the end is shown too
+      logical, intent(in) :: ends                        !< the value at the end is added too
       character(len=32) :: keys(2)
       character(len=:), allocatable :: place
 
@@ -313,7 +313,7 @@ contains
 
    !> Name of an output variable in words.
    pure function output_words(name) result(words)
-      character(len=*), intent(in) :: name  !< as the schema has it
+      character(len=*), intent(in) :: name  !< name in the schema
       character(len=:), allocatable :: words
       integer :: i
 
@@ -323,9 +323,10 @@ contains
       end do
    end function output_words
 
-   !> Add the distance of blocks at the end from the input, if displacements count from equilibrium.
+   !> Add the largest distance of a block from its position in the input, if displacements are
+   !> measured from equilibrium.
    subroutine add_distance_from_input(verdict, simulation)
-      type(run_verdict_type), intent(inout) :: verdict   !< verdict; receives a value, and a figure
+      type(run_verdict_type), intent(inout) :: verdict   !< a value and a figure are added
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       character(len=*), parameter :: key = 'displacement_from_drawn_m'
       real(wp) :: way
@@ -360,12 +361,13 @@ contains
    end function owner_names
 
    !> Add the intensity of shaking of a measured point: numbers and table lines.
-   !> Numbers are for all and for resolved frequencies; lines are for resolved ones, along one axis.
+   !> Numbers are for all and for resolved frequencies; table lines for resolved frequencies only,
+   !> along the axis with the larger value.
    subroutine judge_point(verdict, simulation, i, told)
-      type(run_verdict_type), intent(inout) :: verdict   !< of all samples
+      type(run_verdict_type), intent(inout) :: verdict   !< verdict of all samples
       type(simulation_type), intent(in) :: simulation  !< simulation at the time of the last sample
       integer, intent(in) :: i                           !< number of the point
-      logical, intent(in) :: told                        !< it has figures
+      logical, intent(in) :: told                        !< table lines are added
       character(len=:), allocatable :: name
       real(wp) :: sa(2), period(2), low(2), above
 
@@ -387,7 +389,7 @@ contains
 
    contains
 
-      !> Add a result along both axes, and its table line: the larger value (and the smaller).
+      !> Add a result along both axes, and its table line: the larger value, then the smaller one.
       subroutine add_point(title, key, values, units, words)
          character(len=*), intent(in) :: title, key, units, words
          real(wp), intent(in) :: values(2)
@@ -410,11 +412,11 @@ contains
       end subroutine add_point
    end subroutine judge_point
 
-   !> Add a result for all frequencies, along the axis with the larger value.
+   !> Add the results for all frequencies, along the axis with the larger value.
    subroutine add_unfiltered(verdict, raw, name)
-      type(run_verdict_type), intent(inout) :: verdict  !< gets values
-      type(shaking_type), intent(in) :: raw(2)          !< of a point, along both axes
-      character(len=*), intent(in) :: name              !< of the point
+      type(run_verdict_type), intent(inout) :: verdict  !< values are added
+      type(shaking_type), intent(in) :: raw(2)          !< shaking of a point along both axes
+      character(len=*), intent(in) :: name              !< name of the point
       real(wp) :: sa(2), period(2)
 
       call spectral_acceleration(raw%spectrum, raw%last, sa, period)
@@ -422,14 +424,14 @@ contains
       call add_value(verdict, 'pga_below_50_hz_m_s2['//name//']', &
          maxval(low_passed_peak(raw%spectrum)))
       call add_value(verdict, 'arias_m_s['//name//']', maxval(arias_intensity(raw)))
-      if (.not. maxval(sa) > 0.0_wp) return  ! steps resolve no period
+      if (.not. maxval(sa) > 0.0_wp) return  ! the time steps are too long for a spectrum
       call add_value(verdict, 'sa_m_s2['//name//']', maxval(sa))
       call add_value(verdict, 'sa_period_s['//name//']', period(maxloc(sa, 1)))
    end subroutine add_unfiltered
 
    !> Add slip, opening and force of measured joints.
    subroutine judge_joints(verdict, simulation)
-      type(run_verdict_type), intent(inout) :: verdict   !< of all samples
+      type(run_verdict_type), intent(inout) :: verdict   !< verdict of all samples
       type(simulation_type), intent(in) :: simulation  !< simulation at the time of the last sample
       character(len=:), allocatable :: name
       real(wp) :: least(size(verdict%joints, 2))
@@ -449,12 +451,12 @@ contains
       end do
    end subroutine judge_joints
 
-   !> Add a variable of a measured joint: its last value and, for lengths, the largest.
-   !> Values within rounding are 0.  Components of forces are only in the samples.
+   !> Add a variable of a measured joint: its last value and, for lengths, its largest value.
+   !> Values below `least` are 0.  Components of forces are not added.
    subroutine judge_joint(verdict, variable, joint, most_and_last, least)
-      type(run_verdict_type), intent(inout) :: verdict       !< verdict; receives figures and values
-      type(output_variable_type), intent(in) :: variable     !< of measured joints
-      character(len=*), intent(in) :: joint                  !< its name
+      type(run_verdict_type), intent(inout) :: verdict       !< figures and values are added
+      type(output_variable_type), intent(in) :: variable     !< variable of the joint
+      character(len=*), intent(in) :: joint                  !< name of the joint
       real(wp), intent(in) :: most_and_last(2)  !< largest absolute value, last value; NaN: none
       real(wp), intent(in) :: least             !< smallest value above rounding
       character(len=160) :: key(2)
@@ -474,9 +476,9 @@ contains
          + 1:)), key, values, trim(variable%units), joint)
    end subroutine judge_joint
 
-   !> Text on the fraction of an intensity at higher frequencies, if it is large.
+   !> Text on the fraction of an intensity at unresolved frequencies, if this fraction is large.
    pure function high_frequency_text(share) result(text)
-      real(wp), intent(in) :: share  !< 0 … 1
+      real(wp), intent(in) :: share  !< fraction, 0 … 1
       character(len=:), allocatable :: text
 
       text = ''
@@ -484,17 +486,17 @@ contains
          ' % more at higher frequencies, of contacts that ring or hit'
    end function high_frequency_text
 
-   !> Name of a measured point in the form of attribute names, or its number.
+   !> Name of a measured point or joint without forbidden characters, or its number.
    pure function point_label(name, number) result(block_label)
-      character(len=*), intent(in) :: name  !< of the input
-      integer, intent(in) :: number         !< of the point
+      character(len=*), intent(in) :: name  !< name in the input
+      integer, intent(in) :: number         !< number of the point or joint
       character(len=:), allocatable :: block_label
 
       block_label = attribute_name(name)
       if (block_label == '') block_label = to_text(number)
    end function point_label
 
-   !> Name of a block, or its number.
+   !> Name of a block without forbidden characters, or 'block' and its number.
    pure function block_label(simulation, b) result(name)
       type(simulation_type), intent(in) :: simulation    !< a run and its state
       integer, intent(in) :: b                           !< number of the block
@@ -504,9 +506,9 @@ contains
       if (name == '') name = 'block '//to_text(b)
    end function block_label
 
-   !> Remove characters from a name that attributes or their lines cannot contain.
+   !> Replace characters of a name that attributes or their lines cannot contain.
    pure function attribute_name(name) result(text)
-      character(len=*), intent(in) :: name  !< of the input
+      character(len=*), intent(in) :: name  !< name in the input
       character(len=:), allocatable :: text
       integer :: c
 

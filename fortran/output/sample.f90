@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A sample of the output as a row of numbers: energies, maxima, measured points and joints, bolts
-!> and boundaries.
+!> Sample of the output as a row of numbers: energies, maxima, measured points and joints, bolts,
+!> water in joints, and boundaries.
 module dda_sample
    use dda_kinds, only: wp
    use dda_boundary_motion, only: take_boundary_motions
@@ -16,17 +16,17 @@ module dda_sample
    private
    public :: take_sample
 
-   integer, parameter :: energies = columns_of(in_run)             !< numbers before them
-   integer, parameter :: maxima = energies + size(energy_terms)    !< numbers before them
-   integer, parameter :: base = maxima + number_of_maxima         !< numbers before it
-   integer, parameter :: head = base + 2
+   integer, parameter :: energies = columns_of(in_run)           !< numbers before the energies
+   integer, parameter :: maxima = energies + size(energy_terms)  !< numbers before the maxima
+   integer, parameter :: base = maxima + number_of_maxima        !< numbers before the base motion
+   integer, parameter :: head = base + 2                         !< numbers before the points
 
 contains
 
    !> Collect a sample, variable by variable, in the order of the schema.
    subroutine take_sample(simulation, iterations, sample)
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
-      integer, intent(in) :: iterations  !< largest number in a step since the last sample
+      integer, intent(in) :: iterations  !< largest number per step since the last sample
       real(wp), intent(out) :: sample(:)  !< [`size_of_sample`]
       real(wp) :: motion(2, 3), through(2, size(simulation%model%boundary_motions), &
          columns_of(in_boundary_motions)), joint(columns_of(in_measured_joints))
@@ -71,7 +71,7 @@ contains
    subroutine collect_flow(simulation, sample, at)
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       real(wp), intent(inout) :: sample(:)  !< [`size_of_sample`]
-      integer, intent(inout) :: at          !< numbers before it
+      integer, intent(inout) :: at          !< numbers before these values, then after them
       real(wp) :: nodes(node_columns, size(simulation%model%flow%pressure)), &
          channels(channel_columns, size(simulation%model%flow%channel))
 

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Parts of a verdict: a sentence on the events, a table of results, warnings, and numbers by
-!> name; as attributes of an output and for a screen.
+!> Parts of a verdict: a sentence on the events, a table of results, warnings, and named numbers;
+!> formatted as attributes of an output and for a screen.
 module dda_verdict_lines
    use dda_kinds, only: wp, pi
    use dda_doubts, only: doubt_type, doubt_text
@@ -13,46 +13,46 @@ module dda_verdict_lines
    character(len=*), parameter :: check_says_more = 'what to change: sitedda check FILE.nml', &
       no_bars = 'these figures have no error bars: sitedda accuracy FILE.nml gives them'
 
-   integer, parameter :: columns(3) = [20, 34, 48]  !< columns of values and location
-   !> Fraction of the largest value below which a final value has died out.
+   integer, parameter :: columns(3) = [20, 34, 48]  !< positions of the table columns
+   !> Ratio of final to largest value below which the final value counts as zero.
    real(wp), parameter :: died_out = 1.0e-5_wp
 
-   !> A number of the verdict.
+   !> Number of the verdict.
    type :: verdict_value_type
-      character(len=:), allocatable :: name  !< with its unit
+      character(len=:), allocatable :: name  !< name that ends with the unit
       real(wp) :: value = 0.0_wp
    end type verdict_value_type
 
-   !> Name of a number.
+   !> Name of a number of the verdict.
    type :: key_type
       character(len=:), allocatable :: name
    end type key_type
 
-   !> A line of the table of results.
+   !> Line of the table of results.
    type :: figure_type
-      character(len=:), allocatable :: name        !< for a reader
-      type(key_type) :: key(2)                 !< keys of its numbers: largest, at the end; or blank
-      character(len=:), allocatable :: shown       !< unit for a reader
+      character(len=:), allocatable :: name        !< displayed name
+      type(key_type) :: key(2)                 !< names of its numbers: largest, final; or blank
+      character(len=:), allocatable :: shown       !< displayed unit
       character(len=:), allocatable :: place       !< position and time of the largest value
-      real(wp) :: value(2) = 0.0_wp                !< in that unit
+      real(wp) :: value(2) = 0.0_wp                !< values in the displayed unit
    end type figure_type
 
    !> Contents of a verdict.
    type :: verdict_lines_type
-      character(len=:), allocatable :: happened        !< a sentence
+      character(len=:), allocatable :: happened        !< sentence on the events
       type(doubt_type), allocatable :: doubts(:)
       type(figure_type), allocatable :: figures(:)
       type(verdict_value_type), allocatable :: values(:)
    end type verdict_lines_type
 
-   !> A unit for display, used for values from `from` on.
+   !> Displayed unit, used for values of at least `from`.
    type :: unit_type
       character(len=6) :: units
       character(len=6) :: shown
       real(wp) :: from, scale
    end type unit_type
 
-   !> Of several units of a dimension, the first one that a value reaches is used.
+   !> Of several displayed units for a unit, the first whose `from` the value reaches is used.
    type(unit_type), parameter :: readers(*) = [ &
       unit_type('m', 'm', 1.0_wp, 1.0_wp), unit_type('m', 'mm', 1.0e-3_wp, 1.0e3_wp), &
       unit_type('m', 'µm', 1.0e-6_wp, 1.0e6_wp), unit_type('m', 'nm', 0.0_wp, 1.0e9_wp), &
@@ -65,8 +65,8 @@ contains
 
    !> Append a text to the sentence on the events.
    pure subroutine tell(lines, words)
-      class(verdict_lines_type), intent(inout) :: lines  !< under construction
-      character(len=*), intent(in) :: words              !< a main clause
+      class(verdict_lines_type), intent(inout) :: lines  !< verdict that is being computed
+      character(len=*), intent(in) :: words              !< main clause
 
       if (lines%happened /= '') lines%happened = lines%happened//'; '
       lines%happened = lines%happened//words
@@ -74,20 +74,20 @@ contains
 
    !> Add a number.
    pure subroutine add_value(lines, name, value)
-      class(verdict_lines_type), intent(inout) :: lines  !< under construction
-      character(len=*), intent(in) :: name               !< with its unit
-      real(wp), intent(in) :: value                      !< in that unit
+      class(verdict_lines_type), intent(inout) :: lines  !< verdict that is being computed
+      character(len=*), intent(in) :: name               !< name that ends with the unit
+      real(wp), intent(in) :: value                      !< value in this unit
 
       lines%values = [lines%values, verdict_value_type(name, value)]
    end subroutine add_value
 
    !> Add a line to the table.
    pure subroutine add_figure(lines, name, keys, value, units, place)
-      class(verdict_lines_type), intent(inout) :: lines  !< under construction
-      character(len=*), intent(in) :: name               !< for a reader
-      character(len=*), intent(in) :: keys(2)            !< keys of its numbers, see `figure_type`
+      class(verdict_lines_type), intent(inout) :: lines  !< verdict that is being computed
+      character(len=*), intent(in) :: name               !< displayed name
+      character(len=*), intent(in) :: keys(2)            !< names of its numbers, see `figure_type`
       real(wp), intent(in) :: value(2)                   !< value; ignored for a blank key
-      character(len=*), intent(in) :: units              !< of its numbers
+      character(len=*), intent(in) :: units              !< unit of the values
       character(len=*), intent(in) :: place              !< position and time of the largest value
       character(len=:), allocatable :: shown
       real(wp) :: scale
@@ -97,7 +97,7 @@ contains
          key_type(trim(keys(2)))], shown, place, scale*value)]
    end subroutine add_figure
 
-   !> Unit for display of a value, and its factor; 0 is shown in the unit itself.
+   !> Find the displayed unit of a value, and its factor; a zero is displayed in the given unit.
    pure subroutine reader_unit(units, value, shown, scale)
       character(len=*), intent(in) :: units  !< units as in the list of maxima
       real(wp), intent(in) :: value          !< not negative
@@ -116,9 +116,9 @@ contains
       end do
    end subroutine reader_unit
 
-   !> A value as displayed.
+   !> Value and unit as displayed.
    pure function value_text(value, units) result(text)
-      real(wp), intent(in) :: value          !< in its units
+      real(wp), intent(in) :: value          !< value in its unit
       character(len=*), intent(in) :: units  !< units as in the list of maxima
       character(len=:), allocatable :: text, shown
       real(wp) :: scale
@@ -127,10 +127,10 @@ contains
       text = short_text(scale*value)//' '//shown
    end function value_text
 
-   !> Table for an output: name, keys, unit for display and location of each result.
-   !> One line per result, with fields separated by tabs.
+   !> Table for an output: displayed name, names of numbers, displayed unit and location of each
+   !> result, in one line per result with fields separated by tabs.
    pure function figure_lines(lines) result(text)
-      class(verdict_lines_type), intent(in) :: lines  !< all
+      class(verdict_lines_type), intent(in) :: lines  !< complete verdict
       character(len=:), allocatable :: text
       character, parameter :: tab = achar(9)
       integer :: i
@@ -147,7 +147,7 @@ contains
 
    !> Warnings for an output, one per line.
    pure function doubt_lines(lines) result(text)
-      class(verdict_lines_type), intent(in) :: lines  !< all
+      class(verdict_lines_type), intent(in) :: lines  !< complete verdict
       character(len=:), allocatable :: text
       integer :: i
 
@@ -158,9 +158,9 @@ contains
       end do
    end function doubt_lines
 
-   !> Sentence, warnings of the check, table and other warnings, for a screen.
+   !> Verdict for a screen: sentence, warnings of the check, table, and other warnings.
    pure function screen_text(lines) result(text)
-      class(verdict_lines_type), intent(in) :: lines  !< all
+      class(verdict_lines_type), intent(in) :: lines  !< complete verdict
       character(len=:), allocatable :: text
       integer :: i
 
@@ -175,10 +175,10 @@ contains
       text = text(:len(text) - 1)
    end function screen_text
 
-   !> Warnings for a screen: those of the check of the model, or the others.
+   !> Warnings for a screen: either the warnings of the check of the model, or all others.
    pure function screen_doubts(doubts, of_check) result(text)
-      type(doubt_type), intent(in) :: doubts(:)  !< of both
-      logical, intent(in) :: of_check            !< warnings of the check
+      type(doubt_type), intent(in) :: doubts(:)  !< all warnings
+      logical, intent(in) :: of_check            !< select warnings of the check
       character(len=:), allocatable :: text
       integer :: i
 
@@ -191,9 +191,9 @@ contains
       if (text /= '') text = new_line('a')//text
    end function screen_doubts
 
-   !> A line of the table for a screen.
+   !> Line of the table for a screen.
    pure function figure_text(figure) result(text)
-      type(figure_type), intent(in) :: figure  !< a line
+      type(figure_type), intent(in) :: figure  !< line of the table
       character(len=:), allocatable :: text
       real(wp) :: value(2)
       integer :: k

@@ -2,7 +2,7 @@
 !> Warnings of the check of a model, for the verdict of its run.
 !>
 !> A check takes the time of about 100 steps and the memory of two models.  It is performed if the
-!> run is longer than that, or small.
+!> model is small, or if it is of medium size and the run is long.
 module dda_model_doubts
    use dda_kinds, only: long
    use dda_check_report, only: report_type, add_notes, verdict_ok
@@ -18,18 +18,18 @@ module dda_model_doubts
    private
    public :: doubt_as_read, doubt_as_begun
 
-   integer, parameter :: few_blocks = 200  !< blocks up to which every run is checked
-   integer, parameter :: many_blocks = 5000       !< blocks above which only the input is checked
-   integer(long), parameter :: many_steps = 2500 !< steps of a long run: a check costs below 5 %
-   !> Limit of open–close iterations of the search for equilibrium: static models need fewer, and
-   !> the search in a falling model takes at most as long as its run.
+   integer, parameter :: few_blocks = 200  !< largest model that is checked for every run
+   integer, parameter :: many_blocks = 5000       !< largest model that is checked for long runs
+   integer(long), parameter :: many_steps = 2500 !< steps of a long run: a check takes less than 5 %
+   !> Limit of open–close iterations in the search for equilibrium, if the run has fewer steps:
+   !> stable models need fewer, and the search in a falling model takes at most as long as its run.
    integer(long), parameter :: least_budget = 200
 
 contains
 
-   !> Add probable mistakes in a model to the warnings of its run.
+   !> Add notes on probable mistakes in a model to the warnings of its run.
    subroutine doubt_as_read(simulation, model)
-      type(simulation_type), intent(inout) :: simulation  !< of the model
+      type(simulation_type), intent(inout) :: simulation  !< run of the model
       type(model_type), intent(in) :: model               !< model as read from the input
       type(report_type), allocatable :: report
 
@@ -57,10 +57,10 @@ contains
       if (allocated(error)) call add_doubt(simulation%doubts, '', error%message, .true.)
    end subroutine doubt_as_begun
 
-   !> Add lines of a report that are not ok, in brief; bending is reported at the end of the run.
+   !> Add the short text of each line that is not ok, except bending, reported as the run ends.
    pure subroutine add_lines(simulation, report)
-      type(simulation_type), intent(inout) :: simulation  !< gets them
-      type(report_type), intent(in) :: report             !< of the check
+      type(simulation_type), intent(inout) :: simulation  !< warnings are added
+      type(report_type), intent(in) :: report             !< report of the check
       integer :: i
 
       do i = 1, report%n

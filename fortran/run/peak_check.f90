@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Comparison of the amplification peak of a run with the exact transfer function of its equations.
 !>
-!> If no contact has changed its state and no material has a law, the run was linear and the peak of
-!> its spectra must equal that of `dda_transfer`.  A difference is reported with its likely cause.
+!> If no contact has changed its state and no material has a law, the run was linear, and the peak
+!> of its spectral ratio must equal the peak of the transfer function (`dda_transfer`).  A
+!> difference is reported with its likely cause.
 module dda_peak_check
    use dda_kinds, only: wp
    use dda_errors, only: error_type
@@ -19,7 +20,7 @@ module dda_peak_check
 
    real(wp), parameter :: most_difference = 0.02_wp   !< difference in amplitude or frequency
    real(wp), parameter :: died_out = 1.0e-3_wp        !< motion at the end over its peak
-   real(wp), parameter :: long_ringing = 100.0_wp     !< steps
+   real(wp), parameter :: long_ringing = 100.0_wp     !< duration of ringing, steps
 
 contains
 
@@ -28,7 +29,7 @@ contains
       type(simulation_type), intent(in) :: simulation   !< simulation at the end of the run
       type(amplification_type), intent(in) :: wanted    !< points, axis, band (Hz)
       type(response_peak_type), intent(in) :: peak      !< peak found in the output
-      character(len=:), allocatable, intent(out) :: text  !< blank if all agree
+      character(len=:), allocatable, intent(out) :: text  !< blank if both peaks agree
       type(linear_model_type) :: linear
       type(transfer_type) :: transfer
       type(transfer_peak_type) :: exact

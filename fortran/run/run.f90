@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A run from input to output: the same for the native executable and for Python.
+!> Run from input to output, for both the native executable and Python.
 !>
-!> During the run the journal grows, and a partial output and checkpoints are written at intervals.
-!> A run that ends before its duration leaves all three, and `resume_run` continues from them.
+!> During the run each sample and frame is appended to the journal, and a partial output and
+!> checkpoints are written at intervals.  They remain if a run ends before its duration, and
+!> `resume_run` continues from them.
 module dda_run
    use dda_kinds, only: wp, long
    use dda_added_stages, only: has_more_stages, add_stages
@@ -40,17 +41,17 @@ module dda_run
    public :: run_type, begin_run, open_drawn, resume_run, change_run, continue_run, flush_run, &
       save_run, end_run, is_done
 
-   !> A simulation and the files that it writes.
+   !> Simulation and the files that it writes.
    type :: run_type
       type(simulation_type) :: simulation
       type(journal_type) :: journal
       type(checkpoints_type) :: checkpoints
       type(rate_limiter_type) :: publishing                 !< limits the rate of partial outputs
-      real(wp), allocatable :: sample(:)
+      real(wp), allocatable :: sample(:)            !< [`size_of_sample`] work space
       type(reserve_type) :: reserve                 !< memory reserved for writing the output
       character(len=:), allocatable :: notice       !< position from which a resumed run continues
       integer(long) :: saved = 0                    !< clock count at the last checkpoint
-      logical :: writes = .false.
+      logical :: writes = .false.                   !< files are open
       logical :: waits = .false.                    !< the first stage has not begun
       logical :: has_output = .false.               !< the run will write an output
       logical :: sound = .true.                     !< no step has failed
@@ -61,7 +62,7 @@ contains
 
    !> Begin a run: set up the simulation of a model and, if requested, its output.
    subroutine begin_run(run, model, writes, error)
-      type(run_type), intent(out) :: run  !< and its files
+      type(run_type), intent(out) :: run  !< run and its files
       type(model_type), intent(in) :: model  !< model as read from the input
       logical, intent(in) :: writes  !< the run has an output
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -70,9 +71,9 @@ contains
       if (.not. allocated(error)) call begin_stages(run, error)
    end subroutine begin_run
 
-   !> Set up the simulation of a model as in the input; stages begin when the run is continued.
+   !> Set up the simulation of a model as in the input; the first stage begins in `continue_run`.
    subroutine open_drawn(run, model, writes, error)
-      type(run_type), intent(out) :: run  !< and its files
+      type(run_type), intent(out) :: run  !< run and its files
       type(model_type), intent(in) :: model  !< model as read from the input
       logical, intent(in) :: writes  !< the run has an output
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -84,7 +85,7 @@ contains
       if (writes .and. .not. allocated(error)) call doubt_as_read(run%simulation, model)
    end subroutine open_drawn
 
-   !> Run the first stages, and open the output with the first state.
+   !> Begin the first stages, open the files, and record the first state.
    subroutine begin_stages(run, error)
       type(run_type), intent(inout) :: run  !< run as set up by `open_drawn`
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -101,7 +102,7 @@ contains
    !> Continue from the last checkpoint of the output, or from the start if there is none.
    !> If the output is complete, do nothing.
    subroutine resume_run(run, model, error)
-      type(run_type), intent(out) :: run  !< and its files
+      type(run_type), intent(out) :: run  !< run and its files
       type(model_type), intent(in) :: model  !< model as read from the input
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
@@ -127,9 +128,9 @@ contains
       if (allocated(error)) call close_files(run)
    end subroutine resume_run
 
-   !> Mark a run as complete, since nothing remains to be done.
+   !> Mark a run as complete, because its output is complete.
    subroutine skip_to_end(run)
-      type(run_type), intent(inout) :: run  !< and its files
+      type(run_type), intent(inout) :: run  !< run and its files
 
       run%was_complete = .true.
       run%notice = run%simulation%model%output%file//' is complete'
@@ -147,9 +148,9 @@ contains
       end associate
    end subroutine skip_to_end
 
-   !> Open the journal, which prevents other runs from writing the same output.
+   !> Open and lock the journal, so that other runs cannot write the same output.
    subroutine open_files(run, resumes, error)
-      type(run_type), intent(inout) :: run  !< and its files
+      type(run_type), intent(inout) :: run  !< run and its files
       logical, intent(in) :: resumes  !< resume from a checkpoint, if there is one
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
@@ -166,7 +167,7 @@ contains
 
    !> Close the journal, so that other runs can write the output.
    subroutine close_files(run)
-      type(run_type), intent(inout) :: run  !< and its files
+      type(run_type), intent(inout) :: run  !< run and its files
       type(error_type), allocatable :: unused
 
       call close_file(run%journal%file, unused)
@@ -174,9 +175,9 @@ contains
       run%writes = .false.
    end subroutine close_files
 
-   !> Create files with the first state.
+   !> Record the first state in new files.
    subroutine begin_files(run, error)
-      type(run_type), intent(inout) :: run  !< and its files
+      type(run_type), intent(inout) :: run  !< run and its files
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       call doubt_as_begun(run%simulation)
@@ -188,9 +189,9 @@ contains
    end subroutine begin_files
 
    !> Perform up to `steps` steps and record them.
-   !> Stop early if the run is complete or a stop is requested.
+   !> Stop earlier if the run is complete or a stop is requested.
    subroutine continue_run(run, steps, error)
-      type(run_type), intent(inout) :: run  !< and its files
+      type(run_type), intent(inout) :: run  !< run and its files
       integer(long), intent(in) :: steps  !< number of steps
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer(long) :: last
@@ -234,7 +235,7 @@ contains
 
    !> Record samples and frames at multiples of their intervals, and at the end.
    subroutine record_step(run, error)
-      type(run_type), intent(inout) :: run  !< and its files
+      type(run_type), intent(inout) :: run  !< run and its files
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
       logical :: last, save, show
 
@@ -254,7 +255,7 @@ contains
       if (show .and. .not. allocated(error)) call write_partial_output(run, error)
    end subroutine record_step
 
-   !> .true. if an interval ends at a step.
+   !> .true. if the number of a step is a multiple of an interval.
    pure logical function ends_interval(step, interval)  ! total
       integer(long), intent(in) :: step  !< number of the step
       integer, intent(in) :: interval  !< steps; 0: never
@@ -265,8 +266,8 @@ contains
 
    !> .true. if a number of minutes have passed since the last checkpoint; 0: never.
    logical function is_checkpoint_due(run, minutes)
-      type(run_type), intent(in) :: run  !< and its files
-      real(wp), intent(in) :: minutes  !< of the clock
+      type(run_type), intent(in) :: run  !< run and its files
+      real(wp), intent(in) :: minutes  !< minutes of clock time
       integer(long) :: now, rate
 
       is_checkpoint_due = .false.
@@ -277,7 +278,7 @@ contains
 
    !> Append a sample to the journal.
    subroutine record_sample(run, error)
-      type(run_type), intent(inout) :: run  !< and its files
+      type(run_type), intent(inout) :: run  !< run and its files
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       call take_sample(run%simulation, run%journal%iterations, run%sample)
@@ -287,7 +288,7 @@ contains
 
    !> Write the partial output, which can be read during the run.
    subroutine write_partial_output(run, error)
-      type(run_type), intent(inout) :: run  !< and its files
+      type(run_type), intent(inout) :: run  !< run and its files
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       call keep_name(run%journal, error)
@@ -298,9 +299,9 @@ contains
       call end_task(run%publishing)
    end subroutine write_partial_output
 
-   !> Write the output in the memory reserved for it, and reserve it again.
+   !> Release the reserved memory, write the output, and reserve the memory again.
    subroutine write_in_reserve(run, complete, error)
-      type(run_type), intent(inout) :: run  !< and its files
+      type(run_type), intent(inout) :: run  !< run and its files
       logical, intent(in) :: complete  !< the run has reached its duration
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
@@ -314,16 +315,16 @@ contains
 
    !> Reserve the memory for writing the output.
    subroutine reserve_for_output(run, error)
-      type(run_type), intent(inout) :: run  !< and its files
+      type(run_type), intent(inout) :: run  !< run and its files
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       call make_reserve(run%reserve, writing_memory(run%simulation), 'writing '// &
          run%simulation%model%output%file, 'use fewer blocks, or a machine with more', error)
    end subroutine reserve_for_output
 
-   !> Flush the buffers of this process, which a fork would copy.
+   !> Flush the buffer of the journal, because a forked process would copy the buffer.
    subroutine flush_run(run, error)
-      type(run_type), intent(in) :: run  !< and its files
+      type(run_type), intent(in) :: run  !< run and its files
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       if (run%writes) call flush_stream(run%journal%file, .false., error)
@@ -331,7 +332,7 @@ contains
 
    !> Write a checkpoint now.
    subroutine save_run(run, error)
-      type(run_type), intent(inout) :: run  !< and its files
+      type(run_type), intent(inout) :: run  !< run and its files
       type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
 
       if (.not. (run%writes .and. run%sound)) return
@@ -341,7 +342,7 @@ contains
 
    !> Apply a changed input to the variables that may change between two steps.
    subroutine change_run(run, text, words, error)
-      type(run_type), intent(inout) :: run  !< and its files
+      type(run_type), intent(inout) :: run  !< run and its files
       character(len=*), intent(in) :: text  !< text of the changed input
       character(len=*), intent(in) :: words !< description of the changes
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -364,14 +365,15 @@ contains
 
    !> .true. if the run has reached its duration.
    pure logical function is_done(run)  ! total
-      type(run_type), intent(in) :: run  !< and its files
+      type(run_type), intent(in) :: run  !< run and its files
 
       is_done = finished(run%simulation)
    end function is_done
 
-   !> Close the output: under its own name if complete, else as partial output with a checkpoint.
+   !> Write the output: under its own name if the run is complete, otherwise as partial output with
+   !> a checkpoint.  Close the files.
    subroutine end_run(run, error)
-      type(run_type), intent(inout) :: run  !< and its files
+      type(run_type), intent(inout) :: run  !< run and its files
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(error_type), allocatable :: failure
 
@@ -394,7 +396,7 @@ contains
    !> Remove files that only an unfinished run needs.
    !> Checkpoints are removed first, because they need the journal.
    subroutine remove_leftovers(run)
-      type(run_type), intent(in) :: run  !< and its files
+      type(run_type), intent(in) :: run  !< run and its files
 
       associate (file => run%simulation%model%output%file)
          call remove_checkpoints(run%checkpoints)

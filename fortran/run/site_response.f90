@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Spectral amplification that an input requires, from the finished output file.
+!> Spectral amplification that an input requests, computed from the complete output.
 module dda_site_response
    use dda_kinds, only: wp
    use dda_errors, only: error_type
@@ -12,10 +12,10 @@ module dda_site_response
    private
    public :: response_peak_type, amplification_peak, peak_text
 
-   !> The peak of an amplification in an output.
+   !> Peak of an amplification in an output.
    type :: response_peak_type
       type(spectral_peak_type) :: found     !< peak of the ratio of the spectra
-      !> largest acceleration in the last twentieth of the surface history, relative to its peak
+      !> largest acceleration in the last 5 % of the surface history, over the peak of this history
       real(wp) :: left = 0.0_wp
    end type response_peak_type
 
@@ -23,7 +23,7 @@ contains
 
    !> Find the peak of the ratio of the accelerations at two points of an output file.
    subroutine amplification_peak(file, wanted, peak, error)
-      character(len=*), intent(in) :: file  !< finished output
+      character(len=*), intent(in) :: file  !< complete output
       type(amplification_type), intent(in) :: wanted  !< points, axis, band (Hz)
       type(response_peak_type), intent(out) :: peak  !< frequency (Hz) and amplitude
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -46,7 +46,7 @@ contains
 
    !> Read the acceleration of a point along an axis, and the time between samples.
    subroutine read_series(file, point, axis, series, time_step, error)
-      character(len=*), intent(in) :: file  !< finished output
+      character(len=*), intent(in) :: file  !< complete output
       integer, intent(in) :: point, axis  !< number of the point; 1 x, 2 y
       real(wp), allocatable, intent(out) :: series(:)  !< [samples] m/s²
       real(wp), intent(out) :: time_step  !< s
@@ -58,7 +58,7 @@ contains
       if (.not. allocated(error)) time_step = time(size(time))/max(1, size(time) - 1)
    end subroutine read_series
 
-   !> Text of a peak in one line.
+   !> Text that states a peak in one line.
    pure function peak_text(model, wanted, peak) result(text)
       type(model_type), intent(in) :: model  !< model as read from the input
       type(amplification_type), intent(in) :: wanted  !< points, axis, band (Hz)
