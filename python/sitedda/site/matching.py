@@ -27,7 +27,7 @@ _FLOOR = 0.02  # of the envelope, over its largest value
 _ENOUGH = 0.95  # fraction of the tolerance at which the rounds end
 _STAGE = 4  # rounds between two linear problems
 _RIDGE = 1e-2  # fraction of the diagonal of the dual problem, added to it
-_LESS = 0.5  # factor of the ridge from one linear problem to the next
+_LESS = 0.5  # factor of the ridge after a linear problem that decreases the misfit
 
 
 def matched(
@@ -53,7 +53,8 @@ def matched(
     impulse responses as the rows of K, d = C Kᵀ λ: reversed impulse responses (Lilhanand and Tseng
     1988).  The multipliers λ ≥ 0 solve the dual problem, which contains the violated bounds.
     A ridge relaxes bounds that contradict each other. After four rounds the problem is posed again
-    for a + d. At the end, periods at which the misfit has a maximum are added.
+    for the best a + d, with half the ridge if the misfit has decreased, else with twice as much.
+    At the end, periods at which the misfit has a maximum are added.
 
     Parameters
     ----------
@@ -89,11 +90,10 @@ def matched(
     low, high = map(float, periods)
     if not 0 < low < high:
         raise InputError(f"periods = {periods}: give the shortest and the longest, above 0, s")
-    if Motion.of(motion).time_step > low / _FINE * (1 + 1e-9):
-        given = Motion.of(motion)
-        parts = int(np.ceil(given.time_step / (low / _FINE) - 1e-9))
-        motion = resampled(motion, given.time_step / parts)
     given = Motion.of(motion)
+    parts = int(np.ceil(given.time_step / (low / _FINE) - 1e-9))
+    if parts > 1:
+        given = Motion.of(resampled(motion, given.time_step / parts))
     if high > given.acceleration.size * given.time_step / 2:
         raise InputError(f"a motion of {given.acceleration.size * given.time_step:.3g} s cannot be "
                          f"matched at periods of {high:g} s")  # fmt: skip
@@ -150,11 +150,13 @@ class _Matching:
 
     def best_round(self, tolerance: float, most: int):
         """Return the best motion and its misfit."""
-        margin, series = tolerance / 2, self.motion
-        best, least = series, np.inf
+        margin, ridge = tolerance / 2, _RIDGE * _LESS
+        best, least, before = self.motion, np.inf, np.inf
         for number in range(most):
             if number % _STAGE == 0:
-                start, bounds, self.largest, self.known = series, [], {}, {}
+                ridge *= _LESS if least < before else 1 / _LESS
+                before, start, series = least, best, best
+                bounds, self.largest, self.known = [], {}, {}
             ratio = self._spectral_ratio(series)
             off = float(np.abs(ratio - 1).max())
             if off <= tolerance:
@@ -169,7 +171,6 @@ class _Matching:
             )
             level = [sampled[one.oscillator] * (1 - margin if one.lower else -1 - margin)
                      for one in bounds]  # fmt: skip
-            ridge = _RIDGE * _LESS ** (number // _STAGE)
             share = _maximise_dual(kernels @ waves.T, level - kernels @ start, ridge)
             series = start + share @ waves
             bounds = [one for one, size in zip(bounds, share, strict=True) if size > 0]
