@@ -84,6 +84,8 @@ class AmplificationTable:
         vs30 : float
             Of the rock, m/s: ``vs30_ref``.
         """
+        import pandas as pd
+
         if not re.fullmatch(r"[A-Za-z0-9]{1,4}", code):
             raise InputError(f"code = {code!r}: give 1 to 4 letters and digits")
         whole = self.table
@@ -92,13 +94,12 @@ class AmplificationTable:
             raise InputError("no level has nearby cases at all periods: choose fewer levels, or "
                              "scale the motions to more levels")  # fmt: skip
         names = ["PGA" if p == 0 else f"SA({p:g})" for p in whole.period.values]
-        rows = [f'#,,"vs30_ref={vs30:g}"',
-                ",".join(["ampcode", "level", *names, *(f"sigma_{n}" for n in names)])]  # fmt: skip
-        for i in np.flatnonzero(good):
-            part = whole.isel(level=i)
-            numbers = [float(part.level) / G, *part["median"].values, *part.sigma_ln.values]
-            rows.append(",".join([code, *(f"{n:.6g}" for n in numbers)]))
-        return write(Path(file), "\n".join(rows) + "\n", "a table")
+        numbers = np.hstack([whole.level.values[:, None] / G, whole["median"], whole.sigma_ln])
+        heads = ["level", *names, *(f"sigma_{name}" for name in names)]
+        rows = pd.DataFrame(numbers[good], columns=heads)
+        rows.insert(0, "ampcode", code)
+        text = rows.to_csv(index=False, float_format="%.6g", lineterminator="\n")
+        return write(Path(file), f'#,,"vs30_ref={vs30:g}"\n{text}', "a table")
 
 
 def amplification_table(
@@ -141,13 +142,12 @@ def amplification_table(
                          + ", ".join(suite.table.analysis.values))  # fmt: skip
     part = suite.table.sel(analysis=analysis)
     rock, factor = xr.broadcast(part.reference, part.amplification)
-    dims = [d for d in factor.dims if d != "period"]
-    rock = rock.transpose(*dims, "period").values.reshape(-1, part.sizes["period"])
-    factor = factor.transpose(*dims, "period").values.reshape(rock.shape)
+    cases = {"case": [d for d in factor.dims if d != "period"]}
+    rock, factor = (one.stack(cases).transpose("period", "case").values for one in (rock, factor))
     periods = part.period.values.copy()
     if pga and periods.min() <= 0.05:
         periods[periods.argmin()] = 0.0
-    fits = [_fit_period(r, a, at) for r, a in zip(rock.T, factor.T, strict=True)]
+    fits = [_fit_period(r, a, at) for r, a in zip(rock, factor, strict=True)]
     median, sigma, numbers, count = (np.array(one) for one in zip(*fits, strict=True))
     about = {"units": "m/s^2"}
     return AmplificationTable(xr.Dataset(

@@ -11,22 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..engine.scheme import Scheme
-from ..engine.signals import spectral_acceleration
 from ..engine.spectra import find_peak
 from ..input.input_text import input_values
 from ..output.response import amplifications, spectral_ratio
 from ..output.verdict import run_scheme
 from .column import Column
-from .compare import analyses
-from .intensity import intensity
+from .compare import analyses, tabulate_motions
 from .layers import convention_words
+from .motion import equal_step
 from .response import ColumnResponse, SiteResponse
 from .twin import layered_soils
 
 if TYPE_CHECKING:
     import xarray as xr
-
-_SHOWN = (0.1, 0.2, 0.5, 1.0)  # s, periods in the table
 
 
 @dataclass(frozen=True)
@@ -96,28 +93,16 @@ class Beside:
         low, high = self.frequency[0], self.frequency[-1]
         ratios = [self.ratio, *self.column_ratios.values()]
         peaks = [find_peak(self.frequency, abs(r), low, high) for r in ratios]
-        series = [self.surface, *(one.acceleration() for one in self.columns.values())]
-        spectra = [spectral_acceleration(s, step, _SHOWN) for s in series]
-        width = max(12, *(len(name) + 2 for name in self.columns))
-        heads = "".join(f"{name:>{width}s}" for name in ("blocks", *self.columns))
-        lines = [f"{'':28s}{heads}"]
-
-        def row(name, values, unit):
-            told = "".join(f"{value:{width}.4g}" for value in values)
-            lines.append(f"{name:28s}{told} {unit}".rstrip())
-
-        row("amplification, largest", [p.amplitude for p in peaks], "")
-        row("  at", [p.frequency for p in peaks], "Hz")
-        row("surface PGA", [np.abs(s).max() for s in series], "m/s²")
-        row("surface Arias intensity", [intensity(s, step).arias for s in series], "m/s")
-        for at, period in enumerate(_SHOWN):
-            row(f"surface Sa at {period:g} s", [s[at] for s in spectra], "m/s²")
-        if not self.yields:
-            return "\n".join([f"column: {self.words}", *lines])
-        strains = [float(one.profile().strain.max()) for one in self.columns.values()]
-        strains = [float(self.strains[1].max(initial=0.0)), *strains]
-        row("largest shear strain", [100 * strain for strain in strains], "%")
-        nonlinear = ["", "nonlinear column", str(self.response)]
+        before = [("amplification, largest", [p.amplitude for p in peaks], ""),
+                  ("  at", [p.frequency for p in peaks], "Hz")]  # fmt: skip
+        after, nonlinear = [], []
+        if self.yields:
+            strains = [float(one.profile().strain.max()) for one in self.columns.values()]
+            strains = [100 * float(one) for one in (self.strains[1].max(initial=0.0), *strains)]
+            after = [("largest shear strain", strains, "%")]
+            nonlinear = ["", "nonlinear column", str(self.response)]
+        series = {name: one.acceleration() for name, one in self.columns.items()}
+        lines = tabulate_motions({"blocks": self.surface} | series, step, before, after)
         return "\n".join([f"column: {self.words}", *lines, *nonlinear])
 
     def plot(self):
@@ -167,10 +152,7 @@ def beside(
         )
     column, soils = layered_soils(history, surface, base)
     series = {name: history.acceleration.sel(point=name).sel(axis="x").values for name in names}
-    time = history.time.values
-    step = (time[-1] - time[0]) / (time.size - 1)
-    if np.any(np.abs(np.diff(time) - step) > 1e-6 * step):
-        raise ValueError("the samples of the run are not at equal time steps (adaptive control)")
+    step = equal_step(history.time.values)
     ground, scheme = series[base], run_scheme(history)
     columns, words = _compute_columns(column, soils, ground, step, scheme, damping)
     frequency, ratio = spectral_ratio(series[surface], ground, step, 8)

@@ -97,13 +97,7 @@ class Branches:
 
     @classmethod
     def of_material(cls, material: Mapping, shear_modulus: float) -> "Branches | None":
-        """Return the branches of blocks of a group &material; None if it is linear.
-
-        Parameters
-        ----------
-        material, shear_modulus
-            As for :func:`curves_of`.
-        """
+        """Return the branches of blocks of a group &material; None if it is linear."""
         if material.get("law") != "hysteretic":
             return None
         return cls.of(

@@ -101,6 +101,11 @@ class Column:
         """Depth of the surface and of the bottom of each layer, m, shape (n + 1,)."""
         return np.cumsum([0.0, *(layer.thickness for layer in self.layers)])
 
+    @property
+    def middles(self) -> NDArray[np.float64]:
+        """Return the depths of the middles of the layers, m, shape (n,)."""
+        return (self._interfaces[:-1] + self._interfaces[1:]) / 2
+
     def transfer(
         self,
         frequencies: ArrayLike,
@@ -171,16 +176,8 @@ class Column:
         theta : float
             θ of ``'theta'``.
 
-        Returns
-        -------
-        ndarray of complex128, shape of ``frequencies``
-            Transfer function, dimensionless.
-
-        Raises
-        ------
-        ValueError
-            If an argument is out of range, or the ratio is infinite (a resonance of the midpoint
-            rule, which has no damping).
+        Returns and errors are those of :meth:`transfer`; a resonance of the midpoint rule is
+        infinite without damping of the layers.
         """
         values = not_negative("frequencies", frequencies)
         waves = Waves.stepped(values.ravel(), time_step, Scheme.named(integration, theta))
@@ -224,12 +221,13 @@ class Column:
         low, high = _checked_band((0.0, mode_spacing) if band is None else band)
         points = int(np.ceil(_POINTS_PER_MODE * max(1.0, (high - low) / mode_spacing)))
         place = (top, bottom, kind)
-        if time_step is None:
-            return refined_peak(lambda f: self.transfer(f, *place), (low, high), points)
-        scheme = (integration, theta)
-        return refined_peak(
-            lambda f: self.scheme_transfer(f, time_step, *place, *scheme), (low, high), points
-        )
+
+        def transfer(frequencies):
+            if time_step is None:
+                return self.transfer(frequencies, *place)
+            return self.scheme_transfer(frequencies, time_step, *place, integration, theta)
+
+        return refined_peak(transfer, (low, high), points)
 
     def _response_ratio(
         self, waves: Waves, place: tuple[float, float | None, str]
@@ -238,12 +236,8 @@ class Column:
         top, bottom, kind = place
         one_of("kind", kind, KINDS)
         upper, lower = self._check_depths(top, bottom)
-        media, depths = self.cut_at([upper, lower])
-        first, last = np.searchsorted(depths, [upper, lower])
-        steps, reflections = recursion(waves, media, np.diff(depths))
-        reference = 2.0 if kind == "outcrop" else 1 + reflections[last]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            ratio = np.prod(steps[first:last], axis=0) * (1 + reflections[first]) / reference
+        _, _, (at,), upgoing, reflections = self.wave_field(waves, [upper], lower, kind)
+        ratio = upgoing[at] * (1 + reflections[at])
         unbounded = ~np.isfinite(ratio)
         if np.any(unbounded):
             raise ValueError(
@@ -256,20 +250,14 @@ class Column:
         """Check both depths; move them onto an interface if they equal it within rounding."""
         interfaces = self._interfaces
         upper = _move_to_interface("top", top, interfaces)
-        lower = (
-            interfaces[-1] if bottom is None else _move_to_interface("bottom", bottom, interfaces)
-        )
+        bottom = interfaces[-1] if bottom is None else bottom
+        lower = _move_to_interface("bottom", bottom, interfaces)
         if upper > lower:
             raise ValueError(f"top must not lie below bottom, got {upper:g} m and {lower:g} m")
         return upper, lower
 
     def cut_at(self, depths: ArrayLike) -> tuple[list[HalfSpace | None], NDArray[np.float64]]:
-        """Cut the layers so that depths are interfaces.
-
-        Parameters
-        ----------
-        depths : array_like, shape (n,)
-            m, from the surface to the base.
+        """Cut the layers so that depths (m) are interfaces; reject depths outside the column.
 
         Returns
         -------
@@ -277,11 +265,6 @@ class Column:
             Those below each interface; the last is the base, ``None`` if rigid.
         interfaces : ndarray, shape (m,)
             Depths, m, from the surface to the base.
-
-        Raises
-        ------
-        ValueError
-            If a depth lies outside the column.
         """
         interfaces = self._interfaces
         cuts = np.union1d(
@@ -290,6 +273,31 @@ class Column:
         owners = np.searchsorted(interfaces, (cuts[:-1] + cuts[1:]) / 2) - 1
         base = self.base if isinstance(self.base, HalfSpace) else None
         return [*(self.layers[owner] for owner in owners), base], cuts
+
+    def wave_field(self, waves: Waves, depths: ArrayLike, bottom: float, kind: str):
+        """Compute the waves at depths (m) for a unit reference motion at the depth ``bottom``.
+
+        Returns
+        -------
+        media, interfaces
+            See :meth:`cut_at`.
+        at : ndarray of int
+            Number of the interface at each depth.
+        upgoing, reflections : ndarray of complex128, shape (interfaces, n)
+            Upgoing wave at the top of each medium, and downgoing over upgoing wave.
+        """
+        depths = [*np.asarray(depths, dtype=float), bottom]
+        media, interfaces = self.cut_at(depths)
+        *at, last = (int(np.argmin(np.abs(interfaces - depth))) for depth in depths)
+        steps, reflections = recursion(waves, media, np.diff(interfaces))
+        upgoing = np.ones_like(reflections)
+        with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+            for j in range(last - 1, -1, -1):
+                upgoing[j] = upgoing[j + 1] * steps[j]
+            for j in range(last, len(steps)):
+                upgoing[j + 1] = upgoing[j] / steps[j]
+            upgoing /= 2.0 if kind == "outcrop" else 1 + reflections[last]
+        return media, interfaces, at, upgoing, reflections
 
     def response(
         self,
@@ -329,24 +337,11 @@ def refined_peak(
     band: tuple[float, float],
     points: int = 1000,
 ) -> Peak:
-    """Find the highest interior maximum of |transfer| in a band, refined beyond the grid.
+    """Find the highest interior maximum of |transfer| in a band (Hz), refined beyond the grid.
 
-    Each local maximum of ``points`` samples brackets a peak. In the bracket, 1/|transfer|², which
-    is smooth even at a sharp resonance, is minimised (Brent, scipy).
-
-    Parameters
-    ----------
-    transfer : callable
-        Complex or real transfer function of an array of frequencies, Hz.
-    band : (float, float)
-        Hz, 0 <= low < high.
-    points : int
-        Number of intervals searched; there should be some ten or more between two peaks.
-
-    Returns
-    -------
-    Peak
-        Frequency, Hz, and amplitude.
+    Each local maximum of ``points`` samples brackets a peak; there should be some ten or more
+    between two peaks.  In the bracket, 1/|transfer|², which is smooth even at a sharp resonance, is
+    minimised (Brent, scipy).  ``transfer`` is a function of an array of frequencies, Hz.
 
     Raises
     ------

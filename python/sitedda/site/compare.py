@@ -1,32 +1,24 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Compare linear, equivalent-linear and nonlinear analyses of a site."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from ..engine.signals import arias_intensity, spectral_acceleration
 from .branches import Branches
 from .column import Column
 from .curves import SoilCurves
 from .equivalent_linear import EquivalentLinear, equivalent_linear, small_strain_column
 from .motion import Motion
-from .nonlinear import NonlinearResponse, nonlinear
+from .nonlinear import PERIODS, NonlinearResponse, nonlinear
 from .response import ColumnResponse, SiteResponse
-
-_PERIODS = (0.1, 0.2, 0.5, 1.0)  # s, of the table
 
 
 @dataclass(frozen=True)
 class Analyses:
-    """The results of three analyses of a site.
-
-    Attributes
-    ----------
-    linear : ColumnResponse
-    fitted : EquivalentLinear
-    nonlinear : NonlinearResponse
-    """
+    """The results of three analyses of a site."""
 
     linear: ColumnResponse
     fitted: EquivalentLinear
@@ -59,19 +51,12 @@ class Analyses:
         )
 
     def __str__(self) -> str:
-        responses = self.responses
-        lines = [f"{'':24s}" + "".join(f"{name:>19s}" for name in responses)]
-
-        def row(name, values, unit):
-            lines.append(f"{name:24s}" + "".join(f"{v:19.4g}" for v in values) + f" {unit}")
-
-        parts = list(responses.values())
-        row("surface PGA", [np.abs(r.acceleration()).max() for r in parts], "m/s²")
-        for period in _PERIODS:
-            row(f"surface Sa({period:g} s)", [r.spectrum([period])[0] for r in parts], "m/s²")
-        profiles = [r.profile() for r in parts]
-        row("largest shear strain", [100 * float(p.strain.max()) for p in profiles], "%")
-        row("largest shear stress", [float(p.stress.max()) / 1e3 for p in profiles], "kPa")
+        profiles = [one.profile() for one in self.responses.values()]
+        series = {name: one.acceleration() for name, one in self.responses.items()}
+        lines = tabulate_motions(series, self.linear.motion.time_step, [], [
+            ("largest shear strain", [100 * float(one.strain.max()) for one in profiles], "%"),
+            ("largest shear stress", [float(one.stress.max()) / 1e3 for one in profiles], "kPa"),
+        ])  # fmt: skip
         said = list(filter(None, [self.unbounded, self.fitted.doubt]))
         return "\n".join([self.nonlinear.words, *lines, *said, "", str(self.nonlinear)])
 
@@ -80,6 +65,28 @@ class Analyses:
         from .picture import analyses_figure
 
         return analyses_figure(self)
+
+
+def tabulate_motions(series: Mapping, step: float, before, after) -> list[str]:
+    """Return a table of surface accelerations by name: PGA, Arias intensity and Sa.
+
+    Rows before and after these consist of name, values and unit.
+    """
+    width = max(12, *(len(name) + 2 for name in series))
+    spectra = [spectral_acceleration(one, step, PERIODS) for one in series.values()]
+    rows = [
+        *before,
+        ("surface PGA", [np.abs(one).max() for one in series.values()], "m/s²"),
+        ("surface Arias intensity", [arias_intensity(one, step) for one in series.values()], "m/s"),
+        *((f"surface Sa at {period:g} s", values, "m/s²")
+          for period, values in zip(PERIODS, np.transpose(spectra), strict=True)),
+        *after,
+    ]  # fmt: skip
+    heads = "".join(f"{name:>{width}s}" for name in series)
+    return [f"{'':28s}{heads}"] + [
+        f"{name:28s}{''.join(f'{value:{width}.4g}' for value in values)} {unit}".rstrip()
+        for name, values, unit in rows
+    ]
 
 
 def analyses(
@@ -108,7 +115,7 @@ def analyses(
     ConvergenceError
         If an iteration or a step does not converge.
     """
-    ground = motion if isinstance(motion, Motion) else Motion.of(motion, time_step)
+    ground = Motion.of(motion, time_step)
     tables = [one.curves() if isinstance(one, Branches) else one for one in curves]
     fitted = equivalent_linear(column, tables, ground, kind=kind)
     found = nonlinear(column, curves, ground, kind=kind, **options)

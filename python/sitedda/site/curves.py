@@ -68,13 +68,7 @@ class SoilCurves:
         return np.interp(_log_strain(strain), np.log(self.strain), self.damping)
 
     def implied_strength(self, shear_modulus: float) -> float:
-        """Return the largest shear stress that the curves reach, Pa.
-
-        Parameters
-        ----------
-        shear_modulus : float
-            Of small strains, Pa.
-        """
+        """Return the largest shear stress of the curves for a modulus of small strains, both Pa."""
         return float(shear_modulus * np.max(self.strain * self.reduction))
 
     @classmethod
@@ -187,7 +181,7 @@ def gqh(reference_strain: float, theta: ArrayLike) -> SoilCurves:
                 f"theta gives θ = {np.max(share):g} at a strain of "
                 f"{100 * first_of(strain, ~(share <= 1)):.3g} %: θ must not exceed 1"
             )
-        return 2 / (1 + x + np.sqrt((1 + x) ** 2 - 4 * share * x))
+        return _gqh_reduction(x, share)
 
     return _masing_curves(reduction, "GQ/H")
 
@@ -232,27 +226,27 @@ def strength_corrected(
     target = curves.reduction_at(reference * x)
     x, target = x[use := (x * target < 0.7)], target[use]
 
-    def share(p, at):
-        grown = (at / np.exp(p[2])) ** p[3]
-        return p[0] + (p[1] - p[0]) * grown / (1 + grown)
-
     def reduction(p, at):
-        return 2 / (1 + at + np.sqrt((1 + at) ** 2 - 4 * share(p, at) * at))
+        grown = (at / np.exp(p[2])) ** p[3]
+        return _gqh_reduction(at, p[0] + (p[1] - p[0]) * grown / (1 + grown))
 
     end = 0.1 / reference  # the strength must be reached at a strain of 10 %
 
     def lack(p):
         return np.append(reduction(p, x) - target, 0.4 * (end * reduction(p, end) - 1))
 
-    fits = [
-        least_squares(lack, start,
-                      bounds=([-20.0, -20.0, -8.0, 0.2], [1.0, 1.0, 8.0, 0.99]))
-        for start in ([0.5, 0.9, 0.0, 0.8], [-2.0, 0.9, 1.0, 0.9], [0.9, -2.0, 0.0, 0.8])
-    ]  # fmt: skip
+    bounds = [-20.0, -20.0, -8.0, 0.2], [1.0, 1.0, 8.0, 0.99]
+    starts = [0.5, 0.9, 0.0, 0.8], [-2.0, 0.9, 1.0, 0.9], [0.9, -2.0, 0.0, 0.8]
+    fits = [least_squares(lack, start, bounds=bounds) for start in starts]
     p = min(fits, key=lambda fit: fit.cost).x
     strain = np.append(STRAINS, np.logspace(-1.45, -1.0, 10))
     found = np.minimum(reduction(p, strain / reference), 1.0)
     return SoilCurves(strain, found, curves.damping_at(strain), f"{curves.name}, GQ/H")
+
+
+def _gqh_reduction(x, theta):
+    """Return G/G_max of GQ/H at x = γ/γ_r with θ there."""
+    return 2 / (1 + x + np.sqrt((1 + x) ** 2 - 4 * theta * x))
 
 
 def darendeli(
@@ -311,20 +305,7 @@ def darendeli(
 
 
 def curves_of(material: Mapping, shear_modulus: float) -> SoilCurves:
-    """Return the curves of a group &material of law 'hysteretic'.
-
-    Parameters
-    ----------
-    material : mapping
-        Its variables, as they stand in the input.
-    shear_modulus : float
-        Of small strains, Pa.
-
-    Raises
-    ------
-    ValueError
-        If a value is out of range.
-    """
+    """Return the curves of a group &material of law 'hysteretic' with a modulus (Pa)."""
     value = material.get
     curve = material["curve"]
     if curve == "darendeli":
@@ -355,12 +336,8 @@ def _masing_curves(reduction, name: str) -> SoilCurves:
     work = np.cumsum(np.diff(fine) * (stress[1:] + stress[:-1]) / 2)
     work = fine[0] * stress[0] / 2 + np.concatenate([[0.0], work])
     damping = (2 / np.pi * (2 * work / (stress * fine) - 1))[_BELOW * _PARTS :: _PARTS]
-    return SoilCurves(
-        STRAINS,
-        np.minimum(reduction(STRAINS), 1.0),
-        np.clip(damping, 0.0, 0.999),
-        name,
-    )
+    moduli = np.minimum(reduction(STRAINS), 1.0)
+    return SoilCurves(STRAINS, moduli, np.clip(damping, 0.0, 0.999), name)
 
 
 def _masing_damping(ratio: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -79,14 +79,11 @@ class EquivalentLinear:
         lines = ["depth to bottom  effective strain   G/Gmax   damping"]
         _, interfaces = self.response.column.cut_at([])
         rows = zip(interfaces[1:], self.strain, self.reduction, self.damping, strict=True)
-        for depth, strain, reduction, damping in rows:
-            lines.append(
-                f"{depth:13.4g} m {100 * strain:15.4g} % {reduction:8.4f} {100 * damping:7.3f} %"
-            )
+        lines += [f"{depth:13.4g} m {100 * strain:15.4g} % {reduction:8.4f} {100 * damping:7.3f} %"
+                  for depth, strain, reduction, damping in rows]  # fmt: skip
         lines.append(f"{self.iterations} iterations, last change {100 * self.change:.2g} %")
         lines.append(convention_words(self.response.column.convention))
-        lines += [self.doubt] if self.doubt else []
-        return "\n".join(lines)
+        return "\n".join(filter(None, [*lines, self.doubt]))
 
 
 def equivalent_linear(
@@ -132,18 +129,14 @@ def equivalent_linear(
         raise ValueError(f"strain_ratio must be in 0 < ratio <= 1, got {strain_ratio!r}")
     if not 0 < tolerance < 1:
         raise ValueError(f"tolerance must be in 0 < tolerance < 1, got {tolerance!r}")
-    ground = motion if isinstance(motion, Motion) else Motion.of(motion, time_step)
+    ground = Motion.of(motion, time_step)
 
-    def fitted_from(strain: float) -> EquivalentLinear:
-        begin = np.full(len(curves), strain)
-        place = {"bottom": bottom, "kind": kind}
-        return _iterate_properties(column, curves, ground, begin, place, strain_ratio, tolerance,
-                       most_iterations)  # fmt: skip
-
-    found = fitted_from(0.0)
+    place = {"bottom": bottom, "kind": kind}
+    settings = (place, strain_ratio, tolerance, most_iterations)
+    found = _iterate_properties(column, curves, ground, 0.0, *settings)
     if found.doubt:  # soft soil may have another solution
         with suppress(ConvergenceError, ValueError):
-            other = fitted_from(_SOFT)
+            other = _iterate_properties(column, curves, ground, _SOFT, *settings)
             if np.max(abs(other.strain / found.strain - 1)) > _APART:
                 return replace(found, other_strain=float(other.largest_strain.max()))
     return found
@@ -152,17 +145,14 @@ def equivalent_linear(
 def _iterate_properties(
     column, curves, ground, begin, place, strain_ratio, tolerance, most_iterations
 ) -> EquivalentLinear:
-    """Iterate from given strains to a column whose properties fit its strains."""
-    linear = _damping_at_1_hz(column)
-    reduction, damping = _strain_properties(curves, begin, linear)
-    _, interfaces = column.cut_at([])
-    middles = (interfaces[:-1] + interfaces[1:]) / 2
+    """Iterate from a strain of all layers to a column whose properties fit its strains."""
+    reduction, damping = _strain_properties(column, curves, np.full(len(curves), begin))
     before = 0.0
     for iteration in range(1, most_iterations + 1):
         fitted = _updated_column(column, curves, reduction, damping)
         response = ColumnResponse.of(fitted, ground, **place)
-        strain = strain_ratio * np.abs(response.strain(middles)).max(axis=-1)
-        wanted = _strain_properties(curves, strain, linear)
+        strain = strain_ratio * np.abs(response.strain(column.middles)).max(axis=-1)
+        wanted = _strain_properties(column, curves, strain)
         change = max(
             float(np.max(np.abs(new - old) / np.maximum(new, 1e-12)))
             for new, old in zip(wanted, (reduction, damping), strict=True)
@@ -183,23 +173,18 @@ def _iterate_properties(
 
 def small_strain_column(column: Column, curves: Sequence[SoilCurves | None]) -> Column:
     """Return the column with the moduli and damping ratios of its curves at small strains."""
-    linear = _damping_at_1_hz(column)
     return _updated_column(
-        column, curves, *_strain_properties(curves, np.zeros(len(linear)), linear)
+        column, curves, *_strain_properties(column, curves, np.zeros(len(curves)))
     )
 
 
-def _damping_at_1_hz(column: Column) -> NDArray[np.float64]:
-    """Return the damping ratio of each layer at 1 Hz."""
-    return np.array([layer.damping_at([1.0])[0] for layer in column.layers])
-
-
-def _strain_properties(curves, strain, linear):
-    """Return G/G_max and damping ratio of each layer at its strain."""
+def _strain_properties(column, curves, strain):
+    """Return G/G_max and damping ratio (of linear layers at 1 Hz) of each layer at its strain."""
     pairs = [
-        (1.0, own) if curve is None else (curve.reduction_at(at), curve.damping_at(at))
-        for curve, at, own in zip(curves, strain, linear, strict=True)
-    ]
+        (1.0, layer.damping_at([1.0])[0]) if curve is None
+        else (curve.reduction_at(at), curve.damping_at(at))
+        for layer, curve, at in zip(column.layers, curves, strain, strict=True)
+    ]  # fmt: skip
     return tuple(np.array(values, dtype=float) for values in zip(*pairs, strict=True))
 
 
@@ -217,15 +202,11 @@ def _check_damping(column: Column, damping, strain) -> None:
 
 def _updated_column(column: Column, curves, reduction, damping) -> Column:
     """Return the column with these properties; damping is limited to the range allowed."""
+    layers = list(column.layers)
     damping = np.minimum(damping, largest_damping(column.convention))
-    layers = [
-        layer
-        if curve is None
-        else replace(
-            layer, shear_modulus=share * layer.shear_modulus, shear_velocity=None, damping=ratio
-        )
-        for layer, curve, share, ratio in zip(
-            column.layers, curves, reduction, damping, strict=True
-        )
-    ]
+    for i, (layer, curve) in enumerate(zip(column.layers, curves, strict=True)):
+        if curve is not None:
+            modulus = reduction[i] * layer.shear_modulus
+            layers[i] = replace(layer, shear_modulus=modulus, shear_velocity=None,
+                                damping=damping[i])  # fmt: skip
     return replace(column, layers=layers)

@@ -141,7 +141,7 @@ def undamped_amplification(
     ValueError
         If an argument is not finite or out of range.
     """
-    return 1 / np.abs(np.cos(_complex_phase(frequency, thickness, shear_velocity)))
+    return 1 / np.abs(np.cos(_phase(frequency, thickness, shear_velocity)))
 
 
 def damped_amplification(
@@ -159,14 +159,13 @@ def damped_amplification(
     damping : array_like, shape (...)
         Damping ratio ζ >= 0.
     """
-    phase = _complex_phase(frequency, thickness, shear_velocity)
+    phase = _phase(frequency, thickness, shear_velocity)
     ratio = not_negative("damping", damping)
     return 1 / np.hypot(np.cos(phase), ratio * phase)
 
 
-def _complex_phase(
-    frequency: ArrayLike, thickness: float, shear_velocity: float
-) -> NDArray[np.float64]:
+def _phase(frequency: ArrayLike, thickness: float, shear_velocity: float) -> NDArray[np.float64]:
+    """Return ωH/v."""
     height = positive("thickness", thickness)
     velocity = positive("shear_velocity", shear_velocity)
     return 2 * np.pi * not_negative("frequency", frequency) * height / velocity
@@ -207,25 +206,31 @@ class HalfSpace:
 
     def __post_init__(self) -> None:
         density = float(positive("density", self.density))
-        modulus, velocity = _modulus_and_velocity(density, self.shear_modulus, self.shear_velocity)
-        object.__setattr__(self, "density", density)
-        object.__setattr__(self, "shear_modulus", modulus)
-        object.__setattr__(self, "shear_velocity", velocity)
-        if not (callable(self.damping) or isinstance(self.damping, MaterialDamping)):
-            object.__setattr__(self, "damping", float(not_negative("damping", self.damping)))
+        modulus, velocity = self.shear_modulus, self.shear_velocity
+        if velocity is not None:
+            velocity = float(positive("shear_velocity", velocity))
+        if modulus is not None:
+            modulus = float(positive("shear_modulus", modulus))
+            implied = float(np.sqrt(modulus / density))
+            if velocity is not None and not np.isclose(velocity, implied, rtol=1e-9, atol=0):
+                raise ValueError(
+                    "shear_velocity must be left out or agree with shear_modulus, got "
+                    f"{velocity:g} m/s; the modulus implies {implied:g} m/s"
+                )
+            velocity = implied
+        elif velocity is not None:
+            modulus = density * velocity**2
+        else:
+            raise ValueError("shear_modulus or shear_velocity must be given, got neither")
+        damping = self.damping
+        if not (callable(damping) or isinstance(damping, MaterialDamping)):
+            damping = float(not_negative("damping", damping))
+        names = ("density", "shear_modulus", "shear_velocity", "damping")
+        for name, value in zip(names, (density, modulus, velocity, damping), strict=True):
+            object.__setattr__(self, name, value)
 
     def damping_at(self, frequencies: ArrayLike) -> NDArray[np.float64]:
-        """Return the damping ratio at each frequency.
-
-        Parameters
-        ----------
-        frequencies : array_like, shape (n,)
-            Hz.
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            Damping ratio.
+        """Return the damping ratio at each frequency (Hz, shape (n,)).
 
         Raises
         ------
@@ -281,7 +286,8 @@ class Waves:
     omega : ndarray, shape (n,)
         Angular frequencies, rad/s; complex ones include the damping of a time integration.
     properties : callable
-        Returns complex shear modulus, Pa, and density, kg/m³, of a medium, each of shape (n,).
+        Returns complex shear modulus, Pa, and density, kg/m³, of a medium, each of shape (n,), or
+        (1,) if all frequencies have the same.
     """
 
     omega: NDArray[np.complex128]
@@ -295,7 +301,8 @@ class Waves:
             if isinstance(medium.damping, MaterialDamping):
                 modulus, density = medium.damping.factors(frequencies)
                 return medium.shear_modulus * modulus, medium.density * density
-            ratio = medium.damping_at(frequencies)
+            constant = isinstance(medium.damping, float)
+            ratio = medium.damping_at(frequencies[:1] if constant else frequencies)
             modulus = complex_modulus(medium.shear_modulus, ratio, convention)
             return modulus, np.full(modulus.shape, medium.density)
 
@@ -324,16 +331,8 @@ def recursion(
     """Compute the waves in m layers by the SHAKE recursion in quotients that cannot overflow.
 
     A and B grow like exp(|Im k| z). Therefore R = B/A at the top of each medium and A_j / A_{j+1}
-    are used, in which every exponential decays. A rigid base has impedance ratio 0.
-
-    Parameters
-    ----------
-    waves : Waves
-        At n frequencies.
-    media : sequence of HalfSpace, length m + 1
-        From the surface downwards; the last is the base, ``None`` if rigid.
-    thicknesses : ndarray, shape (m,)
-        m.
+    are used, in which every exponential decays. A rigid base (a last medium of None) has impedance
+    ratio 0.
 
     Returns
     -------
@@ -373,21 +372,3 @@ def one_of(name: str, value: str, known: Collection[str]) -> str:
     if not isinstance(value, str) or value not in known:
         raise ValueError(f"{name} must be one of {', '.join(known)}, got {value!r}")
     return value
-
-
-def _modulus_and_velocity(
-    density: float, modulus: float | None, velocity: float | None
-) -> tuple[float, float]:
-    if modulus is None and velocity is None:
-        raise ValueError("shear_modulus or shear_velocity must be given, got neither")
-    if modulus is None:
-        velocity = float(positive("shear_velocity", velocity))
-        return density * velocity**2, velocity
-    modulus = float(positive("shear_modulus", modulus))
-    implied = float(np.sqrt(modulus / density))
-    if velocity is not None and not np.isclose(velocity, implied, rtol=1e-9, atol=0):
-        raise ValueError(
-            f"shear_velocity must be left out or agree with shear_modulus, got {velocity:g} m/s"
-            f"; the modulus implies {implied:g} m/s"
-        )
-    return modulus, implied

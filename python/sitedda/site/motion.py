@@ -32,19 +32,20 @@ class Motion:
     def of(cls, motion, time_step: float | None = None) -> "Motion":
         """Create a motion from a Dataset of :func:`sitedda.read_record`, or array and time step.
 
+        A Motion is returned as it is.
+
         Raises
         ------
         ValueError
             If samples are not finite, fewer than two, or their times are not equidistant.
         """
+        if isinstance(motion, Motion):
+            return motion
         if hasattr(motion, "acceleration"):
             if time_step is not None:
                 raise ValueError("omit time_step: the record states its time step")
             series = np.asarray(motion.acceleration.values, dtype=float)
-            times = np.asarray(motion.time.values, dtype=float)
-            time_step = (times[-1] - times[0]) / (times.size - 1) if times.size > 1 else 0.0
-            if np.any(np.abs(np.diff(times) - time_step) > 1e-6 * time_step):
-                raise ValueError("the samples of the motion are not at equal time steps")
+            time_step = equal_step(motion.time.values)
         else:
             if time_step is None:
                 raise ValueError("an array of accelerations needs time_step")
@@ -70,3 +71,14 @@ class Motion:
     def history(self, spectrum: NDArray[np.complex128]) -> NDArray[np.float64]:
         """Transform a spectrum back to the samples; shape (..., samples)."""
         return np.fft.irfft(spectrum, self.length, axis=-1)[..., : self.acceleration.size]
+
+
+def equal_step(times) -> float:
+    """Return the step between times (s); raise ValueError if the steps differ."""
+    step = float((times[-1] - times[0]) / (times.size - 1)) if times.size > 1 else 0.0
+    if np.any(np.abs(np.diff(times) - step) > 1e-6 * step):
+        raise ValueError(
+            "the samples of the motion are not at equal time steps: resample a record, or run "
+            "without adaptive control"
+        )
+    return step

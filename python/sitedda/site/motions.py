@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import re
 from collections.abc import Callable, Sequence
@@ -34,27 +33,18 @@ Target = Callable | tuple[ArrayLike, ArrayLike]
 
 
 def of_acceleration(acceleration: ArrayLike, time_step: float, method: str = "") -> xr.Dataset:
-    """Return a motion like :func:`sitedda.read_record`, integrated from zero velocity.
-
-    Parameters
-    ----------
-    acceleration : array_like, shape (samples,)
-        m/s².
-    time_step : float
-        s.
-    method : str
-        Processing of the record.
-    """
+    """Return a motion (m/s², s) like :func:`sitedda.read_record`, integrated from zero velocity."""
     import xarray as xr
 
     motion = Motion.of(acceleration, time_step)
-    parts, unit = [motion.acceleration], ("m/s^2", "m/s", "m")
-    for _ in range(2):
-        parts.append(running_integral(parts[-1], motion.time_step))
-    names = ("acceleration", "velocity", "displacement")
+    velocity = running_integral(motion.acceleration, motion.time_step)
     return xr.Dataset(
-        {n: ("time", v, {"units": u}) for n, v, u in zip(names, parts, unit, strict=True)},
-        {"time": ("time", motion.time_step * np.arange(parts[0].size), {"units": "s"})},
+        {
+            "acceleration": ("time", motion.acceleration, {"units": "m/s^2"}),
+            "velocity": ("time", velocity, {"units": "m/s"}),
+            "displacement": ("time", running_integral(velocity, motion.time_step), {"units": "m"}),
+        },
+        {"time": ("time", motion.time_step * np.arange(velocity.size), {"units": "s"})},
         {"method": method},
     )
 
@@ -154,10 +144,10 @@ def rotated_spectra(
     size = min(one.acceleration.size, other.acceleration.size)
     at = np.asarray(periods, dtype=float)
     wanted = list(percentiles)
+    pair = one.acceleration[:size], other.acceleration[:size]
     found = pyrotd.calc_rotated_spec_accels(
-        one.time_step, one.acceleration[:size], other.acceleration[:size], 1 / at, damping,
-        percentiles=wanted,
-    )  # fmt: skip
+        one.time_step, *pair, 1 / at, damping, percentiles=wanted
+    )
     return np.array([found.spec_accel[found.percentile == p] for p in wanted])
 
 
@@ -181,14 +171,7 @@ def scale_to(motion, target: Target, periods: ArrayLike, damping: float = 0.05) 
 
 
 def target_at(target: Target, periods: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Interpolate a target spectrum at periods, linearly in its logarithms; m/s².
-
-    Parameters
-    ----------
-    target : callable or (periods, values)
-    periods : ndarray, shape (n,)
-        s.
-    """
+    """Interpolate a target spectrum (m/s²) at periods (s), linearly in its logarithms."""
     if callable(target):
         found = np.asarray(target(periods), dtype=float)
     else:
@@ -207,11 +190,6 @@ def target_at(target: Target, periods: NDArray[np.float64]) -> NDArray[np.float6
 
 def spectral_correlation(first: ArrayLike, second: ArrayLike) -> NDArray[np.float64]:
     """Return the correlation of ε at two periods (0.01 to 10 s) of Baker and Jayaram (2008).
-
-    Parameters
-    ----------
-    first, second : array_like
-        s, broadcast.
 
     References
     ----------
@@ -321,24 +299,27 @@ def read_flatfile(file, unit: float = 9.80665) -> Flatfile:
     unit : float
         Of the spectra, m/s² (g).
     """
-    text = read_bounded(Path(file), _LARGEST).decode("utf-8-sig", "replace")
-    rows = list(csv.reader(io.StringIO(text)))
-    heads = [head.strip().lower() for head in rows[0]] if rows else []
-    named = [heads.index(name) for name in _NAMES if name in heads]
-    of = {i: float(found[1]) for i, head in enumerate(heads) if (found := _HEAD.fullmatch(head))}
+    import pandas as pd
+
+    data = io.BytesIO(read_bounded(Path(file), _LARGEST))
+    try:
+        table = pd.read_csv(data, dtype=str, encoding="utf-8-sig", encoding_errors="replace",
+                            keep_default_na=False)  # fmt: skip
+    except ValueError as trouble:
+        raise InputError(f"{file}: {trouble}") from None
+    heads = {head.strip().lower(): head for head in table}
+    named = [heads[name] for name in _NAMES if name in heads]
+    of = {head: float(found[1]) for head in table if (found := _HEAD.fullmatch(head))}
     if not named or len(of) < 2:
         raise InputError(f"{file}: give a column 'file' and two or more columns of spectra, "
                          "such as 'SA(0.1)'")  # fmt: skip
     columns = sorted(of, key=of.__getitem__)
-    names, spectra = [], []
-    for number, row in enumerate(rows[1:], 2):
-        try:
-            values = [float(row[i]) for i in columns]
-        except (ValueError, IndexError):
-            raise InputError(f"{file}, row {number}: a spectrum cannot be read") from None
-        if min(values) > 0:
-            names.append(row[named[0]].strip())
-            spectra.append(values)
-    if not names:
+    spectra = table[columns].apply(pd.to_numeric, errors="coerce").to_numpy()
+    unread = np.isnan(spectra).any(axis=1)
+    if unread.any():
+        raise InputError(f"{file}, row {2 + unread.argmax()}: a spectrum cannot be read")
+    good = np.all(spectra > 0, axis=1)
+    if not good.any():
         raise InputError(f"{file} has no record with a spectrum above 0")
-    return Flatfile(names, np.array([of[i] for i in columns]), unit * np.array(spectra))
+    names = list(table.loc[good, named[0]].str.strip())
+    return Flatfile(names, np.array([of[head] for head in columns]), unit * spectra[good])

@@ -28,9 +28,9 @@ _CELLS_A_WAVE = 12  # cells per wavelength of the highest frequency at small str
 _STEPS_A_PERIOD = 40
 _FEWEST_CELLS = 2  # of a layer
 _MOST_VALUES = 50_000_000  # largest number of values of the motion or of a history
-_PERIODS = (0.1, 0.2, 0.5, 1.0)  # s, periods of the results
+PERIODS = (0.1, 0.2, 0.5, 1.0)  # s, of results and tables
 _NYQUIST = 0.45  # fraction of the sampling frequency up to which a low-pass is applied
-_CONVERGED = 0.05  # largest relative difference of two resolutions of a converged result
+CONVERGED = 0.05  # largest relative difference of two resolutions of a converged result
 
 
 @dataclass(frozen=True)
@@ -116,9 +116,13 @@ class NonlinearResponse(SiteResponse):
 
     def displacement(self, depth: float = 0.0) -> NDArray[np.float64]:
         """Displacement relative to the reference motion, m, shape (samples,)."""
+        return self._values_at_nodes(self.histories.displacement, depth) - self._ground
+
+    @property
+    def _ground(self) -> NDArray[np.float64]:
+        """Return the displacement of the reference motion, m."""
         step = self.motion.time_step
-        ground = running_integral(running_integral(self.motion.acceleration, step), step)
-        return self._values_at_nodes(self.histories.displacement, depth) - ground
+        return running_integral(running_integral(self.motion.acceleration, step), step)
 
     def strain(self, depth: ArrayLike) -> NDArray[np.float64]:
         """Shear strain of the cells at a depth or depths (m), shape (..., samples)."""
@@ -129,24 +133,15 @@ class NonlinearResponse(SiteResponse):
         return self.histories.stress[self._cell_indices(depth)]
 
     def _values_at_nodes(self, values: NDArray[np.float64], depth: float) -> NDArray[np.float64]:
-        nodes = self.histories.interfaces
-        at = self._checked_depths(depth)
-        k = int(np.clip(np.searchsorted(nodes, at, side="right") - 1, 0, nodes.size - 2))
-        share = (at - nodes[k]) / (nodes[k + 1] - nodes[k])
+        nodes, k = self.histories.interfaces, self._cell_indices(depth)
+        share = (depth - nodes[k]) / (nodes[k + 1] - nodes[k])
         return values[k] + share * (values[k + 1] - values[k])
 
     def _cell_indices(self, depth: ArrayLike) -> NDArray[np.int64]:
-        found = (
-            np.searchsorted(self.histories.interfaces, self._checked_depths(depth), side="right")
-            - 1
-        )
-        return np.clip(found, 0, self.histories.strain.shape[0] - 1)
-
-    def _checked_depths(self, depth: ArrayLike) -> NDArray[np.float64]:
-        at = np.asarray(depth, dtype=float)
+        at, nodes = np.asarray(depth, dtype=float), self.histories.interfaces
         if not np.all((at >= 0) & (at <= self.column.depth * (1 + 1e-9))):
             raise ValueError(f"depth must be in 0 … {self.column.depth:g} m, got {depth!r}")
-        return at
+        return np.clip(np.searchsorted(nodes, at, side="right") - 1, 0, nodes.size - 2)
 
     def profile(self) -> xr.Dataset:
         """Return peaks of nodes and cells over depth, as :meth:`ColumnResponse.profile`.
@@ -155,31 +150,29 @@ class NonlinearResponse(SiteResponse):
         twice the size change the peak by at most 5 %. Peaks below half of the largest are compared
         with it.
         """
-        kept, step = self.histories, self.motion.time_step
-        ground = running_integral(running_integral(self.motion.acceleration, step), step)
-        found = self._peak_profile(
-            kept.interfaces, self._filter_resolved(kept.acceleration),
-            running_integral(kept.acceleration, step), kept.displacement - ground,
-            kept.largest_strain[:, None], kept.largest_stress[:, None],
-        )  # fmt: skip
+        found = self._profile_of(self.histories)
         if self.coarse is not None:
-            ends = self.coarse.interfaces
-            peak = np.abs(self._filter_resolved(self.coarse.acceleration)).max(axis=1)
-            # The shear strain at the surface is 0.
-            middles = np.append(0.0, (ends[:-1] + ends[1:]) / 2)
-            strain = np.append(0.0, self.coarse.largest_strain)
-            for name, at, values in (
-                ("acceleration", ends, peak), ("strain", middles, strain),
-            ):  # fmt: skip
-                fine = found[name]
-                coarse = np.interp(fine[fine.dims[0]].values, at, values)
+            coarse = self._profile_of(self.coarse)
+            for name, first in (("acceleration", []), ("strain", [0.0])):  # none at the surface
+                fine, other = found[name], coarse[name]
+                at = np.append(first, other[other.dims[0]])
+                changed = np.interp(fine[fine.dims[0]], at, np.append(first, other)) - fine.values
                 scale = np.maximum(fine.values, fine.values.max() / 2)
-                good = np.abs(coarse - fine.values) <= _CONVERGED * scale
-                found[f"{name}_converged"] = (fine.dims, good)
+                found[f"{name}_converged"] = (fine.dims, np.abs(changed) <= CONVERGED * scale)
         return found
 
+    def _profile_of(self, kept: Histories) -> xr.Dataset:
+        return self._peak_profile(
+            kept.interfaces, self._filter_resolved(kept.acceleration),
+            running_integral(kept.acceleration, self.motion.time_step),
+            kept.displacement - self._ground,
+            kept.largest_strain[:, None], kept.largest_stress[:, None],
+        )  # fmt: skip
+
     def coarse_spectrum(self, periods: ArrayLike) -> NDArray[np.float64]:
-        """Return Sa of the surface with cells and steps of twice the size, m/s²."""
+        """Return Sa of the surface in cells and steps of twice the size, m/s²; NaN: no such run."""
+        if self.coarse is None:
+            return np.full(np.shape(periods), np.nan)
         return self._spectral_acceleration(
             self._filter_resolved(self.coarse.acceleration[0]), periods, 0.05
         )
@@ -192,26 +185,22 @@ class NonlinearResponse(SiteResponse):
         (5 %, m/s²); the change is nan without the coarse run.
         """
         fine = self._compute_results(self.histories)
-        if self.coarse is None:
-            return {name: (value, float("nan")) for name, value in fine.items()}
-        coarse = self._compute_results(self.coarse)
+        coarse = self._compute_results(self.coarse) if self.coarse else dict.fromkeys(fine, np.nan)
         return {name: (value, abs(value - coarse[name])) for name, value in fine.items()}
 
     def _compute_results(self, kept: Histories) -> dict[str, float]:
         surface = self._filter_resolved(kept.acceleration[0])
-        spectrum = self._spectral_acceleration(surface, _PERIODS, 0.05)
+        spectrum = self._spectral_acceleration(surface, PERIODS, 0.05)
         return {
             "pga": float(np.abs(surface).max()),
             "strain": float(kept.largest_strain.max()),
-            **{f"sa_{p:g}": float(sa) for p, sa in zip(_PERIODS, spectrum, strict=True)},
+            **{f"sa_{p:g}": float(sa) for p, sa in zip(PERIODS, spectrum, strict=True)},
         }
 
     @property
     def unconverged(self) -> list[str]:
         """Return the names of results that change by more than 5 % with coarser cells and steps."""
-        return [
-            n for n, (value, change) in self.figures.items() if change > _CONVERGED * abs(value)
-        ]
+        return [n for n, (value, change) in self.figures.items() if change > CONVERGED * abs(value)]
 
     @property
     def beyond_curves(self) -> dict[int, float]:
@@ -231,8 +220,7 @@ class NonlinearResponse(SiteResponse):
     def __str__(self) -> str:
         lines = [self.words, _describe_fit([b for b in self.branches if b is not None])]
         for name, (value, change) in self.figures.items():
-            unit = " %" if name == "strain" else " m/s²"
-            scale = 100 if name == "strain" else 1
+            scale, unit = (100, " %") if name == "strain" else (1, " m/s²")
             bar = "" if np.isnan(change) else f" ± {scale * change:.2g}"
             lines.append(f"{_result_label(name):22s}{scale * value:9.4g}{bar}{unit}")
         if self.unconverged:
@@ -242,8 +230,7 @@ class NonlinearResponse(SiteResponse):
                 "contain numerical noise from yielding. Give the soil a damping ratio at small "
                 "strains, or use longer periods"
             )
-        if words := self._describe_noise():
-            lines.append(words)
+        lines.append(self._describe_noise())
         if self.kind == "outcrop" and getattr(self.column.base, "damping", None):
             lines.append("the damping of the half-space is ignored")
         if self.beyond_curves:
@@ -268,12 +255,7 @@ class NonlinearResponse(SiteResponse):
         )
 
     def plot(self):
-        """Draw surface and reference motion, spectra, profiles, and the loop of largest strain.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
-        """
+        """Draw motions, spectra, profiles, and the loop of largest strain; return the figure."""
         from .picture import nonlinear_figure
 
         return nonlinear_figure(self)
@@ -297,7 +279,7 @@ def _describe_fit(soils: list[Branches]) -> str:
 
 def _result_label(name: str) -> str:
     known = {"pga": "surface PGA", "strain": "largest strain"}
-    return known.get(name, f"surface Sa({name.removeprefix('sa_')} s)")
+    return known.get(name, f"surface Sa at {name.removeprefix('sa_')} s")
 
 
 def nonlinear(
@@ -352,7 +334,7 @@ def nonlinear(
         raise ValueError(f"curves: give {len(column.layers)}, one per layer, not {len(curves)}")
     one_of("kind", kind, KINDS)
     highest = float(positive("highest_frequency", highest_frequency))
-    ground = motion if isinstance(motion, Motion) else Motion.of(motion, time_step)
+    ground = Motion.of(motion, time_step)
     reference = float(positive("reference_frequency", reference_frequency))
     ratios = [_layer_ratio(i, column) for i in range(len(curves))]
     soils = tuple(
@@ -363,102 +345,80 @@ def nonlinear(
         )
         for curve, ratio in zip(curves, ratios, strict=True)
     )
-    run = _ColumnRun(column, soils, ground, kind, reference)
-    fine = run.at(highest)
-    coarse = run.at(highest / 2) if compare else None
+    every_soil = [
+        soil or _linear_branches(ratio, reference)
+        for soil, ratio in zip(soils, ratios, strict=True)
+    ]
+    dashpot = 0.0
+    if kind == "outcrop" and isinstance(column.base, HalfSpace):
+        dashpot = column.base.density * column.base.shear_velocity
+    runs = [
+        _run_column(column, every_soil, ground, reference, dashpot, resolved)
+        for resolved in ((highest, highest / 2) if compare else (highest,))
+    ]
+    fine, coarse = runs if compare else (*runs, None)
     return NonlinearResponse(column, ground, column.depth, kind, soils, fine, coarse, highest)
 
 
-@dataclass(frozen=True)
-class _ColumnRun:
-    """Runs of a column under a motion."""
+def _linear_branches(ratio: float, reference: float) -> Branches:
+    """Return the single branch of a linear layer: it and the body of its damping never slip."""
+    modulus = 1.0
+    if ratio:
+        body = ConstantRatio(ratio, reference).body
+        modulus = body.unrelaxed * (1 - body.weight.sum())
+    never, most = np.array([1e30]), float(np.finfo(float).max)
+    return Branches(never, np.array([modulus]), np.ones(1), ratio, most, most, (0.0, 0.0))
 
-    column: Column
-    soils: tuple[Branches | None, ...]
-    motion: Motion
-    kind: str
-    reference: float
 
-    def at(self, highest: float) -> Histories:
-        """Run with cells and steps that resolve a frequency, Hz."""
-        cells = [_count_cells(layer, highest) for layer in self.column.layers]
-        every = max(1, int(np.ceil(_STEPS_A_PERIOD * highest * self.motion.time_step)))
-        samples = self.motion.acceleration.size
-        if max(sum(cells), every) * samples > _MOST_VALUES:
-            raise ValueError(
-                f"{sum(cells)} cells, {samples} samples and {every} steps for each are more than "
-                f"{_MOST_VALUES} values: lower highest_frequency, or shorten the motion"
-            )
-        layers = [
-            (layer.thickness / n, layer.density, layer.shear_modulus)
-            for layer, n in zip(self.column.layers, cells, strict=True)
-            for _ in range(n)
-        ]
-        ground = self.motion.acceleration
-        base = np.interp(
-            np.arange((ground.size - 1) * every + 1) / every, np.arange(ground.size), ground
+def _run_column(
+    column: Column, soils: Sequence[Branches], motion: Motion, reference: float, dashpot: float,
+    highest: float,
+) -> Histories:  # fmt: skip
+    """Run with cells and steps that resolve a frequency, Hz."""
+    cells = [_count_cells(layer, highest) for layer in column.layers]
+    every = max(1, int(np.ceil(_STEPS_A_PERIOD * highest * motion.time_step)))
+    ground, samples = motion.acceleration, motion.acceleration.size
+    if max(sum(cells), every) * samples > _MOST_VALUES:
+        raise ValueError(
+            f"{sum(cells)} cells, {samples} samples and {every} steps for each are more than "
+            f"{_MOST_VALUES} values: lower highest_frequency, or shorten the motion"
         )
-        *kept, largest, energy, iterations = checked(
-            api.shake_soil,
-            np.array(layers).T,
-            np.repeat(np.arange(1, len(cells) + 1), cells),
-            self._layer_branches(),
-            *self._damping_and_limits(),
-            self.reference,
-            self._base_dashpot(),
-            self.motion.time_step / every,
-            base,
-            every,
-            ground.size,
-        )
-        acceleration, displacement, strain, stress = kept
-        names = ("work", "kinetic", "stored", "slipped", "damped")
-        return Histories(
-            np.cumsum([0.0, *(thickness for thickness, _, _ in layers)]),
-            acceleration,
-            displacement,
-            -strain,  # depth increases downwards
-            -stress,
-            largest[0],
-            largest[1],
-            dict(zip(names, map(float, energy), strict=True)),
-            iterations,
-        )
-
-    def _layer_branches(self) -> NDArray[np.float64]:
-        """Return branches of all layers, shape (most, 3, layers); unused ones have no modulus."""
-        most = max(1 if soil is None else soil.strain.size for soil in self.soils)
-        found = np.zeros((most, 3, len(self.soils)), order="F")
-        found[:, 0, :] = 1e30  # beyond any strain
-        for i, soil in enumerate(self.soils):
-            if soil is None:
-                found[0, 1:, i] = self._long_term_fraction(i), 1.0
-            else:
-                rows = [soil.strain, soil.modulus, soil.slipping]
-                found[: soil.strain.size, :, i] = np.transpose(rows)
-        return found
-
-    def _long_term_fraction(self, i: int) -> float:
-        """Return the fraction of the modulus of a linear layer that its branch has."""
-        ratio = _layer_ratio(i, self.column)
-        if ratio == 0:
-            return 1.0
-        body = ConstantRatio(ratio, self.reference).body
-        return body.unrelaxed * (1 - body.weight.sum())
-
-    def _damping_and_limits(self) -> tuple[list[float], list[float]]:
-        """Return damping ratios of small strains, and strains at which their bodies slip."""
-        ratios, limits = [], []
-        for i, soil in enumerate(self.soils):
-            ratios.append(_layer_ratio(i, self.column) if soil is None else soil.least_damping)
-            limits.append(np.finfo(float).max if soil is None else soil.body_strain)
-        return ratios, limits
-
-    def _base_dashpot(self) -> float:
-        base = self.column.base
-        if self.kind == "within" or not isinstance(base, HalfSpace):
-            return 0.0
-        return base.density * base.shear_velocity
+    layers = np.array([
+        (layer.thickness / n, layer.density, layer.shear_modulus)
+        for layer, n in zip(column.layers, cells, strict=True)
+        for _ in range(n)
+    ]).T  # fmt: skip
+    branches = np.zeros((max(soil.strain.size for soil in soils), 3, len(soils)), order="F")
+    branches[:, 0, :] = 1e30  # unused branches have no modulus
+    for i, soil in enumerate(soils):
+        rows = [soil.strain, soil.modulus, soil.slipping]
+        branches[: soil.strain.size, :, i] = np.transpose(rows)
+    acceleration, displacement, strain, stress, largest, energy, iterations = checked(
+        api.shake_soil,
+        layers,
+        np.repeat(np.arange(1, len(cells) + 1), cells),
+        branches,
+        [soil.least_damping for soil in soils],
+        [soil.body_strain for soil in soils],
+        reference,
+        dashpot,
+        motion.time_step / every,
+        np.interp(np.arange((samples - 1) * every + 1) / every, np.arange(samples), ground),
+        every,
+        samples,
+    )
+    names = ("work", "kinetic", "stored", "slipped", "damped")
+    return Histories(
+        np.cumsum([0.0, *layers[0]]),
+        acceleration,
+        displacement,
+        -strain,  # depth increases downwards
+        -stress,
+        largest[0],
+        largest[1],
+        dict(zip(names, map(float, energy), strict=True)),
+        iterations,
+    )
 
 
 def _layer_ratio(i: int, column: Column) -> float:

@@ -28,15 +28,13 @@ def _make_panels(size: tuple[float, float], names: list[str]):
 
 
 def response_figure(response) -> Figure:
-    """Draw motions, spectra and profiles of a column.
-
-    Parameters
-    ----------
-    response : ColumnResponse
-    """
+    """Draw motions, spectra and profiles of a column."""
     figure, axes = _make_panels((11, 7.2), ["spectra", "acceleration", "strain"])
     _draw_motion_panel(axes["motion"], response)
-    _draw_spectra(axes["spectra"], response.motion, {"surface": (response, COLUMN, "-")})
+    _draw_spectra(axes["spectra"], response.motion.time_step, {
+        "reference": (response.motion.acceleration, REFERENCE, "-"),
+        "surface": (response.acceleration(), COLUMN, "-"),
+    })  # fmt: skip
     profile = response.profile()
     axes["acceleration"].plot(profile.acceleration, profile.depth, color=COLUMN)
     axes["acceleration"].set(xlabel="peak acceleration (m/s²)", xlim=(0, None))
@@ -51,12 +49,7 @@ def response_figure(response) -> Figure:
 
 
 def profile_figure(profile) -> Figure:
-    """Draw velocities, density and damping of a site over depth.
-
-    Parameters
-    ----------
-    profile : Profile
-    """
+    """Draw velocities, density and damping of a site over depth."""
     figure = empty_figure((9, 5))
     left, middle, right = figure.subplots(1, 3, sharey=True, width_ratios=[2, 1, 1])
     ground = [*profile.layers, *filter(None, [profile.half_space])]
@@ -81,12 +74,7 @@ def profile_figure(profile) -> Figure:
 
 
 def nonlinear_figure(response) -> Figure:
-    """Draw motions, spectra, profiles and the loop of largest strain of a yielding column.
-
-    Parameters
-    ----------
-    response : NonlinearResponse
-    """
+    """Draw motions, spectra, profiles and the loop of largest strain of a yielding column."""
     figure, axes = _make_panels((14.5, 7.2), _SITE)
     _draw_motion_panel(axes["motion"], response)
     _draw_site_panels(axes, {"nonlinear": response})
@@ -95,12 +83,7 @@ def nonlinear_figure(response) -> Figure:
 
 
 def analyses_figure(analyses) -> Figure:
-    """Draw spectra, profiles and the loop of largest strain of three analyses.
-
-    Parameters
-    ----------
-    analyses : Analyses
-    """
+    """Draw spectra, profiles and the loop of largest strain of three analyses."""
     figure = empty_figure((14.5, 4.8))
     axes = figure.subplot_mosaic([_SITE])
     _draw_site_panels(axes, analyses.responses)
@@ -124,12 +107,13 @@ _ANALYSES = {
 }
 
 
-def _draw_site_panels(axes, responses) -> None:
-    """Draw spectra and profiles by analysis, and the loop of the nonlinear one."""
+def _draw_site_panels(axes, responses, others=None) -> None:
+    """Draw spectra, also of others, and profiles by analysis; and the loop of the nonlinear one."""
     last = responses["nonlinear"]
     depth = last.column.depth
-    _draw_spectra(axes["spectra"], last.motion,
-             {name: (one, *_ANALYSES[name]) for name, one in responses.items()})  # fmt: skip
+    series = {"reference": (last.motion.acceleration, REFERENCE, "-")}
+    series |= {name: (one.acceleration(), *_ANALYSES[name]) for name, one in responses.items()}
+    _draw_spectra(axes["spectra"], last.motion.time_step, series | (others or {}))
     for name, response in responses.items():
         color, style = _ANALYSES[name]
         profile = response.profile()
@@ -149,44 +133,27 @@ def _draw_loop(axes, response) -> None:
     kept = response.histories
     most = int(kept.largest_strain.argmax())
     axes.plot(100 * kept.strain[most], kept.stress[most] / 1e3, color=COLUMN, lw=0.6)
-    at = (kept.interfaces[most] + kept.interfaces[most + 1]) / 2
+    at = kept.interfaces[most : most + 2].mean()
     axes.set(xlabel="shear strain (%)", ylabel="shear stress (kPa)", title=f"at {at:.3g} m depth")
 
 
 def beside_figure(beside) -> Figure:
-    """Draw a run of blocks and its column in one picture.
-
-    Parameters
-    ----------
-    beside : Beside
-    """
-    if beside.yields:
-        return _draw_beside_analyses(beside)
-    figure, axes = _make_panels((11, 7.6), ["ratio", "spectra", "profile"])
-    _draw_motions(axes["motion"], beside)
-    _draw_ratio(axes["ratio"], beside)
-    step = beside.response.motion.time_step
-    series = {"base": (beside.base, REFERENCE, "-"), "blocks (DDA)": (beside.surface, BLOCKS, "-"),
-              "column": (beside.column_surface, COLUMN, "--")}  # fmt: skip
-    for name, (values, color, style) in series.items():
-        _plot_spectrum(
-            axes["spectra"], spectral_acceleration(values, step, PERIODS), color, style, name
-        )
-    _draw_profile(axes["profile"], beside)
-    headline(figure, plain(beside.title))
-    return figure
-
-
-def _draw_beside_analyses(beside) -> Figure:
-    """Draw yielding blocks and three analyses of their column."""
-    figure, axes = _make_panels((14.5, 7.6), _SITE)
-    _draw_motions(axes["motion"], beside)
-    _draw_site_panels(axes, beside.columns)
-    spectrum = spectral_acceleration(beside.surface, beside.response.motion.time_step, PERIODS)
-    _plot_spectrum(axes["spectra"], spectrum, BLOCKS, "-", "blocks (DDA)")
+    """Draw a run of blocks and its column in one picture."""
     (depth, peak), (middle, strain) = beside.points, beside.strains
+    blocks = {"blocks (DDA)": (beside.surface, BLOCKS, "-")}
+    if beside.yields:
+        figure, axes = _make_panels((14.5, 7.6), _SITE)
+        _draw_site_panels(axes, beside.columns, blocks)
+        axes["strain"].plot(100 * strain, middle, "o", color=BLOCKS, ms=5)
+    else:
+        figure, axes = _make_panels((11, 7.6), ["ratio", "spectra", "acceleration"])
+        _draw_ratio(axes["ratio"], beside)
+        _draw_peaks(axes["acceleration"], beside.response, peak)
+        series = {"base": (beside.base, REFERENCE, "-"), **blocks,
+                  "column": (beside.column_surface, COLUMN, "--")}  # fmt: skip
+        _draw_spectra(axes["spectra"], beside.response.motion.time_step, series)
+    _draw_motions(axes["motion"], beside)
     axes["acceleration"].plot(peak, depth, "o", color=BLOCKS, ms=5)
-    axes["strain"].plot(100 * strain, middle, "o", color=BLOCKS, ms=5)
     headline(figure, plain(beside.title))
     return figure
 
@@ -206,40 +173,26 @@ def _draw_ratio(axes, beside) -> None:
     axes.set_xlim(beside.frequency[0], beside.frequency[-1])
 
 
-def _draw_spectra(axes, motion, responses) -> None:
-    """Draw response spectra of a motion and of responses, each with its colour and line."""
-    ground = spectral_acceleration(motion.acceleration, motion.time_step, PERIODS)
-    _plot_spectrum(axes, ground, REFERENCE, "-", "reference")
-    for name, (response, color, style) in responses.items():
-        _plot_spectrum(axes, response.spectrum(PERIODS), color, style, name)
-
-
-def _plot_spectrum(axes, values, color: str, style: str, name: str) -> None:
-    axes.semilogx(PERIODS, values, color=color, ls=style, label=name)
+def _draw_spectra(axes, step: float, series) -> None:
+    """Draw response spectra of accelerations, each with its colour and line."""
+    for name, (values, color, style) in series.items():
+        spectrum = spectral_acceleration(values, step, PERIODS)
+        axes.semilogx(PERIODS, spectrum, color=color, ls=style, label=name)
     axes.set(xlabel="period (s)", ylabel="Sa, 5 % (m/s²)", ylim=(0, None))
     axes.legend(frameon=False, fontsize=8)
 
 
-def _draw_profile(axes, beside) -> None:
-    profile = beside.response.profile()
+def _draw_peaks(axes, response, others) -> None:
+    """Draw peak accelerations of a column over depth, with room for others."""
+    profile, depth = response.profile(), response.column.depth
     axes.plot(profile.acceleration, profile.depth, color=COLUMN, ls="--")
-    depth, peak = beside.points
-    axes.plot(peak, depth, "o", color=BLOCKS, ms=5)
-    axes.set(
-        xlabel="peak acceleration (m/s²)",
-        ylabel="depth (m)",
-        xlim=(0, 1.1 * max(peak.max(), float(profile.acceleration.max()))),
-        ylim=(1.03 * beside.response.column.depth, -0.03 * beside.response.column.depth),
-    )
+    most = max(others.max(), float(profile.acceleration.max()))
+    axes.set(xlabel="peak acceleration (m/s²)", ylabel="depth (m)", xlim=(0, 1.1 * most),
+             ylim=(1.03 * depth, -0.03 * depth))  # fmt: skip
 
 
 def surface_figure(surface) -> Figure:
-    """Draw amplification along the surface, peaks and the model below each other.
-
-    Parameters
-    ----------
-    surface : Surface
-    """
+    """Draw amplification along the surface, peaks and the model below each other."""
     low, high = view_box(surface.scene)
     tall = _WIDTH * (high - low)[1] / (high - low)[0]
     figure = empty_figure((9.5, 5.0 + tall))
@@ -269,18 +222,7 @@ def surface_figure(surface) -> Figure:
 
 
 def section_figure(surface, axis: str = "x"):
-    """Draw the velocity histories of the points along the surface by their position.
-
-    Parameters
-    ----------
-    surface : Surface
-    axis : {'x', 'y'}
-        Component.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Draw the velocity histories of the points along the surface by their position."""
     data, place = surface.scene.data, surface.place[:, 0]
     traces = data.velocity.sel(point=surface.names, axis=axis).values
     most = float(abs(traces).max()) or 1.0

@@ -89,13 +89,7 @@ class Profile(SoilProfile):
         return found
 
     def strength_words(self, water_table: float = math.inf, pressure_at_rest: float = 0.5) -> str:
-        """Describe the strength that the curves imply if the file has none; '' if linear.
-
-        Parameters
-        ----------
-        water_table, pressure_at_rest : float
-            See `curves`.
-        """
+        """Describe the strength that `curves` imply if the file has none; '' if linear."""
         curves = self.curves(water_table, pressure_at_rest)
         means = self.mean_stresses(water_table, pressure_at_rest)
         lines = []
@@ -147,17 +141,10 @@ def _layer_curves(layer: Ground, stress: float, file: Path) -> SoilCurves | None
     try:
         if name in ("", "linear"):
             return None
-        return made[name](*numbers) if name in made else _read_curve_file(file.parent / name)
+        if name in made:
+            return made[name](*numbers)
+        return SoilCurves(*read_curve_table(file.parent / name), name=Path(name).stem)
+    except InputError:
+        raise
     except (ValueError, TypeError) as trouble:
-        if isinstance(trouble, InputError):
-            raise
         raise InputError(f"{where}: curve = {layer.curve!r}: {trouble}") from None
-
-
-def _read_curve_file(file: Path) -> SoilCurves:
-    """Read curves from a file of strain, G/G_max and damping ratio, all fractions."""
-    strain, reduction, damping = read_curve_table(file)
-    try:
-        return SoilCurves(strain, reduction, damping, name=file.stem)
-    except ValueError as trouble:
-        raise InputError(f"{file}: {trouble}") from None

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..base.arguments import positive
 from ..base.errors import InputError
-from .column import Column, HalfSpace, Layer
+from .column import Column, Layer
 from .curves import SoilCurves
 from .profile import Profile
 
@@ -50,17 +50,7 @@ class Toro:
     b: float
 
     def correlation(self, middles: ArrayLike) -> NDArray[np.float64]:
-        """Return the correlation between each layer and the next.
-
-        Parameters
-        ----------
-        middles : array_like, shape (n,)
-            Depths, m.
-
-        Returns
-        -------
-        ndarray, shape (n - 1,)
-        """
+        """Return the correlation between each layer and the next, by the depths of middles (m)."""
         at = np.asarray(middles, dtype=float)
         depth, apart = np.minimum((at[1:] + at[:-1]) / 2, _DEEP), np.diff(at)
         deep = self.rho_200 * ((depth + self.h_0) / (_DEEP + self.h_0)) ** self.b
@@ -153,18 +143,7 @@ def randomized(
 
 
 def interfaces(generator: np.random.Generator, depth: float) -> NDArray[np.float64]:
-    """Draw depths of the bottoms of layers by Toro's Poisson process.
-
-    Parameters
-    ----------
-    generator : numpy.random.Generator
-    depth : float
-        m, of the lowest.
-
-    Returns
-    -------
-    ndarray, shape (layers,)
-    """
+    """Draw depths (m) of layer bottoms down to the lowest by Toro's Poisson process."""
     power, at, found = _C2 + 1, 0.0, []
     while True:
         at += generator.exponential()
@@ -175,15 +154,7 @@ def interfaces(generator: np.random.Generator, depth: float) -> NDArray[np.float
 
 
 def varied_curves(curves: SoilCurves, reduction: float, damping: float) -> SoilCurves:
-    """Shift curves by numbers of standard deviations of Darendeli (2001, 7.29 and 7.30).
-
-    Parameters
-    ----------
-    curves : SoilCurves
-        The means.
-    reduction, damping : float
-        Deviates of G/G_max and damping ratio.
-    """
+    """Shift G/G_max and damping ratio by standard deviations of Darendeli (2001, 7.29 and 7.30)."""
     mean = curves.reduction
     spread = np.exp(-4.23) + np.sqrt(np.maximum(0.25 - (mean - 0.5) ** 2, 0.0) / np.exp(3.62))
     shares = np.clip(mean + reduction * spread, np.minimum(mean, _STIFFEST), 1.0)
@@ -252,7 +223,4 @@ def _draw_realisation(profile: Profile, ends, model: Toro | None, draw: _Deviate
         Layer(float(end - top), **(profile.layers[row].values() | {"shear_velocity": float(speed)}))
         for top, end, row, speed in zip(tops, ends, rows, speeds, strict=True)
     ]
-    below: HalfSpace | str = "rigid"
-    if profile.half_space is not None:
-        below = HalfSpace(**profile.half_space.values())
-    return Column(layers, below), [soils[row] for row in rows]
+    return Column(layers, profile.column().base), [soils[row] for row in rows]

@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from ..engine.damping import MaterialDamping
 from ..engine.scheme import Scheme
 from ..engine.signals import running_integral, spectral_acceleration
-from .field import displacements, strains
 from .intensity import Intensity, intensity
 from .layers import HalfSpace, Waves, convention_words, one_of
 from .motion import Motion
@@ -129,13 +128,16 @@ class ColumnResponse(SiteResponse):
         one_of("kind", kind, KINDS)
         depth = column.depth if bottom is None else float(bottom)
         column.cut_at([depth])
-        ground = motion if isinstance(motion, Motion) else Motion.of(motion, time_step)
+        ground = Motion.of(motion, time_step)
         return cls(column, ground, depth, kind, scheme)
 
-    def _waves_at(self, frequencies: ArrayLike) -> Waves:
+    def _wave_field(self, frequencies: NDArray[np.float64], depth: ArrayLike):
+        """Return waves, and what `Column.wave_field` returns at depths (m)."""
         if self.scheme is None:
-            return Waves.damped(np.asarray(frequencies, dtype=float), self.column.convention)
-        return Waves.stepped(frequencies, self.motion.time_step, self.scheme)
+            waves = Waves.damped(frequencies, self.column.convention)
+        else:
+            waves = Waves.stepped(frequencies, self.motion.time_step, self.scheme)
+        return waves, *self.column.wave_field(waves, np.ravel(depth), self.bottom, self.kind)
 
     @property
     def _frequencies(self) -> NDArray[np.float64]:
@@ -184,16 +186,17 @@ class ColumnResponse(SiteResponse):
         return self._integrate_motion(self._strain_ratio(depth)[1], 2).reshape(*np.shape(depth), -1)
 
     def _displacement_ratio(self, frequencies, depth: ArrayLike) -> NDArray[np.complex128]:
-        """Return displacements at depths, see `displacements`."""
-        place = np.ravel(depth), self.bottom, self.kind
-        parts = np.array_split(frequencies, 1 + frequencies.size // _AT_ONCE)
-        found = [displacements(self.column, self._waves_at(some), *place) for some in parts]
+        """Return displacements at depths over that of the reference motion, shape (depths, n)."""
+        found = []
+        for some in _split(frequencies):
+            *_, at, upgoing, reflections = self._wave_field(some, depth)
+            found.append(upgoing[at] * (1 + reflections[at]))
         return np.concatenate(found, axis=1)
 
-    def _strain_ratio(self, depth: ArrayLike) -> tuple[NDArray[np.complex128], ...]:
-        """Return strains at depths, see `strains`."""
-        waves, depths = self._waves_at(self._frequencies), np.ravel(depth)
-        return strains(self.column, waves, depths, self.bottom, self.kind)
+    def _strain_ratio(self, depth: ArrayLike) -> NDArray[np.complex128]:
+        """Return shear strains ∂u/∂z, z downwards (1/m), and stresses (Pa/m), at depths."""
+        found = [_strains(*self._wave_field(some, depth)) for some in _split(self._frequencies)]
+        return np.concatenate(found, axis=2)
 
     def profile(self) -> xr.Dataset:
         """Return peaks over depth.
@@ -206,7 +209,7 @@ class ColumnResponse(SiteResponse):
             the middles of the layers.
         """
         _, interfaces = self.column.cut_at([])
-        strains = self._strain_ratio((interfaces[:-1] + interfaces[1:]) / 2)
+        strains = self._strain_ratio(self.column.middles)
         accelerations = self.acceleration(interfaces)
         return self._peak_profile(
             interfaces, accelerations, running_integral(accelerations, self.motion.time_step),
@@ -227,12 +230,31 @@ class ColumnResponse(SiteResponse):
         return f"{words}\nreference: {reference}\nsurface:   {self.intensity()}"
 
     def plot(self):
-        """Draw surface and reference motion, spectra, and profiles.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
-        """
+        """Draw surface and reference motion, spectra, and profiles; return the figure."""
         from .picture import response_figure
 
         return response_figure(self)
+
+
+def _split(frequencies: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+    return np.array_split(frequencies, 1 + frequencies.size // _AT_ONCE)
+
+
+def _strains(waves: Waves, media, interfaces, at, upgoing, reflections):
+    """Return strains and stresses in a field of waves, shape (2, depths, n).
+
+    At an interface, strains belong to the medium below, at a rigid base to the one above.
+    """
+    found = np.empty((2, len(at), upgoing.shape[1]), dtype=complex)
+    for row, j in enumerate(at):
+        rigid = media[j] is None
+        above = j - 1 if rigid else j
+        modulus, density = waves.properties(media[above])
+        number = waves.omega / np.sqrt(modulus / density)
+        up, down = upgoing[above], upgoing[above] * reflections[above]
+        if rigid:  # the waves at the bottom of the layer above
+            turn = np.exp(-1j * number * (interfaces[j] - interfaces[above]))
+            up, down = up / turn, down * turn
+        found[0, row] = 1j * number * (up - down)
+        found[1, row] = modulus * found[0, row]
+    return found

@@ -43,18 +43,14 @@ class SiteTerm:
                      f"intervals of {100 * table.attrs['level']:g} %")  # fmt: skip
         lines.append(f"{'point':12s}{'period (s)':>11}{'median AF':>11}{'± %':>6}{'total ± %':>11}"
                      f"{'σ_ln':>8}{'±':>7}{'2-D/1-D':>9}{'± %':>6}{'saving':>8}")  # fmt: skip
-        for point in table.point.values:
-            for i in range(table.sizes["period"]):
-                one = table.sel(point=point).isel(period=i)
-                value = {name: float(one[name]) for name in table.data_vars
-                         if one[name].ndim == 0}  # fmt: skip
-                lines.append(
-                    f"{point!s:12s}{float(one.period):11.4g}{value['median']:11.4g}"
-                    f"{100 * value['sampling']:6.1f}{100 * value['total']:11.1f}"
-                    f"{value['sigma_ln']:8.3f}{value['sigma_error']:7.3f}"
-                    f"{value['aggravation']:9.3f}{100 * value['aggravation_sampling']:6.1f}"
-                    f"{value['saving']:8.1f}"
-                )
+        for row in self._rows.to_dict("records"):
+            lines.append(
+                f"{row['point']!s:12s}{row['period']:11.4g}{row['median']:11.4g}"
+                f"{100 * row['sampling']:6.1f}{100 * row['total']:11.1f}"
+                f"{row['sigma_ln']:8.3f}{row['sigma_error']:7.3f}"
+                f"{row['aggravation']:9.3f}{100 * row['aggravation_sampling']:6.1f}"
+                f"{row['saving']:8.1f}"
+            )
         useless = int((table.saving == 1).sum())
         if useless:
             lines.append(f"columns save no runs for {useless} of {table.saving.size} results: "
@@ -62,16 +58,15 @@ class SiteTerm:
         return "\n".join(lines)
 
     def to_csv(self, file) -> Path:
-        """Write the table, a row for each point and period.
-
-        Parameters
-        ----------
-        file : path
-        """
+        """Write the table to a CSV file, a row for each point and period."""
         from ..base.files import write
 
-        flat = self.table.drop_dims("error").to_dataframe().reset_index()
-        return write(Path(file), flat.to_csv(index=False, float_format="%.6g"), "a table")
+        return write(Path(file), self._rows.to_csv(index=False, float_format="%.6g"), "a table")
+
+    @property
+    def _rows(self):
+        """Return a pandas table with a row for each point and period."""
+        return self.table.drop_dims("error").to_dataframe().reset_index()
 
 
 def site_term(

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -22,7 +22,7 @@ from .column import Column
 from .curves import SoilCurves
 from .equivalent_linear import DOUBTFUL_STRAIN, equivalent_linear, small_strain_column
 from .motion import Motion
-from .nonlinear import nonlinear
+from .nonlinear import CONVERGED, NonlinearResponse, nonlinear
 from .profile import Profile
 from .randomization import Site
 from .response import ColumnResponse, SiteResponse
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 ANALYSES = ("linear", "equivalent-linear", "nonlinear")
 PERIODS = np.geomspace(0.05, 5.0, 20)  # s
 MEASURES = {"scale": "", "pga": "m/s^2", "sa": "m/s^2"}
-_CONVERGED = 0.05  # largest relative difference of a converged Sa between two resolutions
+COLUMNS = ("period (s)", "median AF", "σ_ln", "median Sa (m/s²)", "σ_ln of Sa", "N", "converged")
 _DIMS = ("profile", "motion")  # dimensions of the statistics
 
 
@@ -80,16 +80,11 @@ class Suite:
             f"{counted(sizes['profile'], 'profile', 'profiles')}, "
             f"{counted(sizes['motion'], 'motion', 'motions')}: {said}"
         ]
-        for analysis, level, part in self._statistics_parts():
+        for analysis, level, part in self.parts():
             lines += [f"{analysis}, {level}" if sizes["level"] > 1 else analysis]
-            lines += [f"{'period (s)':>12}{'median AF':>11}{'σ_ln':>8}{'N':>6}{'converged':>11}"]
-            for one in np.arange(sizes["period"]):
-                row = part.isel(period=one)
-                lines.append(
-                    f"{float(row.period):12.4g}{float(row['median']):11.4g}"
-                    f"{float(row.sigma_ln):8.3f}{int(row['count']):6d}"
-                    f"{100 * float(row.converged):9.0f} %"
-                )
+            for row in (COLUMNS, *rows_of(part)):
+                lines.append("".join(f"{cell:>{max(11, len(name) + 2)}}"
+                                     for cell, name in zip(row, COLUMNS, strict=True)))  # fmt: skip
         return "\n".join([*lines, *self.doubts])
 
     @property
@@ -107,7 +102,7 @@ class Suite:
                 found.append(f"{most} of {of} equivalent-linear cases have strains beyond "
                              f"{100 * DOUBTFUL_STRAIN:g} %, so they may not be accurate: "
                              "compare with nonlinear cases")  # fmt: skip
-        for analysis, level, part in self._statistics_parts():
+        for analysis, level, part in self.parts():
             weak = part.period.values[part.converged.values < 0.9]
             if weak.size:
                 found.append(f"{analysis}, {level}: more than a tenth of the cases do not converge "
@@ -115,22 +110,16 @@ class Suite:
                              + " s")  # fmt: skip
         return found
 
-    def _statistics_parts(self):
+    def parts(self):
         """Yield analysis, level in words, and statistics of each."""
-        statistics = self.statistics
+        statistics, about = self.statistics, self.table.level.attrs
         for analysis in self.table.analysis.values:
             for i, level in enumerate(self.table.level.values):
-                name = self.table.level.attrs.get("measure", "scale")
-                words = f"{name} {level:g} {self.table.level.attrs.get('units', '')}".strip()
-                yield str(analysis), words, statistics.sel(analysis=analysis).isel(level=i)
+                words = f"{about.get('measure', 'scale')} {level:g} {about.get('units', '')}"
+                yield str(analysis), words.strip(), statistics.sel(analysis=analysis).isel(level=i)
 
     def to_netcdf(self, file) -> Path:
-        """Write the table and its statistics as netCDF.
-
-        Parameters
-        ----------
-        file : path
-        """
+        """Write the table and its statistics to a netCDF file."""
         from ..base.files import written
 
         whole = self.table.merge(self.statistics.rename(converged="converged_share"))
@@ -139,12 +128,7 @@ class Suite:
         return Path(file)
 
     def to_csv(self, file) -> Path:
-        """Write the statistics, a row for each analysis, level and period.
-
-        Parameters
-        ----------
-        file : path
-        """
+        """Write the statistics to a CSV file, a row for each analysis, level and period."""
         from ..base.files import write
 
         names = ["median", "sigma_ln", "count", "converged", "sa_median", "sa_sigma_ln"]
@@ -154,24 +138,13 @@ class Suite:
         return write(Path(file), text, "a table")
 
     def plot(self, level: int = 0):
-        """Draw cases thin, the median thick and ± σ around it; return the figure.
-
-        Parameters
-        ----------
-        level : int
-            Number of the level.
-        """
+        """Draw cases thin, the median thick and ± σ around it, of a level; return the figure."""
         from .suite_report import suite_figure
 
         return suite_figure(self, level)
 
     def write_page(self, file) -> Path:
-        """Write an HTML page with figures, tables and warnings.
-
-        Parameters
-        ----------
-        file : path
-        """
+        """Write an HTML page with figures, tables and warnings."""
         from .suite_report import write_suite_page
 
         return write_suite_page(self, file)
@@ -250,44 +223,33 @@ def suite(
     from ..study.api import study
 
     table = study(cases, axes, folder=folder, workers=workers, retry=retry, progress=progress)
-    if not set(("sa", "strain")) <= set(table.data_vars):
+    if not {"sa", "strain"} <= set(table.data_vars):
         raise InputError(f"no case succeeds; first message: {table.message.values.ravel()[0]}")
     about: dict = {"measure": measure, "units": MEASURES[measure]}
     about |= {"period": float(period)} if measure == "sa" else {}
     table = table.assign_coords(
         motion=list(named), level=("level", np.asarray(levels, dtype=float), about)
     )
-    reference = np.array([cases.reference(i) for i in range(len(named))])
-    reference = reference[:, None] * factors[..., None]
+    reference = np.array([spectral_acceleration(one.acceleration, one.time_step, grid)
+                          for one in named.values()])  # fmt: skip
     table["reference"] = xr.DataArray(
-        reference, dims=("motion", "level", "period"), attrs={"units": "m/s^2"}
-    )
+        reference[:, None] * factors[..., None], dims=("motion", "level", "period"),
+        attrs={"units": "m/s^2"},
+    )  # fmt: skip
     table["amplification"] = table.sa / table.reference
     return Suite(table)
 
 
 @dataclass(frozen=True)
 class Cases:
-    """The results of each profile, motion, level and analysis.
-
-    Attributes
-    ----------
-    sites : list of (Column, curves)
-    motions : list of Motion
-    factors : ndarray, shape (motions, levels)
-    periods : ndarray, shape (n,)
-        s.
-    kind : str
-    options : dict
-        Of :func:`nonlinear`.
-    """
+    """The results of each profile, motion, level and analysis."""
 
     sites: list[Site]
     motions: list[Motion]
-    factors: NDArray[np.float64]
-    periods: NDArray[np.float64]
+    factors: NDArray[np.float64]  # of motions and levels
+    periods: NDArray[np.float64]  # s
     kind: str
-    options: dict = field(default_factory=dict)
+    options: dict  # of `nonlinear`
 
     def __str__(self) -> str:
         """Return a unique name of the set of cases."""
@@ -306,11 +268,6 @@ class Cases:
                 parts.append("|")
         return f"Cases_{checksum(*parts)}"
 
-    def reference(self, motion: int) -> NDArray[np.float64]:
-        """Return Sa of a motion at the periods, m/s²; 5 % damping."""
-        one = self.motions[motion]
-        return spectral_acceleration(one.acceleration, one.time_step, self.periods)
-
     def __call__(self, profile: int, motion: int, level: int, analysis: str) -> dict:
         """Compute Sa of the surface over periods, convergence flags, PGA and largest strain."""
         import xarray as xr
@@ -318,40 +275,37 @@ class Cases:
         column, curves = self.sites[profile]
         given, factor = self.motions[motion], float(self.factors[motion, level])
         ground = Motion(factor * given.acceleration, given.time_step, given.length)
-        response, strain, sure = self._compute_response(analysis, profile, column, curves, ground)
+        response, strain = self._compute_response(analysis, column, curves, ground)
+        spectrum, surface = response.spectrum(self.periods), response.acceleration()
+        good = np.ones(self.periods.size)
+        if isinstance(response, NonlinearResponse):
+            coarse = response.coarse_spectrum(self.periods)
+            near = np.abs(coarse - spectrum) <= CONVERGED * spectrum
+            good = np.where(np.isnan(coarse), np.nan, near)
         at = {"period": self.periods}
-        spectrum = response.spectrum(self.periods)
-        good = np.ones(self.periods.size) if sure is None else sure(spectrum)
         return {
             "sa": xr.DataArray(spectrum, at, ("period",), attrs={"units": "m/s^2"}),
             "converged": xr.DataArray(good, at, ("period",)),
-            "pga": float(np.abs(response.acceleration()).max()),
-            "strain": strain,
+            "pga": float(np.abs(surface).max()),
+            "strain": float(np.max(strain)),
         }
 
-    def _compute_response(self, analysis, profile, column, curves, ground):
-        """Return the response, its largest strain, and the coarse response, or None."""
+    def _compute_response(self, analysis, column, curves, ground):
+        """Return the response, and its largest strain by layers or cells."""
         if analysis == "linear":
             own = small_strain_column(column, curves)
             response: SiteResponse = ColumnResponse.of(own, ground, kind=self.kind)
-            return response, float(response.profile().strain.max()), None
+            return response, np.abs(response.strain(own.middles)).max(axis=1)
         if analysis == "equivalent-linear":
             fitted = equivalent_linear(column, curves, ground, kind=self.kind)
-            return fitted.response, float(fitted.largest_strain.max()), None
+            return fitted.response, fitted.largest_strain
         soils = curves
         if self.options.get("damping_curve", "target") == "target":
             asked = (self.options.get("branches", 40), self.options.get("reference_frequency", 1.0))
             soils = [_fitted_branches(*(row.tobytes() for row in one.columns()), *asked)
                      if isinstance(one, SoilCurves) else one for one in curves]  # fmt: skip
         stepped = nonlinear(column, soils, ground, kind=self.kind, **self.options)
-
-        def sure(spectrum):
-            if stepped.coarse is None:
-                return np.full(self.periods.size, np.nan)
-            coarse = stepped.coarse_spectrum(self.periods)
-            return (np.abs(coarse - spectrum) <= _CONVERGED * spectrum).astype(float)
-
-        return stepped, float(stepped.histories.largest_strain.max()), sure
+        return stepped, stepped.histories.largest_strain
 
 
 @lru_cache(maxsize=2048)
@@ -361,6 +315,17 @@ def _fitted_branches(
     """Return the branches of curves, fitted once for all layers and motions of a process."""
     curves = SoilCurves(*map(np.frombuffer, (strain, reduction, damping)))
     return Branches.of(curves, branches, reference_frequency=reference)
+
+
+def rows_of(part: xr.Dataset) -> list[list[str]]:
+    """Return the statistics of an analysis and a level as texts of `COLUMNS`, a row a period."""
+    names = ("period", "median", "sigma_ln", "sa_median", "sa_sigma_ln", "count", "converged")
+    values = zip(*(part[name].values for name in names), strict=True)
+    return [
+        [f"{period:.4g}", f"{median:.4g}", f"{sigma:.3f}", f"{sa:.4g}", f"{sa_sigma:.3f}",
+         f"{count:d}", f"{100 * converged:.0f} %"]
+        for period, median, sigma, sa, sa_sigma, count, converged in values
+    ]  # fmt: skip
 
 
 def _check_sites(profiles) -> list[Site]:
@@ -389,9 +354,7 @@ def _name_motions(motions) -> dict[str, Motion]:
         raise InputError("motions: give at least one")
     found = {}
     for name, one in motions.items():
-        if not isinstance(one, Motion):
-            one = Motion.of(one if hasattr(one, "acceleration") else read_record(one))
-        found[str(name)] = one
+        found[str(name)] = Motion.of(one if hasattr(one, "acceleration") else read_record(one))
     return found
 
 

@@ -3,8 +3,9 @@
 
 import inspect
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
+from glob import glob
 from pathlib import Path
 
 import numpy as np
@@ -16,45 +17,32 @@ from ..input.groups import nearest
 from .nonlinear import nonlinear
 from .profile import read_profile
 from .randomization import randomized
-from .suite import ANALYSES, PERIODS, Suite, suite
+from .suite import PERIODS, Suite, suite
 
 _LARGEST = 2**20  # largest size of a file, bytes
 _ENDINGS = (".at2", ".smc", ".v2", ".v2c", ".esm", ".asc", ".ew", ".ns", ".knet")
-_KNOWN = ("profile", "motions", "analyses", "periods", "levels", "measure", "period", "kind",
-          "water_table", "pressure_at_rest", "fill", "folder", "randomize",
-          "nonlinear")  # fmt: skip
-_VARIED = ("count", "seed", "velocity", "sigma", "layering", "depth_to_rock", "curves", "clip")
-_STEPPED = tuple(
-    name for name, one in inspect.signature(nonlinear).parameters.items()
-    if one.kind is one.KEYWORD_ONLY and name != "kind"
-)  # fmt: skip
+_STEPPED = inspect.signature(nonlinear).parameters.values()
+_KNOWN = {  # names by table
+    "": ("profile", "motions", "analyses", "periods", "levels", "measure", "period", "kind",
+         "water_table", "pressure_at_rest", "fill", "folder", "randomize", "nonlinear"),
+    "randomize": ("count", "seed", "velocity", "sigma", "layering", "depth_to_rock", "curves",
+                  "clip"),
+    "nonlinear": [p.name for p in _STEPPED if p.kind is p.KEYWORD_ONLY and p.name != "kind"],
+    "periods": ("from", "to", "count"),
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
 class SuiteFile:
-    """Settings of a suite from a file.
+    """Settings of a suite from a file: arguments of `suite`, and the folder of its results."""
 
-    Attributes
-    ----------
-    profiles : list of (Column, curves)
-    motions : list of Path
-    analyses : list of str
-    more : dict
-        Other arguments of `suite`.
-    folder : Path
-        Folder of cases, table and picture.
-    """
-
-    profiles: Sequence
-    motions: list[Path]
-    analyses: list[str]
-    more: dict
+    settings: dict
     folder: Path
 
     def run(self, workers: int | None = None, retry: bool = False, progress: bool = False) -> Suite:
         """Compute the missing cases; see `suite` for the arguments."""
-        return suite(self.profiles, self.motions, self.analyses, folder=self.folder,
-                     workers=workers, retry=retry, progress=progress, **self.more)  # fmt: skip
+        return suite(**self.settings, folder=self.folder, workers=workers, retry=retry,
+                     progress=progress)  # fmt: skip
 
 
 def read_suite(file, folder=None) -> SuiteFile:
@@ -75,12 +63,12 @@ def read_suite(file, folder=None) -> SuiteFile:
     try:
         values = tomllib.loads(read_bounded(file, _LARGEST).decode("utf-8"))
         return _parse_suite(values, file, folder)
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, InputError, TypeError) as trouble:
+    except (ValueError, TypeError, ArithmeticError, RecursionError) as trouble:
         raise InputError(f"{file}: {trouble}") from None
 
 
 def _parse_suite(values: dict, file: Path, folder) -> SuiteFile:
-    _check_names(values, "", _KNOWN)
+    _check_names(values, "")
     for name in ("profile", "motions"):
         if name not in values:
             raise InputError(f"{name} is missing")
@@ -92,41 +80,26 @@ def _parse_suite(values: dict, file: Path, folder) -> SuiteFile:
         n: float(values.pop(n)) for n in ("water_table", "pressure_at_rest") if n in values
     }
     profile = read_profile(here / values.pop("profile"), values.pop("fill", ""))
-    varied = dict(values.pop("randomize", {}))
-    _check_names(varied, "randomize", _VARIED)
+    varied, stepped = (dict(values.pop(table, {})) for table in ("randomize", "nonlinear"))
+    _check_names(varied, "randomize")
+    _check_names(stepped, "nonlinear")
     if varied:
         profiles = randomized(profile, varied.pop("count", 1), **varied, **water)
     else:
         profiles = [(profile.column(), profile.curves(**water))]
-    stepped = dict(values.pop("nonlinear", {}))
-    _check_names(stepped, "nonlinear", _STEPPED)
     motions = motion_files(values.pop("motions"), here)
-    analyses = values.pop("analyses", list(ANALYSES))
     values["periods"] = _parse_periods(values.get("periods", PERIODS))
-    return SuiteFile(profiles, motions, analyses, values | stepped, Path(folder or here / name))
+    settings = {"profiles": profiles, "motions": motions} | values | stepped
+    return SuiteFile(settings, Path(folder or here / name))
 
 
 def motion_files(given, here: Path) -> list[Path]:
-    """Return the distinct files given by names, folders and patterns.
-
-    Parameters
-    ----------
-    given : str or list of str
-        Names, patterns such as ``records/*.at2``, or folders, whose records are taken.
-    here : Path
-        To which they are relative.
-    """
+    """Return the distinct files of names, of patterns such as ``records/*.at2``, and of folders."""
     found: dict[Path, None] = {}
     for one in [given] if isinstance(given, str) else given:
-        path = here / one
-        if path.is_dir():
-            files = [f for f in sorted(path.iterdir()) if f.suffix.lower() in _ENDINGS]
-        elif any(mark in one for mark in "*?["):
-            pattern = Path(one)
-            base = Path(pattern.anchor) if pattern.is_absolute() else here
-            files = sorted(base.glob(str(pattern.relative_to(pattern.anchor))))
-        else:
-            files = [path]
+        files = [here / name for name in sorted(glob(one, root_dir=here))]
+        if (here / one).is_dir():
+            files = [f for f in sorted((here / one).iterdir()) if f.suffix.lower() in _ENDINGS]
         if not files:
             raise InputError(f"motions: {one!r} matches no record")
         found |= dict.fromkeys(files)
@@ -137,14 +110,14 @@ def _parse_periods(given) -> np.ndarray:
     """Return periods of a list, or of ``{from, to, count}`` at equal ratios."""
     if not isinstance(given, Mapping):
         return np.asarray(given, dtype=float)
-    _check_names(given, "periods", ("from", "to", "count"))
+    _check_names(given, "periods")
     if len(given) < 3:
         raise InputError("periods: give a list, or from, to and count")
     return np.geomspace(given["from"], given["to"], int(given["count"]))
 
 
-def _check_names(values: Mapping, table: str, known) -> None:
+def _check_names(values: Mapping, table: str) -> None:
     for name in values:
-        if name not in known:
+        if name not in _KNOWN[table]:
             where = f"[{table}] " if table else ""
-            raise InputError(f"{where}there is no {name!r}{nearest(name, known)}")
+            raise InputError(f"{where}there is no {name!r}{nearest(name, _KNOWN[table])}")

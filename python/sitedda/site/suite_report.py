@@ -9,18 +9,13 @@ from matplotlib.figure import Figure
 from ..report import Bullets, Facts, Page, Picture, Table, provenance, write_html
 from ..report.layout import headline
 from ..report.style import BLUE, FAINT, RED, empty_figure
+from .suite import COLUMNS, rows_of
 
 _MOST = 400  # largest number of curves of cases in a panel
 
 
 def suite_figure(suite, level: int = 0) -> Figure:
-    """Draw amplification and Sa of each analysis: cases, median, and ± σ as a band.
-
-    Parameters
-    ----------
-    suite : Suite
-    level : int
-    """
+    """Draw amplification and Sa of each analysis: cases, median, and ± σ as a band."""
     table = suite.table.isel(level=level)
     statistics = suite.statistics.isel(level=level)
     names = list(table.analysis.values)
@@ -62,47 +57,21 @@ def _draw_panel(axes, period, cases, statistics, mark: str) -> None:
 
 
 def write_suite_page(suite, file) -> Path:
-    """Write the page of a suite.
-
-    Parameters
-    ----------
-    suite : Suite
-    file : path
-    """
+    """Write the page of a suite."""
     table = suite.table
     sizes = ", ".join(f"{table.sizes[d]} {d}" for d in ("profile", "motion", "level", "analysis"))
     page = Page("Site response of a suite of motions", f"{table.status.size} cases ({sizes}).")
     if suite.doubts:
         page.add("Doubts", Bullets(suite.doubts))
-    unit = table.level.attrs.get("units", "")
-    for number, level in enumerate(table.level.values):
-        what = f"{table.level.attrs.get('measure', 'scale')} {level:g} {unit}".strip()
-        picture = Picture(suite.plot(number), f"Amplification and Sa, {what}", f"suite_{number}")
-        part = suite.statistics.isel(level=number)
-        tables = [
-            _statistics_table(part.sel(analysis=name), str(name)) for name in part.analysis.values
-        ]
-        page.add(what[0].upper() + what[1:], picture, *tables)
+    tables: dict[str, list[Table]] = {}
+    for analysis, level, part in suite.parts():
+        tables.setdefault(level, []).append(Table(COLUMNS, rows_of(part), analysis))
+    for number, (level, below) in enumerate(tables.items()):
+        picture = Picture(suite.plot(number), f"Amplification and Sa, {level}", f"suite_{number}")
+        page.add(level[0].upper() + level[1:], picture, *below)
     shortest = float(table.period[0])
     peaks = table.reference.isel(level=0, period=0)
     page.add("Motions", Facts([(str(n), f"Sa at {shortest:.3g} s: {value:.4g} m/s²")
                                for n, value in peaks.to_series().items()]))  # fmt: skip
     page.provenance = provenance()
     return write_html(page, file)
-
-
-def _statistics_table(part, title: str) -> Table:
-    heads = ["period (s)", "median AF", "σ_ln", "median Sa (m/s²)", "σ_ln of Sa", "N", "converged"]
-    rows = [
-        [
-            f"{float(one.period):.4g}",
-            f"{float(one['median']):.4g}",
-            f"{float(one.sigma_ln):.3f}",
-            f"{float(one.sa_median):.4g}",
-            f"{float(one.sa_sigma_ln):.3f}",
-            f"{int(one['count'])}",
-            f"{100 * float(one.converged):.0f} %",
-        ]
-        for one in (part.isel(period=i) for i in range(part.sizes["period"]))
-    ]
-    return Table(heads, rows, title)

@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 from ..engine.signals import fast_length, running_integral, smooth_konno_ohmachi
 from ..engine.spectra import fourier_spectrum
 from ..input.input_text import input_values
-from ..output.named_arrays import NamedArrays
 from ..output.scene import Scene
 from ..output.verdict import run_scheme
-from .motion import Motion
+from .motion import equal_step
 from .twin import column_below
 
 if TYPE_CHECKING:
@@ -89,12 +88,7 @@ class Surface:
         return "\n".join(lines)
 
     def section(self, axis: str = "x"):
-        """Draw the velocity histories of the points beside each other; return the figure.
-
-        Parameters
-        ----------
-        axis : {'x', 'y'}
-        """
+        """Draw the velocity histories of the points along 'x' or 'y'; return the figure."""
         from .picture import section_figure
 
         return section_figure(self, axis)
@@ -135,8 +129,7 @@ def surface(
         raise ValueError(
             f"{len(names)} measured points are on the surface; at least two are needed"
         )
-    motion = {"acceleration": (("time",), felt), "time": (("time",), history.time.values)}
-    step = Motion.of(NamedArrays(motion, {}, "")).time_step
+    step = equal_step(history.time.values)
     least, most = 1.0 / (step * felt.size), 0.5 / step
     if not least <= lowest < highest <= most:
         raise ValueError(
@@ -148,9 +141,7 @@ def surface(
     below = _smooth(felt, step, frequency)
     if not np.all(below > 0):
         raise ValueError(f"the {words} has no motion along {axis}")
-    acceleration, velocity = np.transpose(
-        [_peak_motion(one, step) / _peak_motion(felt, step) for one in series]
-    )
+    ratios = np.array([_peak_motion(one, step) / _peak_motion(felt, step) for one in series])
     place = np.array([history.point_place.sel(point=name).values for name in names])
     columns = [None] * len(names)
     if axis == "x":
@@ -161,8 +152,8 @@ def surface(
         place,
         frequency,
         np.array([_smooth(one, step, frequency) / below for one in series]),
-        acceleration,
-        velocity,
+        ratios[:, 0],
+        ratios[:, 1],
         words,
         np.array([np.full(frequency.size, np.nan) if one is None
                   else _smooth(one, step, frequency) / below for one in columns]),

@@ -24,19 +24,9 @@ def layered_soils(
 ) -> tuple[Column, list[Branches | None]]:
     """Return the horizontally layered column that a run models, below its surface point.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-    surface, base : str
-        Measured points.  The column ends on top of the block of the base point, or, where that is
-        a cell of the same body, at the base point.
-
-    Returns
-    -------
-    Column
-        Layers on a rigid base, with the damping of their materials.
-    list of Branches or None
-        Of each layer; None: it is linear.
+    The column ends on top of the block of the base point, or, if that is a cell of the same body,
+    at the base point. Its base is rigid, and its layers have the damping of their materials; the
+    branches of a linear layer are None.
 
     Raises
     ------
@@ -79,21 +69,11 @@ def _block_layer(history: xr.Dataset, block: int, thickness: float, damping) -> 
 
 
 def column_below(history: xr.Dataset, place, side: float) -> Column | None:
-    """Return the layers below a surface point of any model, at small strains.
+    """Return the layers below a surface point (m) of any model, at small strains.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-    place : array_like, shape (2,)
-        The point, m.
-    side : float
-        m from the point to the vertical line that cuts the blocks.
-
-    Returns
-    -------
-    Column or None
-        On the half-space of a compliant base, else on a rigid base; None if the point is not on
-        top of the line, or there is a gap.
+    A vertical line at a distance `side` (m) from the point cuts the blocks.  The base is the
+    half-space of a compliant base, else rigid.  None: the point is not on top of the line, or there
+    is a gap.
     """
     cut: dict[float, tuple[float, int]] = {}
     x, top = np.asarray(place, dtype=float)
