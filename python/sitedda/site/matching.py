@@ -151,12 +151,8 @@ class _Matching:
     def best_round(self, tolerance: float, most: int):
         """Return the best motion and its misfit."""
         margin, ridge = tolerance / 2, _RIDGE * _LESS
-        best, least, before = self.motion, np.inf, np.inf
+        series, best, least, before = self.motion, self.motion, np.inf, np.inf
         for number in range(most):
-            if number % _STAGE == 0:
-                ridge *= _LESS if least < before else 1 / _LESS
-                before, start, series = least, best, best
-                bounds, self.largest, self.known = [], {}, {}
             ratio = self._spectral_ratio(series)
             off = float(np.abs(ratio - 1).max())
             if off <= tolerance:
@@ -165,6 +161,11 @@ class _Matching:
             best, least = (series, off) if off < least else (best, least)
             if least <= _ENOUGH * tolerance:
                 break
+            if number % _STAGE == 0:
+                ridge *= _LESS if least < before else 1 / _LESS
+                before, start, series = least, best, best
+                ratio = self._spectral_ratio(series)
+                bounds, self.largest, self.known = [], {}, {}
             bounds, sampled = self._add_violated_bounds(series, ratio, margin, bounds)
             kernels, waves = (
                 np.array(one) for one in zip(*map(self._kernel_and_wave, bounds), strict=True)
