@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 ANALYSES = ("linear", "equivalent-linear", "nonlinear")
 PERIODS = np.geomspace(0.05, 5.0, 20)  # s
 MEASURES = {"scale": "", "pga": "m/s^2", "sa": "m/s^2"}
-COLUMNS = ("period (s)", "median AF", "σ_ln", "median Sa (m/s²)", "σ_ln of Sa", "N", "converged")
 _DIMS = ("profile", "motion")  # dimensions of the statistics
 
 
@@ -82,9 +81,10 @@ class Suite:
         ]
         for analysis, level, part in self.parts():
             lines += [f"{analysis}, {level}" if sizes["level"] > 1 else analysis]
-            for row in (COLUMNS, *rows_of(part)):
+            heads, *rows = self.rows_of(part)
+            for row in (heads, *rows):
                 lines.append("".join(f"{cell:>{max(11, len(name) + 2)}}"
-                                     for cell, name in zip(row, COLUMNS, strict=True)))  # fmt: skip
+                                     for cell, name in zip(row, heads, strict=True)))  # fmt: skip
         return "\n".join([*lines, *self.doubts])
 
     @property
@@ -117,6 +117,18 @@ class Suite:
             for i, level in enumerate(self.table.level.values):
                 words = f"{about.get('measure', 'scale')} {level:g} {about.get('units', '')}"
                 yield str(analysis), words.strip(), statistics.sel(analysis=analysis).isel(level=i)
+
+    @staticmethod
+    def rows_of(part: xr.Dataset) -> list[list[str]]:
+        """Return heads and texts of the statistics of an analysis and a level, a row a period."""
+        names = ("period", "median", "sigma_ln", "sa_median", "sa_sigma_ln", "count", "converged")
+        values = zip(*(part[name].values for name in names), strict=True)
+        return [
+            ["period (s)", "median AF", "σ_ln", "median Sa (m/s²)", "σ_ln of Sa", "N", "converged"],
+            *([f"{period:.4g}", f"{median:.4g}", f"{sigma:.3f}", f"{sa:.4g}", f"{sa_sigma:.3f}",
+               f"{count:d}", f"{100 * converged:.0f} %"]
+              for period, median, sigma, sa, sa_sigma, count, converged in values),
+        ]  # fmt: skip
 
     def to_netcdf(self, file) -> Path:
         """Write the table and its statistics to a netCDF file."""
@@ -315,17 +327,6 @@ def _fitted_branches(
     """Return the branches of curves, fitted once for all layers and motions of a process."""
     curves = SoilCurves(*map(np.frombuffer, (strain, reduction, damping)))
     return Branches.of(curves, branches, reference_frequency=reference)
-
-
-def rows_of(part: xr.Dataset) -> list[list[str]]:
-    """Return the statistics of an analysis and a level as texts of `COLUMNS`, a row a period."""
-    names = ("period", "median", "sigma_ln", "sa_median", "sa_sigma_ln", "count", "converged")
-    values = zip(*(part[name].values for name in names), strict=True)
-    return [
-        [f"{period:.4g}", f"{median:.4g}", f"{sigma:.3f}", f"{sa:.4g}", f"{sa_sigma:.3f}",
-         f"{count:d}", f"{100 * converged:.0f} %"]
-        for period, median, sigma, sa, sa_sigma, count, converged in values
-    ]  # fmt: skip
 
 
 def _check_sites(profiles) -> list[Site]:

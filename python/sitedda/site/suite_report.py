@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 from ..report import Bullets, Facts, Page, Picture, Table, provenance, write_html
 from ..report.layout import headline
 from ..report.style import BLUE, FAINT, RED, empty_figure
-from .suite import COLUMNS, rows_of
 
 _MOST = 400  # largest number of curves of cases in a panel
 
@@ -65,7 +64,8 @@ def write_suite_page(suite, file) -> Path:
         page.add("Doubts", Bullets(suite.doubts))
     tables: dict[str, list[Table]] = {}
     for analysis, level, part in suite.parts():
-        tables.setdefault(level, []).append(Table(COLUMNS, rows_of(part), analysis))
+        heads, *rows = suite.rows_of(part)
+        tables.setdefault(level, []).append(Table(heads, rows, analysis))
     for number, (level, below) in enumerate(tables.items()):
         picture = Picture(suite.plot(number), f"Amplification and Sa, {level}", f"suite_{number}")
         page.add(level[0].upper() + level[1:], picture, *below)
