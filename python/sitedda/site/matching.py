@@ -37,7 +37,7 @@ def matched(
     *,
     tolerance: float = 0.05,
     damping: float = 0.05,
-    most_rounds: int = 40,
+    most_rounds: int = 60,
 ) -> xr.Dataset:
     """Change a motion by the least amount that makes its response spectrum equal a target.
 
