@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Inverse questions: the time step for a given damping, the penalty for a given first
-!> frequency.
+!> Penalty (normal stiffness of contacts) for a given first frequency, or for a given reduction of
+!> the first frequency.
 module dda_advice
    use dda_kinds, only: wp, pi
    use dda_eigen, only: eigenpairs_type
@@ -13,23 +13,23 @@ module dda_advice
    public :: penalty_type
    public :: first_frequency, stiff_limit, penalty_for_frequency, penalty_for_shift
 
-   !> A normal stiffness and its effects.
+   !> Normal stiffness that was found, and its effects.
    type :: penalty_type
       logical :: found = .false.
       !> k_n, N/m per metre of thickness; other stiffnesses retain their ratios to it
       real(wp) :: normal_stiffness = 0.0_wp
       real(wp) :: frequency = 0.0_wp         !< first frequency at this stiffness, Hz
-      real(wp) :: target = 0.0_wp            !< wanted, Hz
+      real(wp) :: target = 0.0_wp            !< target of the first frequency, Hz
       real(wp) :: limit = 0.0_wp             !< first frequency for k → ∞, Hz
-      integer :: solves = 0                  !< eigenvalue problems
+      integer :: solves = 0                  !< number of eigenvalue problems solved
       character(len=:), allocatable :: words
    end type penalty_type
 
-   real(wp), parameter :: close_enough = 1.0e-9_wp  !< relative to the target frequency
+   real(wp), parameter :: close_enough = 1.0e-9_wp  !< error over the target frequency
 
 contains
 
-   !> First frequency with stiffness, Hz, at a penalty; all springs and fixed points are scaled.
+   !> Find the first frequency above zero at a penalty, with which all springs and supports scale.
    subroutine first_frequency(linear, normal_stiffness, frequency, error)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       real(wp), intent(in) :: normal_stiffness  !< N/m per metre of thickness
@@ -52,8 +52,8 @@ contains
       end if
    end subroutine first_frequency
 
-   !> First frequency of the same blocks for k → ∞, Hz.
-   !> Joint compliance contributes to 1/f² almost in proportion to 1/k.  A parabola through three
+   !> Find the first frequency of the same blocks for k → ∞.
+   !> The contribution of joints to 1/f² is almost proportional to 1/k.  A parabola through three
    !> stiff penalties is extrapolated; if rounding prevents this, the stiffest penalty is used.
    subroutine stiff_limit(linear, frequency, error)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
@@ -74,11 +74,12 @@ contains
       if (limit > 0.0_wp) frequency = 1.0_wp/sqrt(limit)
    end subroutine stiff_limit
 
-   !> Find the penalty for a percentage below the first frequency for k → ∞, or below a given one.
+   !> Find the penalty at which the first frequency is a percentage below that for k → ∞, or below
+   !> a given frequency.
    subroutine penalty_for_shift(linear, percent, penalty, error, reference)
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      real(wp), intent(in) :: percent                 !< percentage, above 0, below 100
-      type(penalty_type), intent(out) :: penalty  !< a normal stiffness and its effects
+      real(wp), intent(in) :: percent                 !< reduction, %, between 0 and 100
+      type(penalty_type), intent(out) :: penalty  !< normal stiffness and its effects
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), intent(in), optional :: reference     !< reference frequency, Hz; default: k → ∞
       type(linear_model_type) :: work
@@ -103,7 +104,7 @@ contains
    subroutine penalty_for_frequency(linear, target, penalty, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: target  !< Hz
-      type(penalty_type), intent(out) :: penalty  !< a normal stiffness and its effects
+      type(penalty_type), intent(out) :: penalty  !< normal stiffness and its effects
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(linear_model_type) :: work
 
@@ -137,11 +138,11 @@ contains
    end subroutine penalty_for_frequency
 
    !> Find the root of 1/f² − 1/target² by regula falsi with the Illinois weight.
-   !> The function is almost linear in s = 1/k; the root is bracketed first.
+   !> The function is almost linear in s = 1/k; the root is first bracketed.
    subroutine find_root(work, first_guess, penalty, error)
       type(linear_model_type), intent(inout) :: work  !< linearised model, changed
       real(wp), intent(in) :: first_guess  !< N/m per metre of thickness
-      type(penalty_type), intent(inout) :: penalty  !< a normal stiffness and its effects
+      type(penalty_type), intent(inout) :: penalty  !< normal stiffness and its effects
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp) :: s(2), g(2), new_s, new_g
       integer :: i, last
@@ -178,7 +179,7 @@ contains
    subroutine bracket_root(work, first_guess, penalty, s, g, bracketed, error)
       type(linear_model_type), intent(inout) :: work  !< linearised model, changed
       real(wp), intent(in) :: first_guess
-      type(penalty_type), intent(inout) :: penalty  !< a normal stiffness and its effects
+      type(penalty_type), intent(inout) :: penalty  !< normal stiffness and its effects
       real(wp), intent(out) :: s(2), g(2)
       logical, intent(out) :: bracketed
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -202,11 +203,11 @@ contains
       bracketed = g(2) > 0.0_wp
    end subroutine bracket_root
 
-   !> Difference of 1/f² at k = 1/s from that of the target.
+   !> Compute the difference of 1/f² at k = 1/s from 1/target².
    subroutine frequency_misfit(work, s, penalty, g, error)
       type(linear_model_type), intent(inout) :: work  !< linearised model, changed
       real(wp), intent(in) :: s
-      type(penalty_type), intent(inout) :: penalty  !< a normal stiffness and its effects
+      type(penalty_type), intent(inout) :: penalty  !< normal stiffness and its effects
       real(wp), intent(out) :: g
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 

@@ -13,7 +13,7 @@ module dda_check_band
 
    !> Band from 5 to 95 % of the energy of the acceleration spectra.
    type :: band_type
-      logical :: known = .false.
+      logical :: known = .false.     !< at least one motion has energy
       real(wp) :: lowest = 0.0_wp    !< Hz
       real(wp) :: highest = 0.0_wp   !< Hz
    end type band_type
@@ -22,8 +22,8 @@ contains
 
    !> Find the band that contains the bands of all motions.
    subroutine significant_band(motions, band)
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      type(band_type), intent(out) :: band  !< Hz, of the motions
+      type(motion_type), intent(in) :: motions(:)  !< prescribed motions
+      type(band_type), intent(out) :: band  !< frequency band, Hz
       type(band_type) :: own
       integer :: i
 
@@ -38,7 +38,7 @@ contains
 
    subroutine motion_band(motion, band)
       type(motion_type), intent(in) :: motion  !< prescribed motion
-      type(band_type), intent(out) :: band  !< Hz, of the motions
+      type(band_type), intent(out) :: band  !< frequency band, Hz
       real(wp), allocatable :: frequency(:)
       complex(wp), allocatable :: spectrum(:)
       type(error_type), allocatable :: error

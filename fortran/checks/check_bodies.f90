@@ -17,29 +17,29 @@ module dda_check_bodies
    integer, parameter :: enough = 4  !< number of cells that suffices across a part that bends
    real(wp), parameter :: facing = -0.866_wp     !< cosine between edges that face each other
    real(wp), parameter :: aside = 0.53_wp        !< positions along an edge at which rays start
-   real(wp), parameter :: most_error = 0.2_wp    !< error of stresses without a warning
+   real(wp), parameter :: most_error = 0.2_wp    !< largest error of stresses without a warning
    real(wp), parameter :: slender = 3.0_wp       !< largest slenderness of cells in half-offset rows
    real(wp), parameter :: least_share = 0.1_wp   !< largest face in an offset row over the edge
 
-   !> The thinnest part of a body.
+   !> Thinnest part of a body.
    type :: thinnest_type
-      integer :: cells = huge(1)       !< across it
+      integer :: cells = huge(1)       !< number of cells across the part
       real(wp) :: width = 0.0_wp       !< m
-      integer :: cell = 0              !< at one side
+      integer :: cell = 0              !< cell at one side of the part
    end type thinnest_type
 
 contains
 
    !> Number of bodies, and of blocks that are not cells.
    pure integer function separate_blocks(model)
-      type(model_type), intent(in) :: model  !< with its blocks
+      type(model_type), intent(in) :: model  !< model with its blocks
 
       separate_blocks = size(model%body_names) + count(model%blocks%body == 0)
    end function separate_blocks
 
-   !> Text of the numbers of blocks and of their cells.
+   !> Text on the numbers of blocks, bodies and cells.
    pure function blocks_in_words(model) result(words)
-      type(model_type), intent(in) :: model  !< with its blocks
+      type(model_type), intent(in) :: model  !< model with its blocks
       character(len=:), allocatable :: words
 
       words = counted(to_text(separate_blocks(model)), 'block', 'blocks')
@@ -47,12 +47,12 @@ contains
          ' of '//to_text(count(model%blocks%body > 0))//' cells'
    end function blocks_in_words
 
-   !> Text on the error of the speed of S waves along a row of blocks.
-   !> Blocks, with linear displacements and distributed mass, are (kΔx)²/24 too fast.
-   !> Cells are (kΔx)²/48 too slow.
+   !> Text on the error of the speed of S waves along a row of blocks or cells.
+   !> In blocks, with linear displacements and distributed mass, waves are (kΔx)²/24 too fast.
+   !> In cells, they are (kΔx)²/48 too slow.
    function dispersion_in_words(blocks, eta) result(words)
-      type(blocks_type), intent(in) :: blocks  !< in any state
-      real(wp), intent(in) :: eta              !< Δx/λ
+      type(blocks_type), intent(in) :: blocks  !< blocks in any state
+      real(wp), intent(in) :: eta              !< block size over wavelength, Δx/λ
       character(len=:), allocatable :: words
 
       if (any(blocks%body > 0)) then
@@ -62,7 +62,8 @@ contains
       end if
    end function dispersion_in_words
 
-   !> Check cells across the thinnest part, slender rows, and the error of initial stresses.
+   !> Check the number of cells across the thinnest part, slender cells in offset rows, and the
+   !> error of initial stresses.
    subroutine check_bodies(simulation, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(report_type), intent(inout) :: report  !< check report
@@ -97,9 +98,9 @@ contains
    end subroutine check_bodies
 
    !> Check bodies of yielding material that are less than four cells thick.
-   !> Yield of a cell is judged by its mean stress, which excludes bending within the cell.
+   !> A cell yields by its mean stress, which excludes bending within the cell.
    subroutine check_yielding(model, blocks, report)
-      type(model_type), intent(in) :: model        !< with its materials
+      type(model_type), intent(in) :: model        !< model with its materials
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       type(report_type), intent(inout) :: report   !< check report
       type(thinnest_type) :: thinnest
@@ -121,9 +122,9 @@ contains
    pure type(thinnest_type) function thinnest_part(blocks, welds, bounded, wanted) &
       result(thinnest)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(weld_type), intent(in) :: welds(:)  !< of all bodies
+      type(weld_type), intent(in) :: welds(:)  !< welds of all bodies
       integer, intent(in) :: bounded(:)        !< edges with a boundary
-      logical, intent(in) :: wanted(:)         !< [blocks] cells to look from
+      logical, intent(in) :: wanted(:)         !< [blocks] cells whose sides are examined
       integer, allocatable :: first(:), weld(:)
       logical :: free(size(blocks%owner))
       integer :: b, e, i, cells
@@ -143,11 +144,11 @@ contains
       end do
    end function thinnest_part
 
-   !> Number of cells that a ray from an edge crosses up to a side that faces the edge.
+   !> Count the cells that a ray from an edge crosses up to a side that faces the edge; 0 if none.
    pure subroutine count_crossed_cells(blocks, welds, first, weld, free, edge, cells, width)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(weld_type), intent(in) :: welds(:)  !< of all bodies
-      integer, intent(in) :: first(:), weld(:) !< welds of each cell
+      type(weld_type), intent(in) :: welds(:)  !< welds of all bodies
+      integer, intent(in) :: first(:), weld(:) !< first weld of each cell; welds by cells
       logical, intent(in) :: free(:)           !< [vertices] the edge is a free side
       integer, intent(in) :: edge              !< free edge, by its first vertex
       integer, intent(out) :: cells            !< number of cells that the ray crosses
@@ -176,7 +177,7 @@ contains
       cells = 0
    end subroutine count_crossed_cells
 
-   !> Edge that is welded to an edge at a position; 0 if there is none.
+   !> Edge that is welded to a given edge at a position; 0 if there is none.
    pure integer function edge_welded_at(blocks, welds, edge, at) result(other)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(weld_type), intent(in) :: welds(:)  !< welds of the cell of the edge
@@ -196,11 +197,11 @@ contains
       end do
    end function edge_welded_at
 
-   !> Edge at which a ray leaves a cell, and its distance from the entry.
+   !> Find the edge at which a ray leaves a cell, and the distance from the entry.
    pure subroutine find_exit_edge(blocks, cell, at, way, edge, step)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      integer, intent(in) :: cell              !< convex
-      real(wp), intent(in) :: at(2), way(2)    !< m; unit vector
+      integer, intent(in) :: cell              !< convex cell
+      real(wp), intent(in) :: at(2), way(2)    !< point of entry, m; unit vector of the ray
       integer, intent(inout) :: edge           !< edge of entry; edge of exit, or 0
       real(wp), intent(out) :: step            !< m
       real(wp) :: outward, distance
@@ -222,10 +223,10 @@ contains
       end do
    end subroutine find_exit_edge
 
-   !> Find a slender cell in offset rows: a face is only a part of both long edges; 0 if none.
+   !> Find a slender cell in offset rows, where a face is shorter than both of its edges; 0: none.
    pure integer function find_offset_cell(blocks, welds) result(cell)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(weld_type), intent(in) :: welds(:)  !< of all bodies
+      type(weld_type), intent(in) :: welds(:)  !< welds of all bodies
       real(wp) :: heights(2), lengths(2)
       integer :: i
 

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Checks of boundaries that absorb waves: reflection at dashpots, and difference between the sides
-!> and their free fields.
+!> Checks of absorbing boundaries: reflection at dashpots, waves from the sides, and difference
+!> between the motions of the sides and of their free fields.
 module dda_check_boundaries
    use dda_kinds, only: wp, pi
    use dda_blocks, only: blocks_type
@@ -17,7 +17,7 @@ module dda_check_boundaries
    private
    public :: check_boundaries
 
-   real(wp), parameter :: most_reflected = 0.02_wp  !< smallest reported fraction of the amplitude
+   real(wp), parameter :: most_reflected = 0.02_wp  !< largest reflected amplitude without a warning
    real(wp), parameter :: absorbed = 0.99_wp        !< absorbed fraction of the energy that suffices
    real(wp), parameter :: most_departure = 0.1_wp   !< largest difference of sides and free fields
    real(wp), parameter :: touching = 1.0e-6_wp      !< closed gaps over half the model size
@@ -25,7 +25,7 @@ module dda_check_boundaries
 
 contains
 
-   !> Check dashpots and the sides of a model with dashpots.
+   !> Check the dashpots of a model, and its sides.
    subroutine check_boundaries(simulation, linear, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -47,7 +47,7 @@ contains
    !> Check the reflection of normally incident waves and the angle up to which dashpots absorb.
    subroutine check_dashpots(blocks, boundaries, linear, report)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(boundary_type), intent(in) :: boundaries(:)  !< all with dashpots
+      type(boundary_type), intent(in) :: boundaries(:)  !< all boundaries with dashpots
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
       character(len=:), allocatable :: found, advice
@@ -82,7 +82,7 @@ contains
          'Lysmer and Kuhlemeyer 1969', advice(min(3, len(advice) + 1):))
    end subroutine check_dashpots
 
-   !> Angle from the normal, degrees, up to which a half-space of V_p/V_s absorbs nearly all energy.
+   !> Angle of incidence, degrees, up to which the dashpots absorb nearly all energy of a wave.
    pure integer function absorption_angle(ratio, wave)
       real(wp), intent(in) :: ratio  !< V_p/V_s
       integer, intent(in) :: wave    !< wave_p or wave_s
@@ -90,10 +90,10 @@ contains
       absorption_angle = absorbed_angle(ratio, wave, 1.0_wp - absorbed)
    end function absorption_angle
 
-   !> Longest time, s, that an S wave needs through a block in front of a boundary.
+   !> Longest time, s, in which an S wave crosses a block at a boundary.
    pure real(wp) function slowest_crossing(blocks, boundary) result(time)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(boundary_type), intent(in) :: boundary  !< one of them
+      type(boundary_type), intent(in) :: boundary  !< boundary with dashpots
       integer :: i
 
       time = 0.0_wp
@@ -109,9 +109,9 @@ contains
       end do
    end function slowest_crossing
 
-   !> Fraction of the amplitude that matched dashpots reflect due to the scheme.
-   !> In steady vibration stresses have the factor (1 + iaτ)(1 + ibτ), a = 2θ − 1, b = 2χ − 1;
-   !> dashpots have 1 + ibτ.  DDA: τ/4, about ωΔt/8.
+   !> Fraction of the amplitude that matched dashpots reflect due to the time integration.
+   !> In steady vibration stresses have the factor (1 + iaτ)(1 + ibτ), a = 2θ − 1, b = 2χ − 1, and
+   !> dashpot forces have 1 + ibτ.  In the original DDA the result is τ/4, about ωΔt/8.
    pure real(wp) function scheme_reflection(linear, frequency) result(reflected)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: frequency  !< Hz
@@ -124,7 +124,7 @@ contains
       reflected = abs((impedance - 1.0_wp)/(impedance + 1.0_wp))
    end function scheme_reflection
 
-   !> Check that waves from sides without continuing ground do not reach the middle of the model.
+   !> Check that waves from free or viscous sides do not reach the middle of the model.
    subroutine check_sides(model, x, report)
       type(model_type), intent(in) :: model  !< model as read from the input
       real(wp), intent(in) :: x(:)           !< [vertices] positions at the start, m
@@ -151,7 +151,7 @@ contains
          advice_if(.not. late, "kind = 'free_field' at both sides, or 'tied' for level ground"))
    end subroutine check_sides
 
-   !> Check that irregularities are far enough from sides with free fields.
+   !> Check that irregularities of the ground are far enough from sides with free fields.
    subroutine check_free_fields(model, x, report)
       type(model_type), intent(in) :: model  !< model as read from the input
       real(wp), intent(in) :: x(:)           !< [vertices] positions at the start, m

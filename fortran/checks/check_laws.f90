@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Checks of materials with a law: accuracy of curves, resolution of waves in softened soil, and
-!> cells that soften faster than they unload.
+!> Checks of materials with a law: fit of the curves, resolution of waves in softened soil, and
+!> cells that lose strength faster than they unload.
 module dda_check_laws
    use dda_kinds, only: wp
    use dda_blocks, only: smaller_side
@@ -13,14 +13,14 @@ module dda_check_laws
    private
    public :: check_laws
 
-   real(wp), parameter :: strains(2) = [1.0e-3_wp, 1.0e-2_wp]  !< shear strains of the report
-   real(wp), parameter :: coarsest = 1.0_wp/12                 !< fraction of a wave length
+   real(wp), parameter :: strains(2) = [1.0e-3_wp, 1.0e-2_wp]  !< shear strains of reported moduli
+   real(wp), parameter :: coarsest = 1.0_wp/12                 !< largest block over wavelength
 
 contains
 
    !> Check each material with a law.
    subroutine check_laws(simulation, report)
-      type(simulation_type), intent(in) :: simulation  !< materials and blocks
+      type(simulation_type), intent(in) :: simulation  !< model with materials and blocks
       type(report_type), intent(inout) :: report  !< check report
       character(len=:), allocatable :: words
       real(wp) :: side
@@ -42,9 +42,9 @@ contains
       end associate
    end subroutine check_laws
 
-   !> Check the fit of the curves, and wave lengths in softened soil.
+   !> Report the fit of the curves, and check wavelengths in softened soil.
    subroutine check_curve_fit(model, m, side, report)
-      type(model_type), intent(in) :: model       !< materials and blocks
+      type(model_type), intent(in) :: model       !< model with materials and blocks
       integer, intent(in) :: m                    !< material
       real(wp), intent(in) :: side                !< largest block of the material, m
       type(report_type), intent(inout) :: report  !< check report
@@ -74,7 +74,7 @@ contains
 
    !> Largest of the smaller sides of the blocks of a material, m.
    pure real(wp) function largest_block_side(simulation, m) result(side)
-      type(simulation_type), intent(in) :: simulation  !< materials and blocks
+      type(simulation_type), intent(in) :: simulation  !< model with materials and blocks
       integer, intent(in) :: m                         !< material
       integer :: b
 
@@ -85,9 +85,9 @@ contains
       end do
    end function largest_block_side
 
-   !> Check for blocks that soften faster than they unload, which causes dynamic jumps.
+   !> Check for blocks that lose strength faster than they unload, which causes dynamic jumps.
    subroutine check_softening(model, m, side, report)
-      type(model_type), intent(in) :: model       !< materials and blocks
+      type(model_type), intent(in) :: model       !< model with materials and blocks
       integer, intent(in) :: m                    !< material
       real(wp), intent(in) :: side                !< largest block of the material, m
       type(report_type), intent(inout) :: report  !< check report

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Check of material damping: its ratio, its frequency band, and conditions under which it may be
-!> too large.
+!> Checks of material damping: its ratio, its frequency band, and cases in which it is too large
+!> or too small.
 module dda_check_material
    use dda_kinds, only: wp
    use dda_check_report, only: report_type, add_line, verdict_ok, verdict_warn
@@ -15,7 +15,7 @@ module dda_check_material
    private
    public :: check_material
 
-   real(wp), parameter :: most_ringing = 1000.0_wp  !< steps to 1/e of a velocity that alternates
+   real(wp), parameter :: most_ringing = 1000.0_wp  !< ringing without a warning, steps to 1/e
    real(wp), parameter :: good_fit = 0.01_wp        !< largest error of ζ without a report
 
 contains
@@ -31,7 +31,8 @@ contains
          call check_rayleigh(linear, report)
    end subroutine check_material
 
-   !> Check generalised Maxwell bodies: fit, modulus at the first mode, band of the record, weight.
+   !> Check generalised Maxwell bodies: fit, moduli at the first mode, band of the record, and creep
+   !> under gravity.
    subroutine check_maxwell_bodies(simulation, linear, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -72,7 +73,8 @@ contains
          found, 'generalised Maxwell bodies', advice(min(3, len(advice) + 1):))
    end subroutine check_maxwell_bodies
 
-   !> Check Rayleigh damping: ratios, speed limit of free blocks by α, ringing of strains by β.
+   !> Check Rayleigh damping: damping ratios, speed limit of falling blocks due to α, and ringing of
+   !> strains due to β.
    subroutine check_rayleigh(linear, report)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
@@ -111,7 +113,7 @@ contains
 
    contains
 
-      !> Damping ratios at a frequency, %.
+      !> Text on the damping ratios at a frequency.
       function damping_ratio_text(frequency) result(text)
          real(wp), intent(in) :: frequency  !< Hz
          character(len=:), allocatable :: text
@@ -123,13 +125,14 @@ contains
       end function damping_ratio_text
    end subroutine check_rayleigh
 
-   !> Steps in which the stiffest strain that alternates due to its dashpot decays to 1/e; 0: none.
+   !> Number of steps in which the stiffest strain decays to 1/e, if its rate changes sign in each
+   !> step due to dashpots; otherwise 0.
    !>
    !> If only a dashpot c acts on a mass m, v₁/v₀ = [1 − (1 − χ) cΔt/m]/[1 + χ cΔt/m].
    real(wp) function strain_ringing_steps(linear) result(steps)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp) :: values(6), vectors(6, 6), rate, root
-      real(wp), allocatable :: dashpot(:,:,:)  ! [6,6,n] of β
+      real(wp), allocatable :: dashpot(:,:,:)  ! [6,6,n] βK
       type(error_type), allocatable :: error
       integer :: b
 
@@ -147,10 +150,11 @@ contains
       if (root < 0.0_wp) steps = -1.0_wp/log(-root)
    end function strain_ringing_steps
 
-   !> Collect βK of each block alone; springs of welded faces count for both of their cells.
+   !> Collect βK of each block, with all other blocks fixed; springs of welded faces count fully for
+   !> both cells.
    subroutine collect_dashpots(linear, dashpot)
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      real(wp), allocatable, intent(out) :: dashpot(:,:,:)  !< [6,6,n] N s/m …
+      real(wp), allocatable, intent(out) :: dashpot(:,:,:)  !< [6,6,n] βK, N s/m
       real(wp) :: row(6)
       integer :: b, i, k
 

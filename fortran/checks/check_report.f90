@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Check report: an assessment of a run before it is started, line by line.
+!> Check report: assessment of a run before its start.
 !>
-!> Each line gives a verdict, a number with its limit, the source of the limit, and what to change.
+!> Each line states a verdict, a number with its limit, the source of the limit, and a remedy.
 module dda_check_report
    use dda_kinds, only: wp
    use dda_check_band, only: band_type
@@ -15,12 +15,12 @@ module dda_check_report
    public :: report_type, line_type, add_line, add_notes, verdict_names, verdict_ok, verdict_warn, &
       verdict_fail, report_text, advice_if, first_mode, ringing_topic
 
-   !> Topics of the verdict: joints that stay closed, and velocities that alternate.
+   !> topics of lines that `remaining_doubts` may omit after the run
    character(len=*), parameter :: first_mode = 'first mode', ringing_topic = 'ringing'
 
    integer, parameter :: verdict_ok = 1, verdict_warn = 2, verdict_fail = 3
    character(len=4), parameter :: verdict_names(3) = ['ok  ', 'warn', 'FAIL']
-   integer, parameter :: indent = 24      !< indent of the report on a screen
+   integer, parameter :: indent = 24      !< columns before the text of a line
 
    !> One line of the report.
    type :: line_type
@@ -28,11 +28,11 @@ module dda_check_report
       character(len=:), allocatable :: what     !< subject
       character(len=:), allocatable :: found    !< number and limit
       character(len=:), allocatable :: source   !< source of the limit
-      character(len=:), allocatable :: advice   !< what to change, '' if nothing
+      character(len=:), allocatable :: advice   !< remedy, blank if none
       type(doubt_type) :: brief                 !< text of the line in the verdict of a run
    end type line_type
 
-   !> All lines, and the numbers used for them.
+   !> All lines, and the numbers computed for them.
    type :: report_type
       integer :: n = 0
       type(line_type), allocatable :: line(:)
@@ -42,15 +42,15 @@ module dda_check_report
       type(unresolved_type) :: unresolved
       type(band_type) :: band
       logical :: has_highest = .false., has_modes = .false.
-      real(wp) :: shortest(2) = 0.0_wp  !< least time in which an S and a P wave cross a block, s
-      real(wp) :: longest = 0.0_wp      !< largest time in which an S wave crosses a block, s
+      real(wp) :: shortest(2) = 0.0_wp  !< shortest crossing times of S and P waves in a block, s
+      real(wp) :: longest = 0.0_wp      !< longest time in which an S wave crosses a block, s
       real(wp) :: slowest = 0.0_wp      !< velocity of S waves in that block, m/s
       real(wp) :: block_size(2) = 0.0_wp  !< smallest and largest of the smaller sides of blocks, m
       real(wp) :: speed(2) = 0.0_wp       !< least S and largest P wave speed, m/s
       real(wp) :: ringing = 0.0_wp        !< steps to 1/e of the slowest alternating mode
       real(wp) :: shift = 0.0_wp  !< reduction of the first frequency by compliance of joints
-      real(wp) :: memory = 0.0_wp         !< approximate bytes of the state
-      real(wp) :: seconds = 0.0_wp        !< seconds of the run, estimated, s; 0: not known
+      real(wp) :: memory = 0.0_wp         !< estimated memory of the run, bytes
+      real(wp) :: seconds = 0.0_wp        !< estimated time of the run, s; 0: not known
    end type report_type
 
 contains
@@ -58,10 +58,10 @@ contains
    !> Append a line to the report.
    subroutine add_line(report, verdict, what, found, source, advice, topic, brief)
       type(report_type), intent(inout) :: report  !< check report
-      integer, intent(in) :: verdict  !< verdict_ok …
-      !> the topic; value and limit; source of the limit; remedy, blank if none
+      integer, intent(in) :: verdict  !< verdict_ok, verdict_warn or verdict_fail
+      !> subject; value and limit; source of the limit; remedy, blank if none
       character(len=*), intent(in) :: what, found, source, advice
-      !> text in the verdict of a run; default: subject and number
+      !> topic and text in the verdict of a run; default: subject; value and limit
       character(len=*), intent(in), optional :: topic, brief
       type(doubt_type) :: doubt
 
@@ -78,7 +78,7 @@ contains
    !> Append the notes on probable mistakes in a model.
    subroutine add_notes(report, notes)
       type(report_type), intent(inout) :: report  !< check report
-      character(len=*), intent(in) :: notes(:)    !< a line each
+      character(len=*), intent(in) :: notes(:)    !< [lines]
       integer :: i
 
       do i = 1, size(notes)
@@ -86,10 +86,10 @@ contains
       end do
    end subroutine add_notes
 
-   !> The advice if its condition is met, else blank.
+   !> Advice if it is needed, else blank.
    pure function advice_if(needed, advice) result(text)
       logical, intent(in) :: needed  !< the advice is needed
-      character(len=*), intent(in) :: advice  !< what to change, blank if nothing
+      character(len=*), intent(in) :: advice  !< remedy
       character(len=:), allocatable :: text
 
       text = ''

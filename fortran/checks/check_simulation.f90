@@ -35,11 +35,11 @@ module dda_check_simulation
 
    !> steps in which the slowest alternating mode may decay to 1/e without a warning
    real(wp), parameter :: most_ringing = 1000.0_wp
-   integer, parameter :: wanted_modes = 5
-   integer, parameter :: timed_steps = 3, timed_blocks = 5000
-   integer, parameter :: many_blocks = 1000              !< blocks from which sudden gravity is slow
-   real(wp), parameter :: least_slope = 0.5_wp  !< |n·g|/|g| above which a joint is not a head joint
-   integer, parameter :: stiff_limit_blocks = 2000 !< size beyond which the stiff limit is estimated
+   integer, parameter :: wanted_modes = 5  !< number of reported modes
+   integer, parameter :: timed_steps = 3, timed_blocks = 5000  !< steps; largest timed model
+   integer, parameter :: many_blocks = 1000              !< blocks: sudden gravity is slow above
+   real(wp), parameter :: least_slope = 0.5_wp  !< |n·g|/|g|: smaller in a head joint
+   integer, parameter :: stiff_limit_blocks = 2000 !< largest model with exact stiff limit
 
 contains
 
@@ -204,8 +204,8 @@ contains
       call add_line(report, verdict_ok, 'time step', found, 'paper eq. 13', '')
    end subroutine check_omega_max
 
-   !> Report the duration of velocities that change sign every step.
-   !> Warn if the duration exceeds a period of the first mode.
+   !> Report how long velocities that change sign in each step take to decay.
+   !> Warn if this takes more than `most_ringing` steps.
    subroutine check_ringing(linear, report)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
@@ -223,7 +223,7 @@ contains
          ringing%advice), ringing_topic, ringing%brief)
    end subroutine check_ringing
 
-   !> Report the lowest modes, and whether the first one oscillates at the time step.
+   !> Report the lowest modes, and check whether the first one oscillates with the present Δt.
    subroutine check_modes(linear, report)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
@@ -261,7 +261,7 @@ contains
       end if
    end subroutine check_modes
 
-   !> Report the penalty relative to the stiffness of blocks, and its effect on the first frequency.
+   !> Report the ratio of penalty to block stiffness, and the effect on the first frequency.
    subroutine check_penalty(simulation, modulus, linear, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       real(wp), intent(in) :: modulus  !< largest modulus of the stiffest block, Pa
@@ -302,11 +302,12 @@ contains
          counted(to_text(linear%by_penalty), 'contact', 'contacts')//')')
    end subroutine check_penalty
 
-   !> Condition of the contact iteration, and the penalty for a frequency reduction of 1 %.
-   !> The text states the present condition number and that of the other penalty.
+   !> Text on the penalty that reduces the first frequency by 1 %, with the condition number of the
+   !> contact iteration at the present and at this penalty.
    !>
-   !> A contact iteration converges more slowly for a larger condition number of K̂ in the metric of
-   !> inertia, κ = 1 + θχ z k_n Δt²/m of the block with the largest contact stiffness over mass.
+   !> The iteration converges more slowly if the condition number of K̂ relative to inertia is
+   !> larger: κ = 1 + θχ z k_n Δt²/m, for the block with the largest ratio of contact stiffness
+   !> z k_n to mass m.
    !> The contribution of joints to 1/f² is proportional to 1/k_n.
    pure function penalty_cost_text(linear, shift) result(words)
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -333,8 +334,8 @@ contains
          short_text(ratio*linear%normal_stiffness)//' N/m, with '//short_text(1.0_wp + ratio*cost)
    end function penalty_cost_text
 
-   !> Report whether the penalty limits penetration and whether rounding causes relevant forces.
-   !> A stiff penalty limits penetration; a soft penalty limits the effect of rounding of positions.
+   !> Check the static penetration, which a higher penalty reduces, and the forces due to rounding
+   !> of positions, which a higher penalty increases.
    subroutine check_penalty_bounds(simulation, linear, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -360,12 +361,12 @@ contains
          'a lower normal_stiffness'), brief=brief)
    end subroutine check_penalty_bounds
 
-   !> Report block sizes relative to wave lengths, and Δt relative to crossing times.
+   !> Report ratios of block size to wavelength, and of Δt to the time in which waves cross blocks.
    subroutine check_resolution(blocks, time_step, report)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: time_step  !< s
       type(report_type), intent(inout) :: report  !< check report
-      real(wp), parameter :: coarsest = 1.0_wp/12  ! fraction of a wave length, and of a period
+      real(wp), parameter :: coarsest = 1.0_wp/12  ! over a wavelength or a period
       real(wp) :: eta, period
 
       call add_line(report, verdict_ok, 'CFL', short_text(time_step)//' s against Δx/v = '// &
@@ -390,7 +391,7 @@ contains
          'paper eq. 15', advice_if(time_step >= max(eta, coarsest)*period, 'a smaller time_step'))
    end subroutine check_resolution
 
-   !> Number of blocks whose smaller side a shear wave crosses in more than a given time.
+   !> Number of blocks in which a shear wave takes more than a given time to cross the smaller side.
    pure integer function count_longer(blocks, limit) result(n)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: limit            !< s
@@ -441,7 +442,7 @@ contains
          'τ = tan(ω Δt/2)', advice, topic, brief)
    end subroutine check_damping
 
-   !> Numerical damping ratio over a band, %; none at or beyond the Nyquist frequency.
+   !> Text on the numerical damping ratio over a band up to the Nyquist frequency.
    pure function damping_range_text(band, linear) result(text)
       type(band_type), intent(in) :: band  !< Hz, of the motions
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -481,7 +482,7 @@ contains
       type(report_type), intent(inout) :: report  !< check report
       character(len=:), allocatable :: found
 
-      ! Memory: blocks with matrices, contacts with variables, K̂, and its factor of about three
+      ! Memory of blocks with their matrices, of contacts, of K̂, and of its factor, about three
       ! times the size of K̂.
       associate (n => simulation%blocks%n, contacts => simulation%contacts(simulation%now)%n)
          report%memory = 8.0_wp*(n*300.0_wp + 60.0_wp*contacts + 4*36.0_wp*(n + links))
@@ -494,8 +495,8 @@ contains
       call add_line(report, verdict_ok, 'cost', found, 'measured', '')
    end subroutine check_cost
 
-   !> Time of a step, s, measured in a few steps of a copy.
-   !> It is 0 for models in which that takes long, or if the steps fail.
+   !> Computing time of a step, s, measured in a few steps of a copy of the run.
+   !> It is 0 for large models, and if the steps fail.
    real(wp) function seconds_per_step(simulation) result(seconds)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(simulation_type), allocatable :: copy

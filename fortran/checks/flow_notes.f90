@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Notes on water flow in joints: missing boundary conditions, too long channels.
 !>
-!> A harmonic pressure of frequency ω enters a joint by √(2c/ω), c = a³/(12μ)/(1/k + a/K_w).
+!> A harmonic pressure of angular frequency ω penetrates a joint to the depth √(2c/ω), with the
+!> diffusivity c = a³/(12μ)/(1/k + a/K_w).
 module dda_flow_notes
    use dda_kinds, only: wp, pi
    use dda_flow, only: flow_steady, flow_transient, flow_undrained
@@ -12,7 +13,7 @@ module dda_flow_notes
    private
    public :: flow_notes
 
-   real(wp), parameter :: frequency = 1.0_wp  !< Hz, at which depths are stated
+   real(wp), parameter :: frequency = 1.0_wp  !< frequency of the reported depths, Hz
 
 contains
 
@@ -52,7 +53,7 @@ contains
 
    !> Depth, m, to which a pressure penetrates the joint of channel c.
    pure real(wp) function pressure_depth(model, c) result(depth)
-      type(model_type), intent(in) :: model  !< with flow
+      type(model_type), intent(in) :: model  !< model with flow
       integer, intent(in) :: c               !< channel
       real(wp) :: stiffness, diffusivity
 

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Blocks supported along gravity by springs to the ground that act in static stages, from the first
-!> stage on or from a later stage.
+!> Blocks supported along gravity by springs to the ground ("grounded"), and blocks that these
+!> support.  All springs that act in any static stage are included.
 module dda_held_blocks
    use dda_kinds, only: wp
    use dda_elements, only: elements_type, set_elements, freeze_elements, linear_terms_of
@@ -18,10 +18,10 @@ module dda_held_blocks
 
 contains
 
-   !> Find blocks supported along gravity by springs to the ground, and the springs of the model.
+   !> Find the blocks supported along gravity by springs to the ground, and the springs of elements.
    subroutine find_grounded(model, held, terms)
       type(model_type), intent(in) :: model  !< model as read from the input
-      logical, allocatable, intent(out) :: held(:)  !< [blocks]
+      logical, allocatable, intent(out) :: held(:)  !< [blocks] supported by springs to the ground
       type(linear_terms_type), intent(out) :: terms !< springs of elements in static stages
       type(model_type) :: staged
       type(elements_type) :: elements
@@ -48,8 +48,8 @@ contains
       end do
    end subroutine find_grounded
 
-   !> Find blocks supported directly or through other blocks.
-   !> They touch a supported block, are joined to it by springs, or would fall on it.
+   !> Find blocks supported directly or by other blocks: blocks that touch a supported block, are
+   !> joined to it by springs, or would fall on it.
    subroutine find_supported(model, held, terms, overburden, supported)
       type(model_type), intent(in) :: model  !< model as read from the input
       logical, intent(in) :: held(:)         !< [blocks] supported by springs to the ground

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Velocity ratio after impacts, which depends on the joint, the scheme, or the phase of the
-!> step.
+!> Ratio of the velocities after and before an impact, which depends on the joint, the time
+!> integration, or the instant of the impact in the step.
 !>
 !> Impacts at a contact without `restitution` are resolved up to Ω = ωΔt ≈ ½, with the velocity
-!> ratio exp(−πχΩ/2); beyond, the ratio is 0 to 1/χ − 1, depending on the phase of the step.
+!> ratio exp(−πχΩ/2).  For larger Ω the ratio is 0 to 1/χ − 1, depending on the instant.
 module dda_impact_regime
    use dda_kinds, only: wp, pi
    use dda_contact_damping, only: softness_of
@@ -14,21 +14,21 @@ module dda_impact_regime
    private
    public :: impact_regime_type, find_impact_regime
 
-   real(wp), parameter :: resolved = 0.5_wp  !< Ω below which the phase has no influence
+   real(wp), parameter :: resolved = 0.5_wp  !< Ω up to which impacts are resolved
 
-   !> Regime of the unbonded contacts of a simulation.
+   !> Impact regime of the unbonded contacts of a simulation.
    type :: impact_regime_type
       integer :: prescribed = 0              !< contacts whose joint has a restitution
       integer :: others = 0                  !< contacts whose joint has none
       real(wp) :: lowest = huge(1.0_wp)      !< largest or smallest Ω without restitution
       real(wp) :: highest = 0.0_wp           !< largest or smallest Ω without restitution
-      character(len=:), allocatable :: words   !< blank: there are none
+      character(len=:), allocatable :: words   !< text; blank if no contact is unbonded
       character(len=:), allocatable :: advice
    end type impact_regime_type
 
 contains
 
-   !> Examine all listed contacts, closed or open.
+   !> Find the impact regime of all listed contacts, closed or open.
    subroutine find_impact_regime(linear, simulation, regime)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(simulation_type), intent(in) :: simulation  !< a run and its state

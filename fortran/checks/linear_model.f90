@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Linearised model of a simulation: mass, elasticity, and the springs of closed contacts and
-!> fixed points, without inertia in the stiffness.
+!> Linearised model of a simulation: mass, and stiffness of strains, closed contacts and fixed
+!> points.
 !>
 !> States of contacts: 'closed', all touching contacts stick; 'present', the states of the run;
-!> 'settled', the states under gravity (`dda_equilibrium`); 'auto', settled if there is gravity,
-!> else closed.
+!> 'settled', the states in static equilibrium (`dda_equilibrium`); 'auto', 'settled' if there is
+!> gravity, else 'closed'.
 !>
-!> Damped materials are elastic here with the given modulus; `at_frequency` replaces it by
-!> the real part of the complex modulus at a frequency, `unrelaxed` by the largest modulus.
+!> Damped materials are elastic here, with the given modulus; `at_frequency` replaces this modulus
+!> by the real part of the complex modulus at a frequency, `unrelaxed` by the largest modulus.
 module dda_linear_model
    use dda_kinds, only: wp, long, pi
    use dda_interrupts, only: fail_if_stopped
@@ -39,30 +39,30 @@ module dda_linear_model
       is_dispersive, shares_of_laws
    public :: strain_energy, energy_kinds, kind_names
 
-   integer, parameter :: strain_energy = term_kinds + 1  !< kind of energy outside of terms
-   integer, parameter :: energy_kinds = term_kinds + 1
+   integer, parameter :: strain_energy = term_kinds + 1  !< kind of energy of strains
+   integer, parameter :: energy_kinds = term_kinds + 1   !< number of kinds of energy
    character(len=*), parameter :: kind_names(energy_kinds) = [character(len=22) :: term_names, &
       'strain of blocks']
    real(wp), parameter :: touching = 1.0e-6_wp  !< gap of a touching contact over the smaller block
    real(wp), parameter :: alike = 1.0e-3_wp  !< relative difference of equal energies
-   !> Stiffness terms, by the instant in a step at which they act.
+   !> weight in K of terms by their instant in a step: 1 for springs, 0 for dashpots and masses
    real(wp), parameter :: stiffness_weights(instants) = [1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, &
       0.0_wp, 0.0_wp]
 
-   !> Operators K x and M x of small motions, and their parts.
+   !> Matrices K and M of small motions, and the data from which they are assembled.
    type :: linear_model_type
-      integer :: n = 0                              !< blocks
+      integer :: n = 0                              !< number of blocks
       type(block_matrix_type) :: stiffness          !< K, N/m per metre of thickness
       real(wp), allocatable :: mass(:,:,:)          !< [6,6,n] M
       real(wp), allocatable :: elastic(:,:,:)       !< [3,3,n] elastic matrix of the strains
       type(linear_terms_type) :: terms              !< terms of elements, then of closed contacts
-      integer :: element_terms = 0                  !< of elements
+      integer :: element_terms = 0                  !< number of terms of elements
       real(wp) :: normal_stiffness = 0.0_wp         !< k_n, N/m per metre of thickness
       real(wp) :: modulus = 0.0_wp                  !< stiffest block material, Pa
       type(damping_type), allocatable :: damping(:) !< distinct damping laws of the materials
       integer, allocatable :: law(:)                !< [n] damping law of each block; 0: none
       real(wp), allocatable :: given(:,:,:)         !< [3,3,n] `elastic` with the given modulus
-      real(wp), allocatable :: given_terms(:)  !< [terms] coefficients for that modulus, if needed
+      real(wp), allocatable :: given_terms(:)  !< [terms] coefficients with the given modulus
       type(scheme_type) :: scheme                   !< of the run
       real(wp) :: time_step = 0.0_wp                !< Δt of the run, s
       real(wp) :: dynamic_factor = 1.0_wp           !< of the run
@@ -71,7 +71,7 @@ module dda_linear_model
       integer :: by_penalty = 0                     !< closed contacts with stiffness k_n
       integer :: unilateral = 0                     !< closed contacts without a bond
       real(wp) :: penetration = 0.0_wp              !< deepest penetration of closed contacts, m
-      type(doubt_type), allocatable :: bending(:)   !< of bonded joints
+      type(doubt_type), allocatable :: bending(:)   !< warnings on bending of bonded joints
       real(wp), allocatable :: block_mass(:)        !< [n] kg per metre of thickness
       !> [2,n] centroids, m, in the user's coordinates
       real(wp), allocatable :: position(:,:)
@@ -80,17 +80,17 @@ module dda_linear_model
       integer :: base_motion(2) = 0                 !< motions of the base as body force
       type(point_type), allocatable :: points(:)    !< measured points
       real(wp), allocatable :: point_rows(:,:,:)    !< [2,6,points] shape matrices of the points
-      type(equilibrium_type) :: equilibrium         !< of 'settled'
+      type(equilibrium_type) :: equilibrium         !< search for 'settled'
    end type linear_model_type
 
-   !> Distribution of the energy of a motion.
+   !> Distribution of the elastic energy of a motion x over kinds of terms.
    type :: energy_share_type
       real(wp) :: total = 0.0_wp                  !< xᵀKx, summed without cancellation
       real(wp) :: share(energy_kinds) = 0.0_wp  !< fractions of the energy, sum 1 (0 without energy)
-      real(wp) :: of_penalty = 0.0_wp             !< fraction of springs proportional to k_n
-      !> term, or block for strain, with the largest energy of its kind
+      real(wp) :: of_penalty = 0.0_wp             !< fraction in springs proportional to k_n
+      !> term (for strains: block) with the largest energy of each kind
       integer :: holder(energy_kinds) = 0
-      real(wp) :: most(energy_kinds) = 0.0_wp     !< fraction of the total energy
+      real(wp) :: most(energy_kinds) = 0.0_wp     !< its fraction of the total energy
    end type energy_share_type
 
 contains
@@ -103,7 +103,7 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer(long), intent(in), optional :: budget  !< most iterations to find equilibrium
       type(simulation_type) :: settled
-      type(error_type), allocatable :: unrest  ! text of the equilibrium
+      type(error_type), allocatable :: unrest  ! equilibrium not found
       integer :: i
 
       select case (which)
@@ -169,7 +169,7 @@ contains
    end subroutine build_matrices
 
    !> Assemble K and its pattern.
-   !> Elements may differ from those in static equilibrium, since bolts may break during a run.
+   !> Elements may differ from those in static equilibrium, because bolts may break during a run.
    subroutine assemble(linear)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
 
@@ -212,7 +212,7 @@ contains
       call scale_moduli(linear, real(modulus_factor(linear%damping, 2.0_wp*pi*frequency)))
    end subroutine at_frequency
 
-   !> Copy the model with the largest moduli, those of an instantaneous change of strain.
+   !> Copy the model, with the moduli for an instantaneous change of strain, which are the largest.
    subroutine unrelaxed(linear, stiff)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(linear_model_type), intent(out) :: stiff  !< model with other moduli
@@ -222,7 +222,7 @@ contains
       if (is_dispersive(linear)) stiff%modulus = linear%modulus*maxval(linear%damping%unrelaxed)
    end subroutine unrelaxed
 
-   !> Scale the given modulus of the blocks of each damping law by a factor.
+   !> Multiply the given moduli of the blocks of each damping law by a factor.
    subroutine scale_moduli(linear, factor)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       real(wp), intent(in) :: factor(:)  !< [damping]
@@ -245,7 +245,7 @@ contains
       call assemble_stiffness(linear)
    end subroutine scale_moduli
 
-   !> Fraction of each damping law in the spring of a welded face.
+   !> [damping laws] Fraction of the stiffness of a welded face to which each damping law applies.
    pure function shares_of_laws(linear, term) result(share)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(linear_term_type), intent(in) :: term     !< term of the model
@@ -354,8 +354,8 @@ contains
       end do
    end subroutine add_contacts
 
-   !> Set properties of a joint law for a contact.
-   !> They are the instant at which it acts, and whether its stiffness is a penalty.
+   !> Set the instant at which the joint law of a contact acts, and whether its stiffness is a
+   !> penalty.
    pure subroutine set_law_properties(laws, contacts, c, term)
       type(laws_type), intent(in) :: laws             !< stiffness and strength of the contacts
       type(contacts_type), intent(in) :: contacts     !< contacts of this step
@@ -383,7 +383,7 @@ contains
       end associate
    end function normal_slope
 
-   !> Append the normal or shear spring of a contact, with its dashpot if it is damped.
+   !> Append the normal or shear spring of a contact, with a dashpot if the contact is damped.
    subroutine add_spring(linear, term, kind, stiffness, row_v, row_e)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       type(linear_term_type), intent(inout) :: term  !< term of the list
@@ -427,7 +427,7 @@ contains
       call add_to_matrix(linear%terms, stiffness_weights, linear%stiffness)
    end subroutine assemble_stiffness
 
-   !> Distribute the energy of a motion (its Rayleigh quotient) to kinds of terms.
+   !> Distribute the elastic energy xᵀKx of a motion x over the kinds of terms.
    pure function energy_of(linear, x) result(energy)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: x(:,:)  !< [6,n]

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Values that are probably in wrong units, or have no effect; each rule has a condition and a text.
+!> Notes on values that are probably in wrong units, or have no effect.
 module dda_magnitudes
    use dda_edge_load, only: load_level, load_surface
    use dda_kinds, only: wp, long
@@ -11,21 +11,21 @@ module dda_magnitudes
 
    integer, parameter :: note_length = 320  !< bytes
    real(wp), parameter :: most_gravity = 30.0_wp   !< m/s², three times the gravity of the Earth
-   !> kg/m³: range of unit weights of soil and rock in kN/m³; geofoam is in it, but is less stiff
+   !> kg/m³: range of unit weights of soil and rock in kN/m³; it includes the density of geofoam
    real(wp), parameter :: weights(2) = [10.0_wp, 40.0_wp]
-   real(wp), parameter :: of_foam(2) = [1.0e5_wp, 1.0e8_wp]  !< Pa: range of block materials
-   real(wp), parameter :: least_strength = 100.0_wp  !< Pa: 1 cm of soil weighs more
-   real(wp), parameter :: most_acceleration = 45.0_wp  !< m/s²: the largest recorded value
+   real(wp), parameter :: of_foam(2) = [1.0e5_wp, 1.0e8_wp]  !< Pa: Young's modulus of geofoam
+   real(wp), parameter :: least_strength = 100.0_wp  !< Pa: stress under 1 cm of soil is larger
+   real(wp), parameter :: most_acceleration = 45.0_wp  !< m/s²: largest recorded value
    real(wp), parameter :: largest_model = 5000.0_wp    !< m
-   real(wp), parameter :: few_steps = 10.0_wp          !< steps in the duration of a motion
-   real(wp), parameter :: fastest = 40.0_wp     !< m/s, above velocities of falling rock
-   real(wp), parameter :: most_turn = 0.1_wp    !< rad in a step, with cosine 0.995
-   real(wp), parameter :: highest_head = 10.0_wp  !< highest level over the model height
-   real(wp), parameter :: deepest_bed = 0.05_wp   !< fraction of the height of the model
+   real(wp), parameter :: few_steps = 10.0_wp          !< least steps in a motion
+   real(wp), parameter :: fastest = 40.0_wp     !< m/s, above speeds of falling rock
+   real(wp), parameter :: most_turn = 0.1_wp    !< rad per step, cosine 0.995
+   real(wp), parameter :: highest_head = 10.0_wp  !< highest water level over the model height
+   real(wp), parameter :: deepest_bed = 0.05_wp   !< largest settlement over the model height
 
 contains
 
-   !> Notes on values, one line each.
+   !> Notes on values, one per line.
    function magnitude_notes(model) result(notes)
       type(model_type), intent(in) :: model  !< model as read from the input
       character(len=note_length), allocatable :: notes(:)
@@ -56,10 +56,10 @@ contains
          "motion, so no waves enter through it. Set motion_x or motion_y, or use kind = 'viscous'")
    end function magnitude_notes
 
-   !> Add a note if its condition is met.
+   !> Add a note if a condition is .true.
    pure subroutine note_if(notes, condition, words)
-      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
-      logical, intent(in) :: condition       !< of the rule
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
+      logical, intent(in) :: condition       !< condition of the note
       character(len=*), intent(in) :: words  !< a line
 
       if (condition) notes = [character(len=note_length) :: notes, words]
@@ -68,7 +68,7 @@ contains
    !> Check gravity, sizes and output.
    subroutine note_control(model, notes)
       type(model_type), intent(in) :: model  !< model as read from the input
-      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
       real(wp) :: g(2), width
       integer(long) :: steps, interval
 
@@ -89,11 +89,11 @@ contains
          'both sides one, or neither')
    end subroutine note_control
 
-   !> Check density and initial velocity of a material, and yielding in a block without a mesh.
+   !> Check density and initial velocity of a material, and yielding of a block without mesh.
    subroutine note_material(model, i, notes)
       type(model_type), intent(in) :: model  !< model as read from the input
       integer, intent(in) :: i               !< material
-      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
       character(len=:), allocatable :: of
       logical :: yields
       real(wp) :: speed, turn
@@ -123,7 +123,7 @@ contains
    pure subroutine note_strength(variable, value, joint, notes)
       character(len=*), intent(in) :: variable, joint  !< names in the input
       real(wp), intent(in) :: value                    !< Pa
-      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
 
       call note_if(notes, value > 0.0_wp .and. value < least_strength, variable//' = '// &
          short_text(value)//' Pa of &joint '//quoted(trim(joint))//' is almost zero: is it '// &
@@ -134,7 +134,7 @@ contains
    subroutine note_motion(model, i, notes)
       type(model_type), intent(in) :: model  !< model as read from the input
       integer, intent(in) :: i               !< motion
-      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
       real(wp) :: most
 
       associate (motion => model%motions(i), step => model%control%time_step)
@@ -150,11 +150,11 @@ contains
       end associate
    end subroutine note_motion
 
-   !> Check for water far above the model, or below all of it.
+   !> Check for water levels far above the model, or below the whole model.
    pure subroutine note_water(model, i, notes)
       type(model_type), intent(in) :: model  !< model as read from the input
       integer, intent(in) :: i               !< load on edges
-      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
       character(len=:), allocatable :: of
       real(wp) :: level, low, high
 
@@ -176,7 +176,7 @@ contains
    !> Check the settlement of the model under its weight on a bed of springs.
    pure subroutine note_settlement(model, notes)
       type(model_type), intent(in) :: model  !< model as read from the input
-      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
       real(wp) :: stiffness, depth, height, weight(2), share
       integer :: i, axis
 

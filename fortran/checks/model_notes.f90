@@ -16,13 +16,13 @@ module dda_model_notes
    private
    public :: model_notes, note_length
 
-   !> kg/m³: lighter than any material of blocks, geofoam included; values in g/cm³ are below this
+   !> kg/m³: all materials of blocks are heavier, even geofoam; values in g/cm³ are smaller
    real(wp), parameter :: least_density = 10.0_wp
-   !> degrees: range of values that may be radians; smaller values mean almost no friction
+   !> degrees: range of values that may be radians; smaller values are probably intended
    real(wp), parameter :: radians(2) = [0.05_wp, 0.5_wp*pi]
-   real(wp), parameter :: most_rounding = 0.01_wp  !< of a duration
+   real(wp), parameter :: most_rounding = 0.01_wp  !< largest change of a duration, relative
    real(wp), parameter :: most_strain = 0.02_wp    !< largest strain without a note
-   real(wp), parameter :: deepest = 0.05_wp        !< fraction of the smaller side of a block
+   real(wp), parameter :: deepest = 0.05_wp        !< penetration over smaller side of a block
 
 contains
 
@@ -53,7 +53,7 @@ contains
    !> Note cohesive joints that are not resolved by their points or by the time steps.
    subroutine note_softening(model, notes)
       type(model_type), intent(in) :: model  !< model as read from the input
-      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
       character(len=:), allocatable :: words
       integer :: j
 
@@ -69,7 +69,7 @@ contains
 
    !> Append a note to the list.
    pure subroutine append_note(notes, words)
-      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
       character(len=*), intent(in) :: words  !< a line
 
       notes = [character(len=note_length) :: notes, words]
@@ -87,7 +87,7 @@ contains
    !> Note densities that may be in g/cm³.
    pure subroutine note_densities(model, notes)
       type(model_type), intent(in) :: model  !< model as read from the input
-      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
       integer :: first
 
       first = findloc(model%materials%density < least_density, .true., 1)
@@ -102,7 +102,7 @@ contains
    !> Note friction angles that may be in radians.
    pure subroutine note_angles(model, notes)
       type(model_type), intent(in) :: model  !< model as read from the input
-      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
       integer :: first
 
       associate (angle => model%joints%friction_angle)
@@ -119,7 +119,7 @@ contains
    !> Note durations that are not a whole number of steps.
    pure subroutine note_durations(model, notes)
       type(model_type), intent(in) :: model  !< model as read from the input
-      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
       real(wp) :: length
       integer :: s
 
@@ -137,10 +137,10 @@ contains
       end do
    end subroutine note_durations
 
-   !> Note blocks with equal names, except cells of a body, which always share theirs.
+   !> Note blocks with equal names, except cells of a body, which always have the same name.
    pure subroutine note_names(model, notes)
       type(model_type), intent(in) :: model  !< model as read from the input
-      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
       integer :: first, more
 
       associate (names => pack(model%block_names, model%blocks%body == 0))
@@ -151,10 +151,10 @@ contains
       end associate
    end subroutine note_names
 
-   !> Note measured points on the common edge or corner of blocks.
+   !> Note measured points on a common edge or corner of two blocks.
    pure subroutine note_points(model, notes)
       type(model_type), intent(in) :: model  !< model as read from the input
-      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
       integer :: first
 
       first = findloc(model%points%other > 0, .true., 1)
@@ -169,8 +169,8 @@ contains
 
    !> Note effects of the weight on a model: unsupported blocks, strains, penetration.
    subroutine note_weight_effects(model, notes)
-      type(model_type), intent(in) :: model  !< with gravity
-      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      type(model_type), intent(in) :: model  !< model with gravity
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
       type(linear_terms_type) :: terms
       type(overburden_type) :: overburden
       logical, allocatable :: held(:), supported(:)
@@ -193,11 +193,11 @@ contains
    end subroutine note_weight_effects
 
    !> Note the largest strain σ/E due to the weight above a block and half its own weight.
-   !> Blocks with initial stress are excluded, since that stress supports the weight.
+   !> Models with initial stress are excluded, because this stress balances the weight.
    pure subroutine note_strain(model, overburden, notes)
       type(model_type), intent(in) :: model  !< model as read from the input
-      type(overburden_type), intent(in) :: overburden  !< weights
-      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      type(overburden_type), intent(in) :: overburden  !< weights on all blocks
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
       real(wp) :: stress(model%blocks%n), strain(model%blocks%n)
       integer :: b
 
@@ -214,13 +214,13 @@ contains
       end associate
    end subroutine note_strain
 
-   !> Note the largest penetration of a block into its support due to the weight.
-   !> It is given as a fraction of its smaller side.
+   !> Note the largest ratio of penetration into the support due to weight to the smaller side of
+   !> the block.
    pure subroutine note_penetration(model, overburden, held, notes)
       type(model_type), intent(in) :: model  !< model as read from the input
-      type(overburden_type), intent(in) :: overburden  !< weights
+      type(overburden_type), intent(in) :: overburden  !< weights on all blocks
       logical, intent(in) :: held(:)         !< [blocks] supported by the ground
-      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
       real(wp) :: depth, share, most
       integer :: b, worst
 
@@ -243,10 +243,11 @@ contains
          to_text(model%contact%normal_stiffness)//' N/m, or of its joint, are soft')
    end subroutine note_penetration
 
-   !> Penetration, m, with two contacts per block below, or with the area of the stiffest joint.
+   !> Penetration, m: with two contacts per block below, or with stiffness of a joint per area;
+   !> the smallest value of all edges.
    pure real(wp) function weight_penetration(model, overburden, b) result(depth)
       type(model_type), intent(in) :: model  !< model as read from the input
-      type(overburden_type), intent(in) :: overburden  !< weights
+      type(overburden_type), intent(in) :: overburden  !< weights on all blocks
       integer, intent(in) :: b               !< block
       real(wp) :: one
       integer :: v
@@ -266,7 +267,7 @@ contains
    !> Note motions that no support uses.
    pure subroutine note_motions(model, notes)
       type(model_type), intent(in) :: model  !< model as read from the input
-      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< so far
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
       logical :: used(0:size(model%motions))
       integer :: i
 

@@ -2,11 +2,11 @@
 !> Lowest modes of a linearised model: frequencies, shapes, participation in base motion, and
 !> damping.
 !>
-!> The modes are undamped, each with the real part of the moduli at its own frequency.
-!> The damping ratio of a mode is that of the time integration, plus that of materials and dashpots
-!> by strain energy: with the mass-normalised shape, Σ Im g ε·Kε/(2ω²) + Σ (α x·Mx + β ε·Kε)/(2ω)
-!> over blocks (`dda_damping`) and Σ c s²/(2ω) over the extensions s of dashpots.  This is accurate
-!> for small damping that hardly couples modes.
+!> The modes are undamped, each with the real part of the moduli at its own frequency.  The damping
+!> ratio of a mode is the sum of the ratio of the time integration and the ratios of materials and
+!> dashpots by strain energy.  With the mass-normalised shape, the latter are Σ Im g ε·Kε/(2ω²) +
+!> Σ (α x·Mx + β ε·Kε)/(2ω) over blocks (`dda_damping`) and Σ c s²/(2ω) over the extensions s of
+!> dashpots.  This is accurate for small damping that hardly couples modes.
 module dda_modes
    use dda_kinds, only: wp, pi
    use dda_damping, only: modulus_factor
@@ -25,15 +25,15 @@ module dda_modes
    private
    public :: modes_type, find_modes, find_elastic
 
-   !> The lowest modes with stiffness, ascending.  Arrays are [n] unless stated.
+   !> Lowest modes with stiffness, by ascending frequency.  Arrays are [n] unless stated otherwise.
    type :: modes_type
-      integer :: n = 0                              !< modes found
-      integer :: rigid = 0                          !< rigid-body modes of unsupported parts
-      !> further motions without stiffness, as hinges and slides
+      integer :: n = 0                              !< number of modes found
+      integer :: rigid = 0  !< number of rigid-body modes of unsupported parts
+      !> number of further motions without stiffness, such as hinges and slides
       integer :: mechanisms = 0
       real(wp), allocatable :: omega(:)             !< rad/s
       real(wp), allocatable :: frequency(:)         !< Hz
-      real(wp), allocatable :: residual(:)          !< relative, of the inverse iteration
+      real(wp), allocatable :: residual(:)          !< relative residual of the eigenpair
       real(wp), allocatable :: shape(:,:,:)         !< [6,blocks,n] mass-normalised
       !> [2,n] Γ = φᵀMr for base motion in x and y, √kg
       real(wp), allocatable :: participation(:,:)
@@ -44,14 +44,14 @@ module dda_modes
       !> period error of the scheme, relative; −1: no oscillation
       real(wp), allocatable :: elongation(:)
       real(wp) :: total_mass = 0.0_wp               !< kg per metre of thickness
-      character(len=:), allocatable :: words        !< words on what is singular, and on contacts
+      character(len=:), allocatable :: words        !< text on contacts and singular stiffness
    end type modes_type
 
-   real(wp), parameter :: nothing = 1.0e-14_wp  !< fraction of the scale of ω_max²: no stiffness
+   real(wp), parameter :: nothing = 1.0e-14_wp  !< ω² without stiffness, over the scale of ω_max²
 
 contains
 
-   !> Find the `count` lowest modes with stiffness; fewer if fewer exist.
+   !> Find the `count` lowest modes with stiffness, or all if there are fewer.
    subroutine find_modes(linear, count, modes, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       integer, intent(in) :: count  !< number of modes
@@ -87,10 +87,11 @@ contains
    end subroutine find_modes
 
    !> Iterate each mode with the moduli at its own frequency until the frequency does not change.
-   !> Each iteration computes ω² = Σ (energies at ω) for the given shape, and then the shape.
+   !> Each iteration first computes ω² from the energies of the present shape with the moduli at ω,
+   !> then a new shape.
    subroutine adapt_moduli(linear, pairs, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      type(eigenpairs_type), intent(inout) :: pairs  !< pairs for given moduli, then for their own
+      type(eigenpairs_type), intent(inout) :: pairs  !< modes with given, then with own moduli
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer, parameter :: most_passes = 10, inner_passes = 6
       real(wp), parameter :: close_enough = 1.0e-11_wp  !< of ω²
@@ -169,12 +170,12 @@ contains
    end function dashpot_damping
 
    !> Find the lowest eigenpairs with stiffness.
-   !> Eigenvalues are recomputed from energies of springs and strains, to recognise zero stiffness.
+   !> Eigenvalues are recomputed from energies of springs and strains, to detect zero stiffness.
    subroutine find_elastic(linear, count, pairs, rigid, mechanisms, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       integer, intent(in) :: count  !< number of modes
       type(eigenpairs_type), intent(out) :: pairs  !< eigenvalues and vectors
-      !> rigid motions of unsupported parts; further motions without stiffness
+      !> numbers of rigid motions of unsupported parts, and of further motions without stiffness
       integer, intent(out) :: rigid, mechanisms
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(null_space_type) :: free
@@ -199,7 +200,7 @@ contains
       call select_pairs(pairs, [(i, i=mechanisms + 1, pairs%n)])
    end subroutine find_elastic
 
-   !> Blocks removed by a stage; they have no mass and no contacts.
+   !> Number of blocks removed by stages, which have no mass and no contacts.
    pure integer function removed_blocks(linear)
       type(linear_model_type), intent(in) :: linear  !< linearised model
 
@@ -210,7 +211,7 @@ contains
    subroutine set_frequencies(linear, pairs, mechanisms)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(eigenpairs_type), intent(inout) :: pairs  !< eigenvalues and vectors
-      integer, intent(out) :: mechanisms  !< number without stiffness
+      integer, intent(out) :: mechanisms  !< number of modes without stiffness
       type(energy_share_type) :: energy
       real(wp) :: limit
       integer :: i
@@ -224,7 +225,7 @@ contains
       mechanisms = count(pairs%value < limit)
    end subroutine set_frequencies
 
-   !> Scale of ω_max²: the largest ratio of stiffness and mass of a block.
+   !> Scale of ω_max²: largest ratio of diagonal terms of K and M.
    pure real(wp) function omega_max_scale(linear) result(scale)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       integer :: b, i

@@ -2,22 +2,22 @@
 !> Energy of plane waves in plane strain that is reflected by dashpots ρV_p along the normal and
 !> ρV_s along the edge (Lysmer and Kuhlemeyer 1969).
 !>
-!> Units: V_s = 1, ρ = 1.  The incident wave has direction (sin i, cos i) to the edge y = 0; p is
-!> its slowness along the edge, which is also that of the reflected P and S waves.
+!> Units: V_s = 1, ρ = 1.  The incident wave has direction (sin i, cos i) to the edge y = 0.  p is
+!> the slowness along the edge, which the incident and the reflected P and S waves have in common.
 module dda_oblique_reflection
    use dda_kinds, only: wp, pi
    implicit none
    private
    public :: wave_p, wave_s, reflected_energy, absorbed_angle
 
-   integer, parameter :: wave_p = 1, wave_s = 2
+   integer, parameter :: wave_p = 1, wave_s = 2  !< kinds of waves
 
 contains
 
-   !> Fraction of the energy of a wave that is reflected, as P and S waves together.
+   !> Fraction of the energy of a wave that is reflected, in P and S waves together.
    pure real(wp) function reflected_energy(ratio, wave, angle)
       real(wp), intent(in) :: ratio  !< V_p/V_s, above √2
-      integer, intent(in) :: wave    !< wave_p or wave_s, incoming
+      integer, intent(in) :: wave    !< incident wave: wave_p or wave_s
       real(wp), intent(in) :: angle  !< angle from the normal, rad, below π/2
       complex(wp) :: normal(2), row(2, 2), known(2), amplitude(2), determinant
       real(wp) :: speed(2), p
@@ -35,7 +35,8 @@ contains
       reflected_energy = sum(abs(amplitude)**2*speed*real(normal))/(speed(wave)*real(normal(wave)))
    end function reflected_energy
 
-   !> Stress on the edge minus that of the dashpots, normal and tangential, of a unit wave over −iω.
+   !> Normal and tangential stress on the edge due to a unit wave, minus the stress of the dashpots,
+   !> both divided by −iω.
    pure function stress_imbalance(ratio, wave, p, cosine)
       real(wp), intent(in) :: ratio       !< V_p/V_s
       integer, intent(in) :: wave         !< wave_p or wave_s
@@ -58,7 +59,7 @@ contains
    pure integer function absorbed_angle(ratio, wave, share) result(angle)
       real(wp), intent(in) :: ratio  !< V_p/V_s
       integer, intent(in) :: wave    !< wave_p or wave_s
-      real(wp), intent(in) :: share  !< of the energy
+      real(wp), intent(in) :: share  !< fraction of the energy
 
       do angle = 0, 88
          if (reflected_energy(ratio, wave, (angle + 1)*pi/180.0_wp) > share) return

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Highest frequency of a model, as required for Δt < 4/ω_max (paper eq. 13).
+!> Highest frequency of a model, ω_max, for the limit Δt < 4/ω_max (paper eq. 13).
 !>
-!> ω_max by ARPACK is a Ritz value, at most the exact one.  The bracket needs no iteration: with
-!> K_ii the 6×6 diagonal block of block i, and (a + b)² ≤ 2a² + 2b² for each spring between blocks,
+!> ARPACK computes ω_max as a Ritz value, which does not exceed the exact value.  Two bounds need no
+!> iteration: with the 6×6 diagonal block K_ii of block i, and (a + b)² ≤ 2a² + 2b² for each spring,
 !>
 !>     max λ(M⁻¹ K_ii) ≤ ω_max² ≤ max λ(M⁻¹ (2 K_ii^coupling + K_ii^elastic + K_ii^ground)) over i .
 module dda_omega_max
@@ -18,10 +18,10 @@ module dda_omega_max
    private
    public :: omega_max_type, bracket_type, find_omega_max, find_bracket, upper_blocks
 
-   !> relative difference below which eigenvalues of blocks are equal
+   !> ratio of eigenvalues of blocks that count as equal
    real(wp), parameter :: tie = 1.0_wp + 1.0e-12_wp
 
-   !> Guaranteed bounds of ω_max and the blocks that give them.
+   !> Guaranteed bounds of ω_max, and the blocks from which they are computed.
    type :: bracket_type
       real(wp) :: lower = 0.0_wp    !< rad/s
       real(wp) :: upper = 0.0_wp    !< rad/s
@@ -29,21 +29,21 @@ module dda_omega_max
       integer :: upper_block = 0
    end type bracket_type
 
-   !> The highest frequency and the spring or block with most of its energy.
+   !> Highest frequency, and the spring or block with the most energy in its mode.
    type :: omega_max_type
       real(wp) :: omega = 0.0_wp         !< ω_max, rad/s
       real(wp) :: tolerance = 0.0_wp     !< tolerance of the residual
       real(wp) :: residual = 0.0_wp      !< final residual ‖Kx − ω²Mx‖/ω² in the mass norm
       integer(long) :: products = 0      !< products of K with a vector
       type(bracket_type) :: bracket
-      type(energy_share_type) :: energy        !< of its mode
-      integer :: kind = 0                !< governing kind, with most of the energy
-      integer :: spring = 0              !< spring of that kind with most energy, else 0
-      !> blocks of that spring, or the block with the largest strain energy
+      type(energy_share_type) :: energy        !< energy of its mode
+      integer :: kind = 0                !< kind with the most energy
+      integer :: spring = 0              !< spring of this kind with the most energy; 0: strain
+      !> blocks of this spring, or block with the largest strain energy
       integer :: block(2) = 0
       real(wp), allocatable :: shape(:,:)          !< [6,n] mass-normalised
       character(len=:), allocatable :: governs     !< text on the governing kind
-      character(len=:), allocatable :: words       !< all in words
+      character(len=:), allocatable :: words       !< text on all results
    end type omega_max_type
 
 contains
@@ -53,7 +53,7 @@ contains
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(omega_max_type), intent(out) :: result  !< highest frequency
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      !> of the relative residual; default: depends on the size
+      !> tolerance of the relative residual; the default depends on the number of blocks
       real(wp), intent(in), optional :: tolerance
       type(eigenpairs_type) :: pairs
 
@@ -77,7 +77,7 @@ contains
       call check_bracket(result, error)
    end subroutine find_omega_max
 
-   !> Find bounds of ω_max from each block alone.
+   !> Find bounds of ω_max from the 6×6 eigenvalue problems of single blocks.
    subroutine find_bracket(linear, bracket, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(bracket_type), intent(out) :: bracket  !< bounds of ω_max, rad/s
@@ -92,8 +92,8 @@ contains
       bracket%upper = tie*bracket%upper
    end subroutine find_bracket
 
-   !> Sum m K_ii of each term, with the number m of its blocks (1: the ground), and K_ii^elastic.
-   !> Bound for the parts of a vector: (u₁ + … + u_m)² ≤ m (u₁² + … + u_m²).
+   !> Sum K_ii^elastic and m K_ii of each term that acts on m blocks (1: the ground and one block).
+   !> The factor m follows from (u₁ + … + u_m)² ≤ m (u₁² + … + u_m²).
    subroutine upper_blocks(linear, upper)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), allocatable, intent(out) :: upper(:,:,:)  !< [6,6,n]
@@ -117,11 +117,11 @@ contains
       end do
    end subroutine upper_blocks
 
-   !> Find the block with the largest eigenvalue of k x = λ m x, and its square root.
+   !> Find the block with the largest eigenvalue λ of k x = λ m x, and ω = √λ.
    subroutine largest_block_omega(k, m, omega, block, error)
       real(wp), intent(in) :: k(:,:,:), m(:,:,:)  !< [6,6,n]
       real(wp), intent(out) :: omega              !< rad/s
-      integer, intent(out) :: block  !< 6×6 block of a matrix
+      integer, intent(out) :: block  !< number of the block
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp) :: values(6), vectors(6, 6), largest
       integer :: b
@@ -140,7 +140,7 @@ contains
       omega = sqrt(largest)
    end subroutine largest_block_omega
 
-   !> Find the kind with most energy of the highest mode, and its spring or block with most energy.
+   !> Find the kind with the most energy in the highest mode, and its spring or block with the most.
    subroutine find_governing_term(linear, result)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(omega_max_type), intent(inout) :: result  !< highest frequency
@@ -178,7 +178,7 @@ contains
       end associate
    end subroutine write_omega_text
 
-   !> Return an error if ω_max lies outside its bracket, as no eigenvalue can.
+   !> Return an error if ω_max is outside its bounds, which is a failure of the eigenvalue solver.
    subroutine check_bracket(result, error)
       type(omega_max_type), intent(in) :: result  !< highest frequency
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -200,7 +200,7 @@ contains
    end function bracket_text
 
    pure function percent_text(share) result(text)
-      real(wp), intent(in) :: share  !< of the energy
+      real(wp), intent(in) :: share  !< fraction of the energy
       character(len=:), allocatable :: text
 
       text = to_text(nint(100*share))//' %'

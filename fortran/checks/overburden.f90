@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Weight of the blocks above each block, transferred straight along gravity: an estimate without a
-!> time step.
+!> Weight of the blocks above each block, transferred straight along gravity: an estimate that
+!> needs no simulation.
 !>
 !> The model is cut into columns along gravity.  A block receives the weight above it in its
 !> columns, adds its own, and distributes the sum evenly over these columns; a block supported by
-!> the ground passes nothing on.
+!> the ground transfers no weight to blocks below.
 module dda_overburden
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -13,25 +13,25 @@ module dda_overburden
    private
    public :: overburden_type, find_overburden
 
-   integer, parameter :: most_columns = 4096
+   integer, parameter :: most_columns = 4096  !< columns along gravity
 
    !> Weights along gravity.
    type :: overburden_type
-      real(wp), allocatable :: width(:)     !< [blocks] across gravity, m
+      real(wp), allocatable :: width(:)     !< [blocks] width across gravity, m
       real(wp), allocatable :: weight(:)    !< [blocks] weight on the base, block included, N/m
       integer, allocatable :: beneath(:)    !< [blocks] number of blocks directly below
-      integer, allocatable :: pair(:,:)     !< [2,any] a block, and a block directly below it
+      integer, allocatable :: pair(:,:)     !< [2,≥ pairs] a block, and a block directly below it
       integer :: pairs = 0
    end type overburden_type
 
 contains
 
-   !> Find the weights on all blocks, and which blocks are above which.
+   !> Find the weights on all blocks, and all pairs of a block and a block directly below it.
    pure subroutine find_overburden(blocks, gravity, held, overburden)
       type(blocks_type), intent(in) :: blocks  !< blocks in their initial state
       real(wp), intent(in) :: gravity(2)       !< not zero, m/s²
       logical, intent(in) :: held(:)           !< [blocks] supported by the ground
-      type(overburden_type), intent(out) :: overburden  !< of all blocks
+      type(overburden_type), intent(out) :: overburden  !< weights on all blocks
       integer, allocatable :: span(:,:), lowest(:)
       real(wp), allocatable :: carried(:)
       integer :: order(blocks%n), k, b, columns
@@ -58,9 +58,9 @@ contains
    pure subroutine set_columns(blocks, down, overburden, span, columns)
       type(blocks_type), intent(in) :: blocks  !< blocks in their initial state
       real(wp), intent(in) :: down(2)          !< unit vector
-      type(overburden_type), intent(inout) :: overburden   !< gets the widths
+      type(overburden_type), intent(inout) :: overburden   !< widths are set
       integer, allocatable, intent(out) :: span(:,:)       !< [2,blocks] first and last column
-      integer, intent(out) :: columns          !< their number
+      integer, intent(out) :: columns          !< number of columns
       real(wp) :: side(2, blocks%n), across(2), left, width
       integer :: b
 
@@ -80,10 +80,10 @@ contains
       span(2, :) = max(span(1, :), nint((side(2, :) - left)/width*columns))
    end subroutine set_columns
 
-   !> Add pairs of a block and the blocks directly below it in its columns.
+   !> Add pairs of block b and the blocks directly above it in its columns.
    pure subroutine add_pairs(overburden, above, b)
-      type(overburden_type), intent(inout) :: overburden  !< gets the pairs
-      integer, intent(in) :: above(:)  !< [columns] lowest blocks so far, 0: none
+      type(overburden_type), intent(inout) :: overburden  !< pairs are added
+      integer, intent(in) :: above(:)  !< [columns] lowest block so far, 0: none
       integer, intent(in) :: b         !< block below the lowest blocks so far
       integer, allocatable :: more(:,:)
       integer :: i

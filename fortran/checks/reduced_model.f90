@@ -1,19 +1,18 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Reduced model with the response of the linearised model to one excitation, over a frequency
-!> band.
+!> Reduced model for the response of the linearised model to one excitation over a frequency band.
 !>
 !> In steady vibration (`dda_scheme_response`) the equations are A(ω) x = b with the complex
 !> symmetric
 !>
 !>     A = K + (w_e − 1) K_e + w_c C + w_d C_e + w_m M + Σ (g − 1 + β w_c) K_g + α w_c M_g ,
 !>
-!> where K_e acts at the end of the step, C, C_e are dashpots, and K_g, M_g belong to the blocks of
-!> one damping law, whose complex modulus at the pre-warped frequency is g times the given modulus
-!> (`dda_damping`).  The damping is not classical, so real modes do not suffice.  The equations are
-!> projected on a real basis, orthonormal in M.  The basis begins with the static response, if it
-!> exists, and is extended by the real and imaginary parts of (K + sM)⁻¹ times the residual at
-!> sample frequencies until the residual is small at all of them.  The shift s, far below the end of
-!> the band, permits a singular K: a model may be supported by dashpots only.
+!> where K_e are springs that act at the end of the step, C and C_e are dashpots, and K_g and M_g
+!> belong to the blocks of one damping law, whose complex modulus at the pre-warped frequency is g
+!> times the given modulus (`dda_damping`).  The damping is not classical, so real modes do not
+!> suffice.  The equations are projected on a real basis, orthonormal in M.  The basis begins with
+!> the static response, if it exists, and is extended by the real and imaginary parts of (K + sM)⁻¹
+!> times the residual at sample frequencies until the residual is small at all of them.  The shift
+!> s, with √s far below the end of the band, permits a singular K, as in models on dashpots only.
 module dda_reduced_model
    use dda_kinds, only: wp, pi
    use dda_cholesky_double, only: solve
@@ -32,12 +31,12 @@ module dda_reduced_model
    public :: reduced_model_type, weights_type, reduce_model, solve_reduced, weights_at, &
       undamped_weights
 
-   integer, parameter :: most_vectors = 240
-   integer, parameter :: samples = 16                 !< frequencies, evenly over the band
+   integer, parameter :: most_vectors = 240           !< vectors of the basis
+   integer, parameter :: samples = 16                 !< sample frequencies, evenly over the band
    integer, parameter :: most_expansions = 60  !< largest number of vectors added at one frequency
-   real(wp), parameter :: accuracy = 1.0e-10_wp       !< relative accuracy of K⁻¹ times the residual
+   real(wp), parameter :: accuracy = 1.0e-10_wp  !< (K + sM)⁻¹ residual, relative, at convergence
    real(wp), parameter :: rounding = 1.0e-8_wp        !< accuracy that suffices at rounding
-   real(wp), parameter :: tolerable = 1.0e-5_wp       !< largest residual of a result
+   real(wp), parameter :: tolerable = 1.0e-5_wp       !< largest accepted residual, relative
    real(wp), parameter :: independent = 1.0e-8_wp  !< least fraction of a vector outside the basis
    real(wp), parameter :: shift_share = 0.05_wp       !< √s over the end of the band
 
@@ -45,19 +44,19 @@ module dda_reduced_model
    type :: weights_type
       complex(wp) :: inertia = 0.0_wp         !< factor of M in place of −ω², 1/s²
       complex(wp) :: load = 0.0_wp            !< factor of forces at t₀ + θΔt
-      complex(wp) :: ground(instants) = 0.0_wp  !< factor of ground forces of an instant
-      !> [instants + 2 damping] terms by instant, then extra elasticity and mass per damping law
+      complex(wp) :: ground(instants) = 0.0_wp  !< [instants] factors of ground forces
+      !> [instants + 2 laws] factors of terms by instant, then of K_g and M_g of each damping law
       complex(wp), allocatable :: part(:)
    end type weights_type
 
    !> Projected matrices, and the basis.
    type :: reduced_model_type
-      integer :: m = 0                           !< vectors of the basis
+      integer :: m = 0                           !< number of vectors of the basis
       real(wp), allocatable :: basis(:,:,:)      !< [6,n,room] orthonormal in M
       real(wp), allocatable :: stiffness(:,:)    !< [room,room] K
       real(wp), allocatable :: part(:,:,:)       !< [room,room,parts] in the order of `weights_type`
       real(wp), allocatable :: force(:,:)        !< [room,instants] b
-      real(wp) :: residual = 0.0_wp              !< largest at the sample frequencies, relative
+      real(wp) :: residual = 0.0_wp              !< largest relative residual
    end type reduced_model_type
 
 contains
@@ -67,7 +66,7 @@ contains
       type(reduced_model_type), intent(out) :: reduced  !< projected model
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: static(:,:)    !< [6,n] static response, first vector of the basis
-      real(wp), intent(in) :: force(:,:,:)   !< [6,n,instants] N/m …
+      real(wp), intent(in) :: force(:,:,:)   !< [6,n,instants] N/m and N
       real(wp), intent(in) :: highest        !< end of the band, Hz
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(shifted_inverse_type) :: inverse
@@ -98,7 +97,7 @@ contains
       type(reduced_model_type), intent(inout) :: reduced  !< projected model
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(shifted_inverse_type), intent(inout) :: inverse  !< factor of K + sM
-      real(wp), intent(in) :: force(:,:,:)  !< [6,n,instants] N/m …
+      real(wp), intent(in) :: force(:,:,:)  !< [6,n,instants] N/m and N
       real(wp), intent(in) :: frequency  !< Hz
       type(weights_type) :: weights
       complex(wp), allocatable :: y(:)
@@ -126,7 +125,7 @@ contains
       reduced%residual = max(reduced%residual, error)
    end subroutine fit_frequency
 
-   !> Factors of the parts of A at a frequency, limited to below the Nyquist frequency.
+   !> Factors of the parts of A at a frequency, which is limited to the Nyquist frequency.
    pure type(weights_type) function weights_at(linear, frequency) result(weights)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: frequency  !< Hz
@@ -200,7 +199,7 @@ contains
          y = matmul(reduced%force(:m, :), load)
          if (m == 0) return  ! parts supported only by dashpots have no static response
          call zsysv('L', m, 1, a, m, pivot, y, m, work, size(work), info)
-         ! On an undamped resonance, only round-off limits the solution.
+         ! At an undamped resonance, only round-off limits the solution.
          if (info > 0) y = y/(epsilon(1.0_wp)*abs(weights%inertia))
       end associate
    end subroutine solve_reduced
@@ -210,7 +209,7 @@ contains
       type(reduced_model_type), intent(in) :: reduced  !< projected model
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(weights_type), intent(in) :: weights  !< factors in steady vibration
-      real(wp), intent(in) :: force(:,:,:)  !< [6,n,instants] N/m …
+      real(wp), intent(in) :: force(:,:,:)  !< [6,n,instants] N/m and N
       complex(wp), intent(in) :: y(:)
       real(wp), intent(out) :: re(6, linear%n), im(6, linear%n)
       real(wp), dimension(6, linear%n) :: x_re, x_im
@@ -250,7 +249,7 @@ contains
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(weights_type), intent(in) :: weights  !< factors in steady vibration
       type(linear_term_type), intent(in) :: term  !< term of the model
-      complex(wp), intent(in) :: stretch          !< m or a strain
+      complex(wp), intent(in) :: stretch          !< extension, m
       real(wp) :: share(size(linear%damping))
       integer :: k
 
@@ -318,12 +317,12 @@ contains
    end function mass_product
 
    !> Orthonormalise a vector, append it to the basis and extend the projected matrices.
-   !> An almost dependent vector is skipped, and so is a vector for which there is no memory.
+   !> Skip a vector that is almost linearly dependent, or for which there is no memory.
    subroutine add_vector(reduced, linear, force, vector, added)
       type(reduced_model_type), intent(inout) :: reduced  !< projected model
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      real(wp), intent(in) :: force(:,:,:), vector(:,:)  !< [6,n,instants] N/m …; [6,n] candidate
-      logical, intent(out) :: added  !< it was independent
+      real(wp), intent(in) :: force(:,:,:), vector(:,:)  !< [6,n,instants] N/m, N; [6,n] vector
+      logical, intent(out) :: added  !< the vector was appended
       real(wp) :: v(6, linear%n), before, length
       integer :: pass, j
 

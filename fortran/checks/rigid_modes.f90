@@ -21,7 +21,7 @@ contains
    !> Find the connected parts of a model and their unrestrained rigid motions.
    subroutine find_rigid_modes(linear, free, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      type(null_space_type), intent(out) :: free  !< rigid motions of loose parts
+      type(null_space_type), intent(out) :: free  !< parts and their free rigid motions
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), allocatable :: motion(:,:,:)
 
@@ -33,7 +33,7 @@ contains
    !> Number the connected parts of the model.
    subroutine find_parts(linear, free)
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      type(null_space_type), intent(inout) :: free  !< rigid motions of loose parts
+      type(null_space_type), intent(inout) :: free  !< parts and their free rigid motions
       integer :: parent(linear%n), roots(2), i, b, k
       real(wp) :: row(6)
 
@@ -43,7 +43,7 @@ contains
             do k = 2, blocks_in(term)
                call get_row(term, k, b, row)
                roots = [find_root(parent, term%block_a), find_root(parent, b)]
-               ! The smaller root becomes the root of both, so that a root comes before its members.
+               ! The smaller root becomes the root of both: the first block of each part.
                parent(maxval(roots)) = minval(roots)
             end do
          end associate
@@ -70,10 +70,10 @@ contains
    end function find_root
 
    !> Compute two translations and the rotation of each part, mass-orthonormal.
-   !> The centre is the centre of mass.  Blocks removed by a stage are separate parts.
+   !> Rotation is about the centre of mass.  Blocks removed by a stage are separate parts.
    subroutine rigid_motions(linear, free, motion)
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      type(null_space_type), intent(in) :: free  !< rigid motions of loose parts
+      type(null_space_type), intent(in) :: free  !< parts and their free rigid motions
       real(wp), allocatable, intent(out) :: motion(:,:,:)  !< [6,3,n]
       real(wp) :: mass(free%groups), centre(2, free%groups), inertia(free%groups), arm(2)
       integer :: b
@@ -106,11 +106,11 @@ contains
       end do
    end subroutine rigid_motions
 
-   !> Retain the combinations of each part's motions that its supports do not restrain.
+   !> Retain the combinations of the rigid motions of each part that its supports do not restrain.
    subroutine retain_unrestrained(linear, free, motion, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      type(null_space_type), intent(inout) :: free  !< rigid motions of loose parts
-      real(wp), intent(in) :: motion(:,:,:)  !< prescribed motion
+      type(null_space_type), intent(inout) :: free  !< parts and their free rigid motions
+      real(wp), intent(in) :: motion(:,:,:)  !< [6,3,n] rigid motions
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp) :: resistance(3, 3, free%groups), row(3)
       real(wp), allocatable :: values(:)

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Velocities that change sign every step: number of steps in which the slowest of them decays to
-!> 1/e.
+!> Ringing: modes whose velocities change sign in each step, and the number of steps in which the
+!> slowest of them decays to 1/e.
 !>
-!> Beyond Ω = 2/|θ − χ| (4 in DDA) one root of the scheme is negative and tends to 1 − 1/χ, in DDA
-!> to −1: a stiff contact rings for about Ω²/8 steps after an impact.  Bonded contacts and strains
-!> have the roots of (θ, χ), unilateral contacts those of (1, χ).  Supports have the roots of
-!> backward Euler and do not ring; their stiffness is omitted here.
+!> If Ω = ωΔt exceeds 2/|θ − χ| (4 in DDA), one root of the scheme is negative and tends to 1 − 1/χ
+!> for large Ω, in DDA to −1: a stiff contact rings for about Ω²/8 steps after an impact.  Bonded
+!> contacts and strains have the roots of (θ, χ), unilateral contacts the roots of (1, χ).  Supports
+!> have the roots of backward Euler and do not ring; their stiffness is omitted here.
 module dda_ringing
    use dda_kinds, only: wp
    use dda_eigen, only: eigenpairs_type, largest_eigenvalue, suggested_tolerance
@@ -19,9 +19,9 @@ module dda_ringing
    private
    public :: ringing_type, find_ringing
 
-   !> The slowest alternating mode.
+   !> Slowest mode with alternating velocity.
    type :: ringing_type
-      real(wp) :: steps = 0.0_wp  !< steps of decay to 1/e; 0: nothing rings; huge: no decay
+      real(wp) :: steps = 0.0_wp  !< steps of decay to 1/e; 0: no mode rings; huge: no decay
       real(wp) :: resolution = 0.0_wp        !< Ω = ωΔt of this mode
       character(len=:), allocatable :: words
       character(len=:), allocatable :: advice
@@ -55,10 +55,10 @@ contains
       call write_ringing_text(ringing, linear%scheme, trim(kind_names(maxloc(energy%share, 1))))
    end subroutine find_ringing
 
-   !> Copy the model without springs to the ground and springs whose dashpots prevent ringing.
+   !> Copy the model without springs to the ground, and without springs with dashpots.
    subroutine copy_without_ground(linear, free)
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      type(linear_model_type), intent(out) :: free  !< rigid motions of loose parts
+      type(linear_model_type), intent(out) :: free  !< model without these springs
       integer :: i
 
       free = linear
@@ -73,8 +73,8 @@ contains
    !> Write the texts on the slowest alternating mode, and the advice.
    subroutine write_ringing_text(ringing, scheme, kind)
       type(ringing_type), intent(inout) :: ringing  !< slowest alternating mode
-      type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
-      character(len=*), intent(in) :: kind  !< of term
+      type(scheme_type), intent(in) :: scheme  !< time integration (θ, χ)
+      character(len=*), intent(in) :: kind  !< kind of term with the most energy
 
       ringing%words = 'no velocity changes its sign at every step'
       ringing%brief = ringing%words

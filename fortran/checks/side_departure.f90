@@ -1,13 +1,14 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Difference between the motions of sides and of their free fields: an estimate before the
-!> run, for waves that are long relative to the depth.
+!> Difference between the motions of sides and of their free fields: estimate before the run, for
+!> waves that are long relative to the depth.
 !>
-!> Ground of depth H(x) on a radiating base moves sideways like a bar, u(x) over its depth:
+!> Ground of depth H(x) on a radiating base moves horizontally like a bar, with u(x) constant over
+!> the depth:
 !>
 !>     (E'H u')' + (ρH ω² − iωZ) u = −2iωZ u_in ,
 !>
-!> with the modulus E' for plane strain, ρV_s of the base Z, and dashpots at both ends that connect
-!> the sides to the free field 2 u_in/(1 + iωρH/Z), the solution for level ground.
+!> with the modulus E' for plane strain, the impedance Z = ρV_s of the base, and dashpots at both
+!> ends that connect the sides to the free field 2 u_in/(1 + iωρH/Z), the solution for level ground.
 module dda_side_departure
    use dda_kinds, only: wp, pi
    use dda_material, only: elasticity
@@ -18,7 +19,7 @@ module dda_side_departure
 
    integer, parameter :: cells = 400  !< cells of the bar, from one side to the other
 
-   !> The bar: values per cell, and at both ends.
+   !> Bar: values per cell, and at both ends.
    type :: bar_type
       real(wp) :: length = 0.0_wp                !< length of a cell, m
       real(wp) :: mass(cells) = 0.0_wp           !< ρH of each cell, kg/m²
@@ -34,8 +35,8 @@ contains
    subroutine find_side_departure(model, x, frequency, departure)
       type(model_type), intent(in) :: model     !< model as read from the input
       real(wp), intent(in) :: x(:)              !< [vertices] positions at the start, m
-      real(wp), intent(inout) :: frequency      !< Hz; for waves of at least four depths
-      real(wp), intent(out) :: departure        !< 0 … 1
+      real(wp), intent(inout) :: frequency      !< Hz; reduced to waves of at least four depths
+      real(wp), intent(out) :: departure        !< relative difference
       type(bar_type) :: bar
       complex(wp) :: u(cells + 1), free(2)
       real(wp) :: omega
@@ -50,7 +51,7 @@ contains
       departure = maxval(abs(u([1, cells + 1])/free - 1.0_wp), mask=bar%dashpot > 0.0_wp)
    end subroutine find_side_departure
 
-   !> Distribute the blocks over the cells that they overlap; set dashpots of the base and sides.
+   !> Distribute the blocks over the cells that they overlap, and set dashpots of base and sides.
    type(bar_type) function make_side_bar(model, x) result(bar)
       type(model_type), intent(in) :: model  !< model as read from the input
       real(wp), intent(in) :: x(:)           !< [vertices] positions at the start, m

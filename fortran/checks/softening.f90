@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Cohesive joints whose crack zones are not resolved by their contact points, or that fail within
-!> a step.
+!> Warnings on cohesive joints whose crack zones are not resolved by their contact points, or that
+!> fail within one step.
 module dda_softening
    use dda_kinds, only: wp
    use dda_model, only: model_type
@@ -10,9 +10,9 @@ module dda_softening
    private
    public :: coarse_points, long_steps
 
-   real(wp), parameter :: least_spacings = 2.0_wp !< spacings of three points within a cohesive zone
-   !> steps per longest stable step for which the bounds of the fracture energy of a joint that
-   !> snaps differ by at most 10 %, measured with bars
+   real(wp), parameter :: least_spacings = 2.0_wp !< cohesive zone over spacing of points
+   !> steps within the limit of `long_steps` for which the bounds of the fracture energy of a joint
+   !> that fails suddenly differ by at most 10 %, measured with bars
    real(wp), parameter :: fine_steps = 20.0_wp
 
 contains
@@ -38,7 +38,7 @@ contains
    end function coarse_points
 
    !> Warning on joint j if it softens faster than inertia can resist within a step; else blank.
-   !> Condition: M/(χΔt²) < T²/2G with the two lightest blocks.
+   !> Condition: M/(χΔt²) < T²/(2G) with the two lightest blocks.
    pure function long_steps(model, j) result(words)
       type(model_type), intent(in) :: model  !< model as read from the input
       integer, intent(in) :: j               !< joint

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Exact transfer functions of the linearised model between two measured points, for base motion.
 !>
-!> Springs and dashpots on moving ground exert their coefficients times the motion, each with the
-!> factor of its instant (`dda_scheme_response`).  For motion as a body force, the right-hand side
-!> is ω² w_l M x_s, with x_s a unit translation, and the result is the motion relative to the base.
+!> The forces of springs and dashpots on moving ground are coefficient × motion × factor of the
+!> instant (`dda_scheme_response`).  For base motion as a body force, the right-hand side is
+!> ω² w_l M x_s, with a unit translation x_s, and the result is the motion relative to the base.
 module dda_transfer
    use dda_kinds, only: wp, pi
    use dda_cholesky_double, only: solve
@@ -21,33 +21,33 @@ module dda_transfer
    public :: transfer_type, transfer_peak_type, prepare_transfer
    public :: transfer_at, undamped_transfer_at, transfer_peak
 
-   !> A transfer function, ready to be evaluated.
+   !> Transfer function, ready for evaluation.
    type :: transfer_type
-      type(linear_model_type) :: linear      !< scheme and step
+      type(linear_model_type) :: linear      !< only scheme, Δt and damping laws
       type(reduced_model_type) :: reduced
-      logical :: body_force = .false.        !< base motion as acceleration in the frame of the base
-      real(wp) :: base(2) = 0.0_wp           !< motion of the base at the two points: out, in
+      logical :: body_force = .false.        !< base motion acts as a body force
+      real(wp) :: base(2) = 0.0_wp           !< part of the base motion at output and input point
       real(wp), allocatable :: weight(:,:)   !< [2,m] displacements of the basis at the points
       real(wp), allocatable :: omega(:)      !< [m] undamped angular frequencies, rad/s
       character(len=:), allocatable :: words
    end type transfer_type
 
-   !> A peak of the amplification.
+   !> Peak of the amplification.
    type :: transfer_peak_type
       real(wp) :: frequency = 0.0_wp  !< Hz
       real(wp) :: amplitude = 0.0_wp
-      logical :: inside = .false.     !< a maximum, not at the edge of the band
+      logical :: inside = .false.     !< the maximum is not at an end of the band
    end type transfer_peak_type
 
 contains
 
    !> Prepare x_out(ω)/x_in(ω) for base motion along an axis.
-   !> Point number 0 means the prescribed motion itself.
+   !> Point number 0 is the prescribed motion itself.
    subroutine prepare_transfer(transfer, linear, points, axes, base_axis, highest, error)
       type(transfer_type), intent(out) :: transfer  !< prepared transfer function
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      integer, intent(in) :: points(2)      !< numbers of the measured points: out, in; 0: motion
-      integer, intent(in) :: axes(2)        !< 1: x, 2: y, of each
+      integer, intent(in) :: points(2)      !< output and input point; 0: prescribed motion
+      integer, intent(in) :: axes(2)        !< axes at both points; 1: x, 2: y
       integer, intent(in) :: base_axis      !< direction of the base motion
       real(wp), intent(in) :: highest       !< highest frequency of evaluation, Hz
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -95,7 +95,7 @@ contains
    end subroutine prepare_transfer
 
    !> Compute the forces for a unit base motion, and the static response to it.
-   !> The static response is a translation if all ground terms move.
+   !> If all terms on the ground move, the static response is a translation.
    subroutine find_base_excitation(transfer, linear, axis, static, force, error)
       type(transfer_type), intent(inout) :: transfer  !< prepared transfer function
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -142,13 +142,13 @@ contains
    end function supports_text
 
    !> Compute the forces for a unit displacement of the ground.
-   !> Only ground terms with a motion along the axis move; if there are none, all ground terms move.
+   !> Only ground terms with the same motion along the axis move; if no term has one, all move.
    pure subroutine find_ground_forces(linear, axis, force, held, moved)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       integer, intent(in) :: axis  !< 1: x, 2: y
       real(wp), intent(inout) :: force(:,:,:)  !< [6,n,instants]
-      integer, intent(out) :: held             !< terms that resist along the axis
-      integer, intent(out) :: moved            !< terms that move
+      integer, intent(out) :: held             !< number of terms that resist along the axis
+      integer, intent(out) :: moved            !< number of terms that move
       integer :: i, motion
       logical :: counts
 
@@ -175,14 +175,14 @@ contains
    contains
 
       pure logical function is_held(i)  ! total
-         integer, intent(in) :: i  !< number, from 1
+         integer, intent(in) :: i  !< number of the term
 
          is_held = linear%terms%term(i)%block_b == 0 .and. &
             abs(linear%terms%term(i)%row_a(axis)) > 0.0_wp
       end function is_held
    end subroutine find_ground_forces
 
-   !> Find the undamped frequencies of the basis, with the moduli at each of them.
+   !> Find the undamped frequencies of the reduced model, each with the moduli at this frequency.
    subroutine find_resonances(transfer, error)
       type(transfer_type), intent(inout) :: transfer  !< prepared transfer function
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure

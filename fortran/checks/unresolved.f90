@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Number and kind of modes that a time step cannot resolve (ω > 4/Δt, paper eq. 13).
 !>
-!> Two bounds need no eigenvalue of the model.  K and its eigenvalues are bounded by the
-!> block-diagonal matrix of the upper bracket (Courant–Fischer): at most as many modes exceed the
-!> limit as those of isolated blocks. Diagonal blocks without a common spring are uncoupled, so by
-!> Cauchy's interlacing theorem at least as many modes exceed the limit as those of these blocks.
-!> Small models are counted exactly.
+!> Two bounds need no eigenvalue of the model.  The block-diagonal matrix of `upper_blocks` bounds
+!> the eigenvalues of K (Courant–Fischer), so the number of its modes beyond the limit is an upper
+!> bound.  Diagonal blocks of K without a common spring are uncoupled, so by Cauchy's interlacing
+!> theorem the number of their modes beyond the limit is a lower bound.  Modes of small models are
+!> counted exactly.
 module dda_unresolved
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type
@@ -26,11 +26,11 @@ module dda_unresolved
    !> Number and kind of modes beyond 4/Δt.
    type :: unresolved_type
       real(wp) :: limit = 0.0_wp              !< 4/Δt, rad/s
-      integer :: modes = 0                    !< modes of the model, 6 for each block
-      integer :: least = 0                    !< lower bound of their number
-      integer :: most = 0                     !< upper bound
+      integer :: modes = 0                    !< number of modes of the model, 6 per block
+      integer :: least = 0                    !< lower bound of the number beyond 4/Δt
+      integer :: most = 0                     !< upper bound of this number
       logical :: exact = .false.              !< .true.: both bounds are equal
-      !> by the kind with most energy; of `most`, or of the exact count
+      !> number of modes, counted in `most`, by the kind with the most energy
       integer :: of_kind(energy_kinds) = 0
       character(len=:), allocatable :: words
    end type unresolved_type
@@ -72,7 +72,7 @@ contains
       call write_unresolved_text(unresolved)
    end subroutine count_unresolved
 
-   !> Count every mode by LAPACK.
+   !> Compute all modes by LAPACK, and count those beyond the limit.
    subroutine count_by_lapack(linear, unresolved, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(unresolved_type), intent(inout) :: unresolved  !< modes beyond 4/Δt
@@ -93,7 +93,7 @@ contains
       unresolved%least = unresolved%most
    end subroutine count_by_lapack
 
-   !> Count the modes beyond the limit of the blocks of the upper bracket: an upper bound.
+   !> Find the upper bound: count the modes beyond the limit of `upper_blocks`.
    subroutine find_upper_bound(linear, unresolved, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(unresolved_type), intent(inout) :: unresolved  !< modes beyond 4/Δt
@@ -117,7 +117,7 @@ contains
       end do
    end subroutine find_upper_bound
 
-   !> Stiffness of each block alone by kind; each term counts as often as it has blocks.
+   !> Split the matrices of `upper_blocks` by kind; the factor of each term is its number of blocks.
    subroutine split_block_stiffness(linear, by_kind)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), allocatable, intent(out) :: by_kind(:,:,:,:)  !< [6,6,kinds,n]
@@ -137,7 +137,7 @@ contains
       end do
    end subroutine split_block_stiffness
 
-   !> Find the kind of stiffness with most of the energy of a block's motion.
+   !> Find the kind of stiffness with the most energy in the motion of a block.
    pure integer function governing_kind(x, by_kind)
       real(wp), intent(in) :: x(6), by_kind(:,:,:)
       real(wp) :: energy(energy_kinds)
@@ -149,7 +149,7 @@ contains
       governing_kind = maxloc(energy, 1)
    end function governing_kind
 
-   !> Count unresolved modes of blocks without common springs: a lower bound.
+   !> Find the lower bound: count the modes beyond the limit of blocks without common springs.
    subroutine find_lower_bound(linear, unresolved)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(unresolved_type), intent(inout) :: unresolved  !< modes beyond 4/Δt
@@ -171,7 +171,7 @@ contains
       end do
    end subroutine find_lower_bound
 
-   !> .true. if block b shares a spring with an earlier chosen block.
+   !> .true. if a spring joins block b and an earlier selected block.
    pure logical function shares_spring(matrix, taken, b)
       type(block_matrix_type), intent(in) :: matrix  !< block matrix
       logical, intent(in) :: taken(:)
