@@ -25,7 +25,7 @@ from ..base.errors import ConvergenceError, MissingLibrary
 from .family import Family
 from .measured import Observations
 
-_STEP, _WIDTHS = 1e-2, 4  # first step of differences, prior deviations; iterations
+_STEP, _WIDTHS = 1e-2, 4  # first step of differences, in prior deviations; number of iterations
 _STILL = 1e-10  # fraction of the largest square of a shape at its points that counts as 0
 _PRIOR, _STARTS = 200, 5  # draws of the prior, and starts of the search of peaks
 _MOST, _LOWEST = 8, 7.0  # kept peaks: largest number, and largest difference to the highest in ln p
@@ -36,7 +36,7 @@ _WIDER = 3.0  # width of the wider proposal of a peak over the other one
 _FREEDOM = 6  # degrees of freedom of the proposals, whose tails are wider than Gaussian
 _ROUNDS, _LEAST = 6, 1e-12  # rounds that fit the proposals; least weight of a draw in a fit
 _ENOUGH = 0.5  # effective fraction of draws at which the adaptation ends
-_WALKERS, _STEPS, _LENGTHS = 32, 500, 50  # steps; least autocorrelation times
+_WALKERS, _STEPS, _LENGTHS = 32, 500, 50  # walkers, steps, least number of autocorrelation times
 _MOST_STEPS = 20000
 
 

@@ -200,7 +200,7 @@ def _stable_poles(values, rate: float, rows: int, order: int, band) -> list[tupl
         try:
             method.add_clustering(Clustering(name="modes", quick="hier_avg", freqlim=band))
             method.run_clustering("modes")
-        except (IndexError, ValueError):  # no pole, or a single pole
+        except (IndexError, ValueError):  # raised if there is no pole, or one
             raise InputError(f"no mode is stable between {band[0]:g} and {band[1]:g} Hz: give a "
                              "longer record, a wider band or another order") from None  # fmt: skip
     one = method.result.clustering_results["modes"]

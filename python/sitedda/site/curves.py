@@ -230,7 +230,7 @@ def strength_corrected(
         grown = (at / np.exp(p[2])) ** p[3]
         return _gqh_reduction(at, p[0] + (p[1] - p[0]) * grown / (1 + grown))
 
-    end = 0.1 / reference  # the strength must be reached at a strain of 10 %
+    end = 0.1 / reference  # the strength is to be reached at a strain of 10 %
 
     def lack(p):
         return np.append(reduction(p, x) - target, 0.4 * (end * reduction(p, end) - 1))
@@ -300,7 +300,7 @@ def darendeli(
     c3 = -0.0005 * power**2 + 0.0002 * power + 0.0003
     masing = c1 * masing + c2 * masing**2 + c3 * masing**3
     damping = (least + (0.6329 - 0.00566 * log_cycles) * reduction**0.1 * masing) / 100
-    damping = np.maximum.accumulate(damping)  # the polynomial would decrease again at large strain
+    damping = np.maximum.accumulate(damping)  # beyond, the polynomial would decrease
     return SoilCurves(STRAINS, reduction, np.clip(damping, 0.0, 0.999), "Darendeli (2001)")
 
 

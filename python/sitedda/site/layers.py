@@ -342,7 +342,7 @@ def recursion(
         B/A at the top of each medium, that of the base last.
     """
     omega = waves.omega
-    first = [media.index(medium) for medium in media]  # the first equal medium
+    first = [media.index(medium) for medium in media]  # index of the first equal medium
     of = {j: waves.properties(media[j]) for j in set(first) if media[j] is not None}
     steps = np.empty((len(thicknesses), omega.size), dtype=complex)
     reflections = np.empty((len(media), omega.size), dtype=complex)

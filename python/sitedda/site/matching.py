@@ -17,16 +17,16 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _FINE = 10  # samples in the shortest matched period
-_PER_DECADE = 240  # matched periods
-_SCALINGS = 10  # rounds in which Fourier amplitudes are scaled
-_RELAXED = 0.7  # exponent of such a scaling
-_MOST_PEAKS = 3  # of an oscillator that become bounds in a round
-_EDGE = 0.03  # of the duration, taper at both ends
+_PER_DECADE = 240  # number of matched periods per decade
+_SCALINGS = 10  # number of rounds that scale Fourier amplitudes
+_RELAXED = 0.7  # exponent of the scaling of Fourier amplitudes
+_MOST_PEAKS = 3  # largest number of new bounds per oscillator and round
+_EDGE = 0.03  # taper at each end over the duration
 _SPREAD = 1.0  # s, standard deviation of the window of the envelope
-_FLOOR = 0.02  # of the envelope, over its largest value
+_FLOOR = 0.02  # smallest value of the envelope over the largest
 _ENOUGH = 0.95  # fraction of the tolerance at which the rounds end
 _STAGE = 4  # rounds between two linear problems
-_RIDGE = 1e-2  # fraction of the diagonal of the dual problem, added to it
+_RIDGE = 1e-2  # ridge added to the diagonal of the dual problem, over the diagonal
 _LESS = 0.5  # factor of the ridge after a linear problem that decreases the misfit
 
 
@@ -128,7 +128,7 @@ class _Matching:
         self.step, self.size, self.damping = motion.time_step, motion.acceleration.size, damping
         self.target, self.grid, self.wanted = target, grid, target_at(target, grid)
         self.regular = grid.size
-        self.rest = np.zeros(int(np.ceil(grid[-1] / self.step)) + 1)  # of the free vibration
+        self.rest = np.zeros(int(np.ceil(grid[-1] / self.step)) + 1)  # zeros for free vibration
         self.length = fast_length(2 * self.size + self.rest.size)
         self.frequency = np.fft.rfftfreq(self.length, self.step)
         self.passed = 1 / (1 + (0.5 / grid[-1] / np.maximum(self.frequency, 1e-9)) ** 8)
@@ -142,10 +142,10 @@ class _Matching:
         self.drifts = self._colour_motion(np.array([np.ones(self.size), 1 - time]))
         speeds = running_integral(self.drifts, self.step)
         ends = np.array([speeds[:, -1], running_integral(speeds, self.step)[:, -1]])
-        self.correction = np.linalg.inv(ends)  # from final velocity and displacement to drifts
+        self.correction = np.linalg.inv(ends)  # drifts that cancel final motions
         self.motion = self._remove_final_motion(self._scale_amplitudes(own, edge))
-        self.largest: dict[int, _Bound] = {}  # lower bounds, once chosen
-        self.known: dict[_Bound, tuple] = {}  # kernel and wave of a bound
+        self.largest: dict[int, _Bound] = {}  # chosen lower bounds by oscillator
+        self.known: dict[_Bound, tuple] = {}  # kernel and wave of each bound
         self.filters: dict[int, tuple] = {}  # coefficients of `_oscillator_response` by oscillator
 
     def best_round(self, tolerance: float, most: int):
@@ -208,7 +208,7 @@ class _Matching:
         for i in sorted({*numbers, *(one.oscillator for one in bounds)}):
             response = self._oscillator_response(i, series)
             size = np.abs(response)
-            sampled[i] = size.max() / ratio[i]  # the largest may lie between samples
+            sampled[i] = size.max() / ratio[i]  # the largest response may lie between samples
             if ratio[i] < 1 - margin:
                 at = int(size.argmax())
                 first = _Bound(i, at, float(np.sign(response[at])), True)
@@ -249,7 +249,7 @@ class _Matching:
         return np.fft.irfft(spectrum, self.length)[..., : self.size]
 
     def _colour_motion(self, series) -> NDArray[np.float64]:
-        """Return E F E times a series."""
+        """Return a series times envelope, filtered, and times envelope again."""
         return self.envelope * self._filter_motion(self.envelope * series, self.passed)
 
     def _remove_final_motion(self, series) -> NDArray[np.float64]:

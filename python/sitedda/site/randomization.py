@@ -179,7 +179,7 @@ class _Deviates:
         return truncated(found, self.clip)
 
     def curves(self, curves: SoilCurves | None, correlation: float) -> SoilCurves | None:
-        pair = self.normal(2, correlation)  # drawn for linear soil too: keeps other rows
+        pair = self.normal(2, correlation)  # drawn for linear soil too, so other rows stay
         return None if curves is None else varied_curves(curves, *map(float, pair))
 
 

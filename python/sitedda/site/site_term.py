@@ -16,9 +16,9 @@ from ..base.errors import InputError
 if TYPE_CHECKING:
     import xarray as xr
 
-_FEWEST = 20  # plane runs: four slopes are fitted to them
-_WORTH = 1.2  # times the runs that plain sampling needs: less is no saving
-_RICHARDSON = 4 / 3  # change by half the cells or steps, to the error of second order
+_FEWEST = 20  # least number of plane runs, to which four slopes are fitted
+_WORTH = 1.2  # least saving of runs over plain sampling
+_RICHARDSON = 4 / 3  # error of second order over the change by half the cells or steps
 
 
 @dataclass(frozen=True)
@@ -179,13 +179,13 @@ def _estimate(found, control, own: int, level: float) -> dict[str, float]:
     explained = float(slope @ every @ slope)
     weight = 1 / number - (here - away) @ inverse @ away
     leverage = 1 / number + np.einsum("ij,jk,ik->i", here - away, inverse, here - away)
-    # of rests as they are, too (HC3, MacKinnon and White 1985): the relation may not be quadratic
+    # also the variance by HC3 (MacKinnon and White 1985), since the relation may not be quadratic
     sampled = max(scatter * float(weight @ weight),
                   float(np.sum((weight * rest / np.maximum(1 - leverage, 1e-3)) ** 2)))  # fmt: skip
     plain = float(found.var(ddof=1))
     side = [float(stdtrit(one, (1 + level) / 2)) for one in (free, number - 1)]
     half = side[0] * np.sqrt(sampled + explained / len(basis))
-    needed = side[1] ** 2 * plain / half**2  # runs of plain sampling
+    needed = side[1] ** 2 * plain / half**2  # number of runs that plain sampling would need
     mean, below = float(found.mean() - away @ slope), float(control[:, own].mean())
     slope[own] -= spread[own]
     beside = float(slope @ every @ slope) / len(basis)

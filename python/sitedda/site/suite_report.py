@@ -30,7 +30,7 @@ def suite_figure(suite, level: int = 0) -> Figure:
             if column == 0:
                 panel.set_ylabel(label)
         own = statistics.sel(analysis=name)
-        weak = own.converged.values < 0.9  # more than a tenth of the cases do not converge
+        weak = own.converged.values < 0.9  # over 10 % of the cases do not converge
         if weak.any():
             axes[0, column].plot(own.period.values[weak], own["median"].values[weak], "x",
                                  color=RED, label="not converged")  # fmt: skip

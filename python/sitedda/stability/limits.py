@@ -35,14 +35,14 @@ from .strength import lines_of, released, static_model
 _MOST = 1e3  # load over the weight above which the factor counts as infinite
 _HELD = _MOST * (1 - 1e-6)
 _PRESTRESS = 1e-6  # penalty on normal forces, relative to the factor: no needless prestress
-_LITTLE = 1e-8  # the same where the multipliers are the result: they miss dilation by as much
+_LITTLE = 1e-8  # the same for results from multipliers, whose dilation has this error
 # Weight of the latest normal forces in the next bound, and the number of programmes after which it
 # falls as 1/n: with a weight of 1 the sequences oscillate.
 _GAIN, _CONSTANT = 0.4, 30
-_SETTLED, _TIMES = 1e-4, 5  # convergence: largest relative change, number of changes
+_SETTLED, _TIMES = 1e-4, 5  # converged: largest relative change, and number of such changes
 _PROGRAMMES = 300  # largest number of programmes in a sequence
-_SLIDES = 0.5  # fraction of the work of the body force that slip dissipates
-_CORNER = 1e-6  # fraction of an edge: a point nearer to its end is at a corner
+_SLIDES = 0.5  # work of slip over the work of the body force
+_CORNER = 1e-6  # points nearer to the end of an edge, over its length, are at a corner
 _AXES = {"x": [(1.0, 0.0)], "y": [(0.0, 1.0)], "xy": [(1.0, 0.0), (0.0, 1.0)], "none": []}
 _LOADS = ("load", "traction", "water")  # groups whose forces the engine computes
 _LAWS = ("coulomb", "crushing", "mohr_coulomb")
@@ -50,7 +50,7 @@ _CUTS, _CRUSHED = 60, 1e-7  # largest number of rounds of tangents; tolerance of
 # Moments of joints that do not limit the factor keep changing. The excess over the median weight
 # that is accepted after some rounds, in which the factor changes by at most a fraction.
 _LEFT, _STILL, _ROUNDS = 1e-3, 1e-6, 3
-_TANGENTS = 0.5 ** np.arange(8)  # first ones, over the largest force of a joint
+_TANGENTS = 0.5 ** np.arange(8)  # positions of first tangents over the largest force of a joint
 
 
 @dataclass(frozen=True)
@@ -204,12 +204,12 @@ class Backfill:
     friction_angle: float
 
     def forces(self, begin: np.ndarray, end: np.ndarray):
-        """On an edge whose block lies to its left: place (m), weight and passive force (N/m)."""
+        """Return position (m), weight and passive force (N/m) on an edge, block on its left."""
         surface = np.asarray(self.surface, dtype=float)
         depth = [np.interp(p[0], *surface.T, -np.inf, -np.inf) - p[1] for p in (begin, end)]
         if not np.isfinite(depth).all() or max(depth) <= 0.0:
             return None
-        if min(depth) < 0.0:  # the part below the surface
+        if min(depth) < 0.0:  # only the part below the surface bears soil
             crossing = begin + (end - begin) * depth[0] / (depth[0] - depth[1])
             begin, end = (crossing, end) if depth[0] < 0.0 else (begin, crossing)
         above, below = np.maximum(depth, 0.0)
@@ -510,8 +510,8 @@ class _Programme:
         self._cuts.append((matrix, bound))
 
     def _add_tangents(self, normal: np.ndarray, allowed: float) -> bool:
-        """Add tangents for joints whose moments exceed their strength; return whether any does by
-        more than is allowed."""
+        """Add tangents for joints whose moments exceed their strength; return whether any
+        moment exceeds it by more than allowed."""
         j = self.crushing
         ends = normal[2 * j], normal[2 * j + 1]
         length, pressed = self.length[j], ends[0] + ends[1] + self.tensile[j] * self.length[j]

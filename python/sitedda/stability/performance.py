@@ -24,8 +24,8 @@ from .pushover import Pushover
 METHODS = ("n2", "mechanism")
 _ELASTIC, _LEFT = 0.6, 0.8  # fractions of the peak: elastic secant, end of the capacity
 _CAPACITY, _SECANT = 0.4, 0.4  # ratios d_u/d₀ and d_s/d_u
-_LATE = 0.75  # part of the falling branch: the part behind it is extrapolated to zero resistance
-_PERIODS = np.geomspace(0.01, 10.0, 3001)  # s, to find the corner period and to draw
+_LATE = 0.75  # fraction of the falling branch beyond which it is extrapolated to zero
+_PERIODS = np.geomspace(0.01, 10.0, 3001)  # periods for the corner period and the picture, s
 _LEAST = 0.1  # smallest displacement of the point over the largest of a block
 _PLATEAU = 1e-3  # relative tolerance of the largest pseudo-velocity
 

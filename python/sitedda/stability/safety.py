@@ -25,11 +25,11 @@ from .strength import Rest, come_to_rest, elastic_soils, lines_of, released, sta
 _LEAST_REDUCTION, _MOST_REDUCTION = 2.0**-12, 2.0**12  # range of factors
 _BEYOND = 1.02  # factor of the mechanism over the factor at failure
 _SETTLEMENT = 0.2  # largest displacement of a block up to the first equilibrium, over its radius
-_UNDISTURBED = 0.1  # fraction of that displacement that is allowed before the mechanism starts
+_UNDISTURBED = 0.1  # fraction of the allowed displacement before the mechanism starts
 _SMALL = 0.01  # fraction of the area of the model below which a mechanism is called small
 _NAMED = 4  # largest number of blocks that a sentence names
-_TOLD = 1e-6  # fraction of the largest component below which 0 is shown
-_TOO_FAR = 2.0  # allowed displacements after which a static stage ends
+_TOLD = 1e-6  # smaller components, over the largest, are shown as 0
+_TOO_FAR = 2.0  # factor of the allowed displacement at which a static stage ends
 _STILL = 0.02  # fraction of the largest displacement below which a block is stable
 _TURNING = 0.03  # rotation × radius over displacement above which a block topples
 _STEP, _STEPS = 0.4, 3000  # time step of the motion, √(displacement / g), and its largest number
@@ -111,10 +111,10 @@ class Mechanism:
         }
 
     def __str__(self) -> str:
-        """A table."""
+        """Return a table of the blocks as text."""
         width = max(map(len, self.names))
         head = f"{'block':{width}}  {'verdict':8} {'x (m)':>11} {'y (m)':>11} {'turn (°)':>11}"
-        least = _TOLD * float(abs(self.displacement).max(initial=0.0))  # less counts as 0
+        least = _TOLD * float(abs(self.displacement).max(initial=0.0))  # smaller values become 0
         shown = np.where(abs(self.displacement) > least, self.displacement, 0.0)
         rows = [
             f"{name:{width}}  {verdict:8} {x:11.4g} {y:11.4g} {math.degrees(turn):11.4g}"

@@ -73,7 +73,7 @@ def static_model(source, changes: Mapping | None = None) -> Model:
     model = model.build()
     model.control(**dict.fromkeys((*_TIMED[:2], "settle", "dynamic_factor", "duration", "steps")))
     if model.control.time_step is None:
-        model.control.time_step = 1.0  # without effect in static stages
+        model.control.time_step = 1.0  # has no effect in static stages
     model.control(time_step_control=None, least_time_step=None, integration=None, theta=None)
     model.control(damping_ratio=None, damping_frequency=None)
     stages = [_static_stage(group) for group in model.of_kind("stage")]
