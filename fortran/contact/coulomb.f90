@@ -18,8 +18,8 @@ module dda_coulomb
    !> Strength before and after bond failure.
    type, extends(joint_law_type) :: coulomb_type
       real(wp) :: friction = 0.0_wp   !< tan φ
-      real(wp) :: cohesion = 0.0_wp   !< Pa, before the bond breaks
-      real(wp) :: tensile = 0.0_wp    !< Pa, likewise
+      real(wp) :: cohesion = 0.0_wp   !< cohesion before the bond breaks, Pa
+      real(wp) :: tensile = 0.0_wp    !< tensile strength before, Pa
    contains
       procedure :: strength
       procedure :: reduced_strengths

@@ -180,7 +180,7 @@ contains
 
    !> Largest friction of contact c at its solution, N/m: the next frozen bound.
    elemental real(wp) function friction_bound(contacts, laws, c) result(bound)
-      type(contacts_type), intent(in) :: contacts  !< contacts of this step, evaluated
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step with trial forces
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c        !< number of the contact
 

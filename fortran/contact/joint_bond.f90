@@ -77,7 +77,7 @@ contains
 
    !> Stretch of the shear spring of contact c without the bond after the converged step, m.
    pure real(wp) function slider_stretch(contacts, law, c) result(stretch)
-      type(contacts_type), intent(in) :: contacts  !< contacts of this step, evaluated
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step with trial forces
       class(joint_law_type), intent(in) :: law     !< of the contact
       integer, intent(in) :: c                     !< number of the contact
 
@@ -86,7 +86,7 @@ contains
 
    !> Slip of the bond at the end of the step, m.
    pure real(wp) function new_slip(contacts, law, c) result(slip)
-      type(contacts_type), intent(in) :: contacts  !< contacts of this step, evaluated
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step with trial forces
       class(joint_law_type), intent(in) :: law     !< of the contact
       integer, intent(in) :: c                     !< number of the contact
 
@@ -96,7 +96,7 @@ contains
 
    !> Damage of contact c at the end of the step.
    pure real(wp) function new_damage(contacts, law, c) result(damage)
-      type(contacts_type), intent(in) :: contacts  !< contacts of this step, evaluated
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step with trial forces
       class(joint_law_type), intent(in) :: law     !< of the contact
       integer, intent(in) :: c                     !< number of the contact
 
@@ -106,7 +106,7 @@ contains
 
    !> Find the damage D* of contact c that corresponds to the solution.
    pure real(wp) function fitting_damage(contacts, law, c) result(fitting)
-      type(contacts_type), intent(in) :: contacts  !< contacts of this step, evaluated
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step with trial forces
       class(joint_law_type), intent(in) :: law     !< of the contact
       integer, intent(in) :: c                     !< number of the contact
       real(wp) :: damage, slip, energy(2), surplus

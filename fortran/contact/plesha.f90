@@ -76,7 +76,7 @@ contains
                ' needs normal_stiffness_per_area too'
          else if (ratio >= steepest_return(joint)) then
             wrong = 'the normal stiffness is '//to_text(ratio)//' of the shear stiffness: from '// &
-               to_text(steepest_return(joint))//' on the joint would jump back to its centre; '// &
+               to_text(steepest_return(joint))//' on the joint would jump back to zero slip; '// &
                'give a larger shear_stiffness_per_area, or less asperity_angle'
          end if
       end associate

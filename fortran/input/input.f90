@@ -267,7 +267,7 @@ contains
          'law, stiffness per area and contact_points')
       if (contact%penetration_tolerance > 0.0_wp) call input_error(error, group, 'a joint with '// &
          'a law, stiffness or contact_points of its own cannot be combined with '// &
-         'penetration_tolerance: its closure follows from its load')
+         'penetration_tolerance: the load determines the closure')
    end subroutine check_rules
 
    !> Reject restitution and dashpots of joints unless contacts have springs and the own rules.

@@ -53,7 +53,7 @@ contains
       end associate
    end function motion_words
 
-   !> Text on a motion after its end.
+   !> Text on the continuation of a motion after its last sample.
    pure function motion_end_text(curve, as_body_force) result(words)
       type(motion_curve_type), intent(in) :: curve  !< of the motion
       logical, intent(in) :: as_body_force  !< the acceleration acts in the frame of the base

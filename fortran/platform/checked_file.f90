@@ -118,7 +118,7 @@ contains
 
    !> Write bytes, and add them to the checksum.
    subroutine put_bytes(self, bytes)
-      class(checked_stream_type), intent(inout) :: self  !< open to be written
+      class(checked_stream_type), intent(inout) :: self  !< file that is open for writing
       integer(int8), contiguous, intent(inout) :: bytes(:)  !< [any] bytes, unchanged
 
       call add_bytes(self%checksum, bytes)
@@ -127,7 +127,7 @@ contains
 
    !> Read bytes of a file with correct checksum; zeros after an error.
    subroutine get_bytes(self, bytes)
-      class(checked_stream_type), intent(inout) :: self  !< open to be read
+      class(checked_stream_type), intent(inout) :: self  !< file that is open for reading
       integer(int8), contiguous, intent(inout) :: bytes(:)  !< [any]
 
       call read_bytes(self%file, bytes, self%error)

@@ -72,7 +72,7 @@ contains
       format = ''
       if (index(lowered, csmip_section) > 0) format = 'cosmos'
       if (line <= at2_header .and. index(lowered, 'npts') > 0) format = 'at2'
-      ! A digit and a title, then a line with an asterisk.
+      ! SMC: a digit and a title, then a line with an asterisk
       if (line == 2 .and. scan(first, '0123456789') == 1 .and. index(first, ' ') == 2 &
          .and. len(first) > 2 .and. index(text, '*') == 1) format = 'smc'
       if (line > 1) return
