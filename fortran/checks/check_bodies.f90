@@ -19,7 +19,7 @@ module dda_check_bodies
    real(wp), parameter :: aside = 0.53_wp        !< positions along an edge at which rays start
    real(wp), parameter :: most_error = 0.2_wp    !< largest error of stresses without a warning
    real(wp), parameter :: slender = 3.0_wp       !< largest slenderness of cells in half-offset rows
-   real(wp), parameter :: least_share = 0.1_wp   !< largest face in an offset row over the edge
+   real(wp), parameter :: least_share = 0.1_wp   !< smallest offset of rows over the edge
 
    !> Thinnest part of a body.
    type :: thinnest_type

@@ -460,7 +460,7 @@ contains
       real(wp), intent(in) :: part
 
       energy%share(kind) = energy%share(kind) + part
-      ! if equal, the first term
+      ! the first term is recorded if energies are equal
       if (part > (1.0_wp + alike)*energy%most(kind)) energy%holder(kind) = holder
       energy%most(kind) = max(energy%most(kind), part)
    end subroutine add_term_energy

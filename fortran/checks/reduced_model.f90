@@ -278,7 +278,7 @@ contains
       im = im - aimag(force)
    end subroutine subtract_damping
 
-   !> Compute Σ factor × vector.
+   !> Compute Σ factor_i × vector_i.
    pure function linear_combination(vectors, factors) result(sum)
       real(wp), intent(in) :: vectors(:,:,:), factors(:)
       real(wp) :: sum(size(vectors, 1), size(vectors, 2))

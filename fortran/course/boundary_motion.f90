@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Incoming and actual motions of boundaries.  Compliant base: the upward wave, and the mean motion
-!> of the edges.  Free-field side: the motion of the soil column at its upper end, and that of the
-!> model beside it.
+!> of the edges.  Free-field side: the motion at the upper end of the soil column, and the motion of
+!> the model beside this end.
 module dda_boundary_motion
    use dda_kinds, only: wp
    use dda_baseline, only: displacement_at, velocity_at, acceleration_at

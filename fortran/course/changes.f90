@@ -4,7 +4,7 @@
 !> The values of a changed input replace those of the run, at the present time:
 !>
 !> - Bonds, closed contacts and their spring deformations are retained; new strengths apply.
-!> - A point that is fixed again, or gets another motion, retains its present position.
+!> - A point that is fixed again, or has another motion, retains its present position.
 !> - A new Δt applies from now on; the remaining time is rounded up to whole steps.
 !> - The term `changed` of the energy budget contains the gain or loss of stored energy.
 module dda_changes
@@ -199,7 +199,7 @@ contains
       call move_alloc(points, own%fixed_points)
    end subroutine adopt_points
 
-   !> Set the targets of points that are fixed again, or get another motion, to their positions.
+   !> Set the targets of points that are fixed again, or have another motion, to their positions.
    !> Other targets do not change.
    subroutine set_targets_here(simulation, before, motions)
       type(simulation_type), intent(inout) :: simulation  !< between two steps

@@ -65,9 +65,9 @@ module dda_equilibrium
       real(wp) :: doubt = 0.0_wp        !< largest tolerance of an unsupported block over its weight
       integer :: doubtful = 0                   !< that unsupported block
       integer :: unexplained = 0  !< contact with a penetration not due to its force; 0: none
-      integer :: releases = 0                   !< how often such penetrations were released
+      integer :: releases = 0                   !< how often offsets of gaps were removed
       integer :: falling = 0                    !< number of blocks that fall without limit
-      integer :: falls = 0                      !< the first of these blocks
+      integer :: falls = 0                      !< first of the falling blocks
       real(wp) :: most = huge(1.0_wp)           !< largest allowed displacement of a centroid, m
       real(wp) :: moved = 0.0_wp  !< displacement of `block` if above `most`, else 0, m
       character(len=:), allocatable :: words    !< outcome as a text
@@ -80,7 +80,7 @@ module dda_equilibrium
    !> need 50; stages with yielding materials converge early or never
    integer(long), parameter :: stalled_iterations = 200, stalled_work = 500000, yield_work = 20000
    real(wp), parameter :: tolerance = 1.0e-6_wp    !< largest unbalanced force over the weight
-   real(wp), parameter :: together = 4.0_wp        !< unbalanced force over tolerance of contacts
+   real(wp), parameter :: together = 4.0_wp  !< largest unbalanced force over contact tolerance
    real(wp), parameter :: doubtful_share = 1.0e-3_wp  !< tolerance over weight that causes a note
    real(wp), parameter :: rounding = 4.0_wp        !< error of coordinates over their last bit
    real(wp), parameter :: first_ratio = 1.0e-5_wp  !< M/Δt² over k_n in the first step
@@ -187,7 +187,7 @@ contains
       end associate
    end subroutine search_again
 
-   !> Set stresses to those of the given modulus; the energy of Maxwell branches is dissipated.
+   !> Set stresses to those of elastic blocks; the energy of Maxwell branches is dissipated.
    subroutine remove_damping_stress(blocks, energy)
       type(blocks_type), intent(inout) :: blocks  !< between two steps
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness

@@ -123,7 +123,7 @@ contains
 
    contains
 
-      !> Add a supported block to the cells.
+      !> Update the lowest points of the cells below a supported block.
       subroutine add_supported_block(b)
          integer, intent(in) :: b  !< number of the block
 

@@ -2,8 +2,8 @@
 !> Largest values of a run, updated in each step.
 !>
 !> Counting begins with the first frame of the output, in static equilibrium if the first stage is
-!> static.  Every dynamic step counts.  Of a later static stage only its end counts, without
-!> velocities and accelerations, because its steps are not a motion in time.
+!> static.  Every dynamic step counts.  Of a later static stage only the end counts, without
+!> velocities and accelerations, because static steps are not a motion in time.
 module dda_running_maxima
    use dda_kinds, only: wp
    use dda_base_motion, only: begin_base, renew_base, update_base
@@ -36,7 +36,7 @@ contains
       least_movement = least_share*2*half_size(simulation%model%blocks)
    end function least_movement
 
-   !> Begin to count from the present state.
+   !> Begin the maxima with the present state.
    subroutine begin_maxima(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
 
@@ -131,8 +131,8 @@ contains
    !> Update the maxima with the present state.
    subroutine count_state(simulation, rates, look)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      logical, intent(in) :: rates             !< velocities and accelerations count
-      logical, intent(in) :: look              !< slip and opening count
+      logical, intent(in) :: rates             !< include velocities and accelerations
+      logical, intent(in) :: look              !< include slip and opening
       type(largest_type) :: largest(number_of_maxima)
 
       largest = simulation%maxima%largest
@@ -146,7 +146,7 @@ contains
    subroutine add_state(simulation, largest, rates)
       type(simulation_type), intent(in) :: simulation   !< between two steps
       type(largest_type), intent(inout) :: largest(:)   !< [maxima] so far
-      logical, intent(in) :: rates                      !< velocities and accelerations count
+      logical, intent(in) :: rates                      !< include velocities and accelerations
       real(wp), allocatable :: strain(:)
       integer :: b
 
@@ -166,7 +166,7 @@ contains
    subroutine add_points(simulation, largest, rates)
       type(simulation_type), intent(in) :: simulation   !< between two steps
       type(largest_type), intent(inout) :: largest(:)   !< [maxima] so far
-      logical, intent(in) :: rates                      !< velocities and accelerations count
+      logical, intent(in) :: rates                      !< include velocities and accelerations
       real(wp) :: motion(2, 3), apart(2)
       integer :: i
 

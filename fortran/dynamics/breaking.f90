@@ -133,7 +133,7 @@ contains
       end do
    end subroutine release_stresses
 
-   !> Reduce the initial stress that was created when face i broke to a fraction of its first value.
+   !> Set the initial stress due to the break of face i to a fraction of its first value.
    subroutine reduce_initial_stress(simulation, i, share)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: i                            !< broken face

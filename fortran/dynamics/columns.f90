@@ -88,7 +88,7 @@ contains
       end do
    end function forces_at_side
 
-   !> Name the column that failed in an error message.
+   !> Add the name of the failed column to an error message.
    subroutine name_column(simulation, i, error)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer, intent(in) :: i                         !< number of the column

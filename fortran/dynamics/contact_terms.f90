@@ -35,13 +35,13 @@ module dda_contact_terms
    !> Terms of the contacts that must be assembled, or passed to the solver.
    type :: contact_terms_type
       logical :: rebuild = .true.             !< the contacts or the linear part are new
-      logical :: other_matrix = .true.        !< K̂ differs from that of the last call
+      logical :: other_matrix = .true.        !< K̂ has changed since the last call
       integer, allocatable :: dirty(:)        !< [blocks] parts that must be assembled again
       integer, allocatable :: changed(:)      !< [contacts] parts that have changed
       !> springs and forces of contacts that neither slide nor are bonded depend only on their
       !> states
       logical :: by_state = .false.
-      !> [contacts] assembled state of such a contact in this step, else `none`
+      !> [contacts] assembled state of a contact that neither slides nor is bonded, else `none`
       integer, allocatable :: steady(:)
       type(rank_one_type) :: spring_changes   !< changes since the last factorisation
    end type contact_terms_type

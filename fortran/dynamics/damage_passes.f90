@@ -19,7 +19,7 @@ module dda_damage_passes
 
 contains
 
-   !> Set the acting damage of bonds to their present damage, and that of other contacts to one.
+   !> Set the acting damage: the present damage for bonds, one for other contacts.
    pure subroutine begin_damage(contacts, laws)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts

@@ -287,7 +287,7 @@ contains
       if (has_bond) has_bond = is_cohesive(contacts, laws%slot(contacts%joint(c))%law, c)
    end function has_bond
 
-   !> Add the energies of one contact with such a bond.
+   !> Add the energies of one contact with a gradually damaged bond.
    pure subroutine add_bond(total, contacts, laws, c)
       real(wp), intent(inout) :: total(5)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step

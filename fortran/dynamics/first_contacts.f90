@@ -134,7 +134,7 @@ contains
       first%found = found
    end subroutine add_movement
 
-   !> Find the largest slip, increase of distance, and bound of both, of contacts begin … end.
+   !> Find the largest slip, opening, and bound of both together of contacts begin … end.
    pure subroutine scan_movements(first, blocks, begin, end, most)
       type(first_contacts_type), intent(in) :: first  !< initially touching contacts
       type(blocks_type), intent(in) :: blocks         !< blocks in their present state
@@ -226,7 +226,7 @@ contains
       type(first_contacts_type), intent(inout) :: first  !< initially touching contacts
       type(contacts_type), intent(in) :: contacts        !< contacts of the last step
       type(blocks_type), intent(in) :: blocks            !< blocks in their present state
-      real(wp), intent(in) :: limit                      !< movement that counts, m
+      real(wp), intent(in) :: limit                      !< smallest counted movement, m
       integer, intent(out) :: numbers(3)                 !< all, slipped, opened
       real(wp) :: moved(2)
       integer :: c

@@ -60,7 +60,7 @@ contains
 
    !> Allocate the impacts for n blocks.
    subroutine prepare_impacts(impacts, n)
-      type(impacts_type), intent(out) :: impacts  !< none so far
+      type(impacts_type), intent(out) :: impacts  !< no impacts
       integer, intent(in) :: n  !< blocks
 
       allocate (impacts%hit(n), impacts%stiff(n), source=.false.)

@@ -225,7 +225,7 @@ contains
       integer, intent(in) :: v(:), e(:)  !< [contacts] blocks, numbered in the region
       type(system_type), intent(inout) :: part  !< system of the region; pattern is set
       type(contacts_type), intent(out) :: own  !< contacts of the region
-      integer, allocatable, intent(out) :: order(:)  !< their numbers in the whole model
+      integer, allocatable, intent(out) :: order(:)  !< numbers of `own` in the whole model
       integer, allocatable :: start(:), sorted(:), key(:)
       integer :: i, held
 

@@ -54,7 +54,7 @@ contains
       real(wp), intent(in) :: first(:,:)      !< [3,blocks] initial positions
       type(base_type), intent(in) :: base        !< base at the same time
       real(wp), intent(in) :: time               !< s
-      logical, intent(in) :: rates               !< velocities and accelerations count
+      logical, intent(in) :: rates               !< include velocities and accelerations
       real(wp) :: square(maxima_of_blocks, most_pieces)
       integer :: who(maxima_of_blocks, most_pieces), p, n, i
 
@@ -86,7 +86,7 @@ contains
       real(wp), intent(in) :: first_place(:,:)     !< [3,blocks] initial positions, m, m, rad
       type(base_type), intent(in) :: base          !< base at the same time
       integer, intent(in) :: first, last           !< first and last of the range
-      logical, intent(in) :: rates                 !< velocities and accelerations count
+      logical, intent(in) :: rates                 !< include velocities and accelerations
       real(wp), intent(inout) :: square(maxima_of_blocks) !< squares of the largest values
       !> blocks of values that have been exceeded
       integer, intent(inout) :: who(maxima_of_blocks)

@@ -58,7 +58,7 @@ module dda_open_close
 
    !> Settings and outcome of the iteration of one step.
    type :: open_close_type
-      ! unsaved, each step begins without: region_residual, keeps_states
+      ! unsaved, cleared at the start of each step: region_residual, keeps_states
       ! unsaved, the input: max_iterations, relative_tolerance, weight, penetration_tolerance
       ! unsaved, the input; under joint laws set in each step: noise
       ! unsaved, set in static stages: may_stop, may_relax, relaxes
@@ -116,8 +116,8 @@ contains
 
    !> Iterate until the assumed force of each contact equals that of its law.
    !>
-   !> If this does not converge in a quarter of the iterations and Δt cannot be reduced,
-   !> rounds with frozen friction bounds alternate with free ones.
+   !> If the iteration does not converge in a quarter of the permitted iterations and Δt cannot be
+   !> reduced, rounds with constant (frozen) and with variable friction bounds alternate.
    subroutine solve_contacts(iteration, system, solver, contacts, laws, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -294,7 +294,7 @@ contains
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      logical, intent(out), optional :: measured  !< gaps and slips are those of d
+      logical, intent(out), optional :: measured  !< gaps and slips are known at d
 
       call lap(system%watch, phase_iterate)
       call update_contact_terms(system%contact_terms, contacts, laws)
@@ -314,7 +314,7 @@ contains
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       logical, intent(in) :: exactly  !< satisfy the tolerance at once
-      logical, intent(in) :: measured  !< gaps and slips are those of d
+      logical, intent(in) :: measured  !< gaps and slips are known at d
       integer, intent(out) :: diverged  !< as in `solve_friction`
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: pass
@@ -345,7 +345,7 @@ contains
       type(system_type), intent(in) :: system  !< equations of the step, solved
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      logical, intent(in), optional :: measured  !< gaps and slips are already those of d
+      logical, intent(in), optional :: measured  !< .true.: gaps and slips are known at d
       real(wp) :: largest
 
       largest = iteration%weight
@@ -391,8 +391,8 @@ contains
       given = given + sum(maxval(abs(system%load(1:2, :)), 1))
    end function given_force
 
-   !> Retain the states of contacts whose force difference is within the tolerance, in the rest
-   !> of the step, once such contacts are too many for a low-rank update.
+   !> Retain the states of contacts whose force difference is within the tolerance.  This begins if
+   !> the changes of such contacts are too many for a low-rank update; it lasts until the step ends.
    !>
    !> Between blocks that fall together, gaps are rounding errors and states are random.  Many
    !> changes of such states would require a new factorisation in each iteration.

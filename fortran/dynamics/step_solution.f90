@@ -42,7 +42,7 @@ contains
       type(error_type), allocatable, intent(out) :: error     !< allocated on failure
       real(wp), intent(in) :: reduction  !< tolerance as a fraction of the first residual
       real(wp), intent(in), optional :: change(:,:)  !< [6,n] change of f̂ since the last solve, N
-      logical, intent(out), optional :: measured  !< gaps and slips are those of d
+      logical, intent(out), optional :: measured  !< gaps and slips are known at d
       logical :: done
 
       done = .false.

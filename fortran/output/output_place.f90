@@ -110,7 +110,7 @@ contains
 
    contains
 
-      !> Return an error if the path to be written is that of a file that is read.
+      !> Return an error if the path to be written leads to a file that the run reads.
       subroutine refuse_read_file(file, words)
          character(len=*), intent(in) :: file, words  !< path of the file; words that name it
 

@@ -88,7 +88,7 @@ contains
       is_in = variable%row == row .and. has
    end function is_in
 
-   !> Number of values in a sample before those of a variable; all values beyond the last variable.
+   !> Number of values in a sample before a variable; after the last variable, size of a sample.
    pure integer function place_in_sample(simulation, place) result(before)
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       integer, intent(in) :: place                     !< index of the variable in the schema
