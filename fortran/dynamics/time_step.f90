@@ -27,7 +27,7 @@ module dda_time_step
    use dda_original_rules, only: solve_by_original_rules
    use dda_scheme, only: end_time
    use dda_simulation, only: simulation_type, next_step, exchange_lists
-   use dda_static_relaxation, only: solve_statics
+   use dda_static_relaxation, only: many_changes, solve_statics
    use dda_stopwatch, only: begin_laps, lap, phase_assemble, phase_iterate, phase_update
    use dda_system, only: assemble_linear
    use dda_text, only: to_text
@@ -191,9 +191,9 @@ contains
                simulation%solver, contacts, simulation%laws, half_size(simulation%model%blocks), &
                simulation%step == 0, error)
          else
-            simulation%iteration%last_resort = .not. (simulation%model%control%adaptive .or. &
-               simulation%resting)
-            if (simulation%iteration%may_relax) then
+            simulation%iteration%last_resort = simulation%resting .or. &
+               .not. simulation%model%control%adaptive
+            if (simulation%iteration%may_relax .and. contacts%n > many_changes) then
                call solve_statics(simulation%iteration, simulation%system, simulation%solver, &
                   contacts, simulation%laws, error)
             else

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from model_text import group
+from random_content import random_model
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 import speed_models
@@ -257,6 +258,14 @@ def test_a_packing_comes_to_rest_where_relaxed_steps_stall(friction, tmp_path):
 @pytest.mark.parametrize("law", ["", ", contact_points = 3", ", contact_points = 5"])
 def test_a_slippery_wall_comes_to_rest_by_relaxed_steps(law, tmp_path):
     assert_at_rest(speed_models.touching_wall(1500), 12.0, law, tmp_path)
+
+
+def test_joints_of_other_laws_come_to_rest_by_frozen_friction_bounds(tmp_path):
+    """A wall with an arched window and Barton–Bandis joints: free bounds cycle near the limit."""
+    text = re.sub(r"steps = \d+", "settle = .true.\n   steps = 2", random_model(1009), count=1)
+    (tmp_path / "wall.nml").write_text(text)
+    with sitedda.Simulation(tmp_path / "wall.nml") as simulation:
+        assert "law = 'barton_bandis'" in text and "at rest after" in simulation.summary
 
 
 def assert_at_rest(made, friction: float, law: str, folder) -> None:
