@@ -162,7 +162,7 @@ contains
       if (is_free) is_free = .not. contacts%bonded(c)
    end function is_free
 
-   !> .true. if contact c is open but has friction, because its friction bound is frozen.
+   !> .true. if contact c is open but has friction: its bound is constant in the iteration.
    elemental logical function rubs_open(contacts, c)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c  !< number of the contact

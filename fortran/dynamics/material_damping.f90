@@ -35,8 +35,8 @@ contains
       end do
    end subroutine add_damping_loads
 
-   !> Losses of a step before the update, J per metre of thickness: by damping, and Δσ·Δε of the
-   !> damping stresses.
+   !> Return two sums of a step before the update, J per metre of thickness: losses by damping, and
+   !> Δσ·Δε of the damping stresses.
    function damping_losses(blocks, step, d) result(total)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step      !< the present step
