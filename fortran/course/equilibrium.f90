@@ -561,6 +561,8 @@ contains
       worst = 0
       sliding = 0
       words = '; look at supports, joints and gaps'
+      if (any(simulation%model%materials%yields())) words = '; its material may yield: load or '// &
+         'excavate in several stages, or look at supports, joints and gaps'
       associate (contacts => simulation%contacts(simulation%now), joints => simulation%model%joints)
          do c = 1, contacts%n
             own = contacts%block_v(c) == b .or. contacts%block_e(c) == b
