@@ -108,11 +108,12 @@ class Posterior:
         vanishes.
         """
         points = self.family.points[self.seen.rows[j]]
+        shapes = points @ y
+        shapes *= np.copysign(1.0, self.seen.shapes[j] @ shapes)
         still = np.full((1, y.shape[1]), math.sqrt(_STILL) * np.linalg.norm(points))
-        shapes = np.vstack([points @ y, still])
-        along = self.seen.shapes[j] @ shapes[:-1]
-        size = np.copysign(np.linalg.norm(shapes, axis=0), along)
-        return shapes / size, along / size
+        shapes = np.vstack([shapes, still])
+        shapes /= np.linalg.norm(shapes, axis=0)
+        return shapes, self.seen.shapes[j] @ shapes[:-1]
 
     def macs(self, y: np.ndarray, j: int) -> np.ndarray:
         """Return the modal assurance criterion of modes: 1 if one is proportional to a shape."""

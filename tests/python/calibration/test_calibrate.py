@@ -114,6 +114,8 @@ def test_probability_of_errors_and_shapes():
         scale = np.hypot(one.shape_deviation, delta)
         wanted += norm.logpdf(np.sqrt(rest), scale=scale) + 6 * norm.logpdf(0, scale=scale)
     assert posterior.log(z[None])[0] == pytest.approx(wanted, abs=1e-6)
+    turned = replace(posterior, family=replace(family, points=-family.points))
+    assert np.allclose(posterior.residuals(z[None]), turned.residuals(z[None]), atol=1e-9)
 
 
 def test_says_what_cannot_be_met_or_known():
