@@ -10,7 +10,7 @@ compressive strength.  A horizontal body force or a load on one block grows.  Th
 rest at `below` times the lower limit L, and fall at `above` times the upper one U.  Bonds of the
 engine break: for joints with tension L is that of dry joints.  Arithmetic that shares nothing with
 the programmes verifies both: forces within strength balance all blocks, and the power of the
-mechanism gives U.
+mechanism gives U, or L with friction of these forces.
 """
 
 import sys
@@ -234,11 +234,12 @@ def unbalanced(loaded: Loaded, found: Limit) -> float:
     return max(abs(total[free]).max(), max(excess)) / abs(found.normal_force).max()
 
 
-def bound(loaded: Loaded, found: Limit) -> tuple[float, float]:
+def bound(loaded: Loaded, found: Limit, dilates: bool = True) -> tuple[float, float]:
     """The factor that the mechanism proves, and how much it lacks dilation, over its velocity.
 
-    Joints and bolts take at most their largest power over all forces within strength; the growing
-    load has what is left after the dead loads.
+    Joints and bolts take at most their largest power over all forces within strength, or if they do
+    not dilate, over those of the given normal forces; the growing load has what is left after the
+    dead loads.
     """
     ways, centres = found.displacement, [_mass(p)[1] for p in loaded.bare.polygons]
     dead, live = loaded.wrenches()
@@ -260,7 +261,13 @@ def bound(loaded: Loaded, found: Limit) -> tuple[float, float]:
             turn = abs(opening[0] - opening[1]) / length
             gain = friction * slip - opening.min()
             most = crushing * min(max(gain, 0.0) / max(turn, 1e-300), length)
+            most = most if dilates else found.normal_force[ends].sum()
             taken += most * gain - turn * most**2 / (2 * crushing)
+            continue
+        if not dilates:
+            lacks = max(lacks, float(-opening.min()))
+            taken += len(ends) * cohesion * length / 2 * slip
+            taken += found.normal_force[ends] @ (friction * slip - opening)
             continue
         lacks = max(lacks, float((friction * slip - opening).max()))
         pulled = min(tension, cohesion / friction) * length / 2
@@ -290,9 +297,9 @@ def wrong(loaded: Loaded, found: Limits, below: float = BELOW, above: float = AB
             replace(loaded, joint={}))  # fmt: skip
         if (excess := unbalanced(own, one)) > EXACT:
             said.append(f"forces of {name} are out of balance by {excess:.2g}")
-    factor, lacks = bound(loaded, found.upper)
-    if abs(factor / found.upper.factor - 1) > BOUND or lacks > CLOSED:
-        said.append(f"the mechanism proves {factor:.6g}, and dilates {lacks:.2g} too little")
+        factor, lacks = bound(own, one, name == "U")
+        if abs(factor / one.factor - 1) > BOUND or lacks > CLOSED:
+            said.append(f"the mechanism proves {name} {factor:.6g}, opens {lacks:.2g} too little")
     if not rests(loaded, below * found.lower.factor):
         said.append(f"falls at {below:g} L")
     if rests(loaded, above * found.upper.factor):

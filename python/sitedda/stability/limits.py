@@ -6,9 +6,12 @@ of the load at which such forces balance all blocks is a linear programme (Lives
 multipliers of its balance are the mechanism.  A compressive strength bounds the moment of a joint,
 |M| ≤ N (L − N/σ_c)/2, by tangents that are added until no joint exceeds it.  The result is the
 limit with associated friction, in which joints open as they slip; no equilibrium exists above it.
-The limit without dilation may be lower.  It is found by a sequence of programmes that bound |T| by
-the normal forces of the preceding programmes (Gilbert, Casapulla and Ahmed 2006, Computers and
-Structures 84, 873–887).  The sequence ends with forces |T| ≤ μN and a mechanism without dilation.
+Limits without dilation may be lower.  Programmes bound |T| by the normal forces of the preceding
+ones (Gilbert, Casapulla and Ahmed 2006, Computers and Structures 84, 873–887).  When joints slip
+and open as in the mechanism of such a programme, a second one finds the smallest factor at which
+forces with |T| ≤ μN act: T = ±μN at joints that slip, N = 0 where they open.  Mechanism and forces
+prove a limit.  Several limits may exist, as normal forces are indeterminate; the lowest one from
+many starting forces is the result.
 """
 
 import math
@@ -21,7 +24,7 @@ from pathlib import Path
 import numpy as np
 import shapely
 from scipy.optimize import linprog, minimize_scalar
-from scipy.sparse import block_array, coo_array, diags_array, hstack
+from scipy.sparse import block_array, coo_array, diags_array, hstack, vstack
 
 from ..base.arguments import COUNT
 from ..base.core import engine_names
@@ -36,11 +39,10 @@ _MOST = 1e3  # load over the weight above which the factor counts as infinite
 _HELD = _MOST * (1 - 1e-6)
 _PRESTRESS = 1e-6  # penalty on normal forces, relative to the factor: no needless prestress
 _LITTLE = 1e-8  # the same for results from multipliers, whose dilation has this error
-# Weight of the latest normal forces in the next bound, and the number of programmes after which it
-# falls as 1/n: with a weight of 1 the sequences oscillate.
-_GAIN, _CONSTANT = 0.4, 30
-_SETTLED, _TIMES = 1e-4, 5  # converged: largest relative change, and number of such changes
-_PROGRAMMES = 300  # largest number of programmes in a sequence
+_GAIN = 5.0  # the weight of the latest normal forces in the next bound falls as 1/n after as many
+_PROGRAMMES = 30  # largest number of programmes in a sequence
+_MOVES = 1e-7, 5.0  # multipliers that count: over the largest one, over the penalty
+_STARTS = 60  # largest number of blocks that are relieved in turn
 _SLIDES = 0.5  # work of slip over the work of the body force
 _CORNER = 1e-6  # points nearer to the end of an edge, over its length, are at a corner
 _AXES = {"x": [(1.0, 0.0)], "y": [(0.0, 1.0)], "xy": [(1.0, 0.0), (0.0, 1.0)], "none": []}
@@ -155,11 +157,14 @@ class Limits:
     upper : Limit
         With associated friction; no equilibrium exists above it.
     lower : Limit
-        With friction without dilation.
+        With friction without dilation: the lowest of the limits that were found.
+    starts : int
+        Number of starting forces from which such limits were sought.
     """
 
     upper: Limit
     lower: Limit
+    starts: int
 
 
 @dataclass(frozen=True)
@@ -312,8 +317,8 @@ def limit_analysis(
     """
     direction = _unit_vector(direction)
     programme = _Programme(*_scene_and_loads(source, changes), direction, load, backfill)
-    lower = _undilated_limit(programme, programme.upper())
-    return Limits(programme.limit(programme.upper(_LITTLE)), programme.limit(lower))
+    lower, starts = _undilated_limit(programme, programme.upper())
+    return Limits(programme.limit(programme.upper(_LITTLE)), programme.limit(lower), starts)
 
 
 def _unit_vector(direction) -> np.ndarray:
@@ -370,13 +375,17 @@ def _check_joint_laws(scene: Scene) -> None:
 
 @dataclass(frozen=True)
 class _Solution:
-    """Solution of a programme: factor, forces (N/m) and velocities of the blocks, (blocks, 3)."""
+    """Solution of a programme: factor, forces (N/m) and velocities of the blocks, (blocks, 3).
+
+    `binding`: the rows, and the forces at their lower and upper bounds, that the mechanism moves.
+    """
 
     factor: float
     normal: np.ndarray
     shear: np.ndarray
     bolts: np.ndarray
     velocity: np.ndarray
+    binding: tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 class _Programme:
@@ -655,48 +664,65 @@ class _Programme:
         bound: np.ndarray,
         most: float = _MOST,
         rounds: int = _ROUNDS,
-        prestress: float = _PRESTRESS,
+        prestress: float | np.ndarray = _PRESTRESS,
+        binding=None,
     ) -> _Solution:
-        """Maximise the factor up to `most` with |T| ≤ bound + slope N at each point."""
+        """Maximise the factor up to `most` with |T| ≤ bound + slope N at each point.
+
+        With `binding` constraints of another solution as equations the factor is minimised.
+        """
         before, still = np.inf, 0
         for _ in range(_CUTS):
-            found = self._solve(slope, bound, most, prestress)
+            found = self._solve(slope, bound, most, prestress, binding)
             still = still + 1 if abs(found.factor - before) <= _STILL * found.factor else 0
             before = found.factor
             if not self._add_tangents(found.normal, _LEFT if still >= rounds else 0.0):
                 return found
         raise ConvergenceError(f"the moment limits of joints do not converge in {_CUTS} rounds")
 
-    def _solve(
-        self, slope: np.ndarray, bound: np.ndarray, most: float, prestress: float
-    ) -> _Solution:
-        """Maximise the factor with the present tangents of crushing joints."""
+    def _solve(self, slope, bound, most: float, prestress, binding) -> _Solution:
+        """Optimise the factor with the present tangents of crushing joints."""
         balance = hstack([self.balance, coo_array(self.live.reshape(-1, 1))], format="csc")
         n, size = len(slope), balance.shape[1]
         rest = coo_array((n, size - 2 * n))
         one, slopes = diags_array(np.ones(n)), diags_array(slope)
         rows = [[-slopes, one, rest], [-slopes, -one, rest]]
         rows += [[cut, coo_array((cut.shape[0], n)), None] for cut, _ in self._cuts]
-        bolts = [(low / self.unit, high / self.unit) for *_, (low, high) in self.bolts]
-        free = [(None, None)] * (size - n - 1 - len(bolts))
+        matrix = block_array(rows, format="csr")
+        right = np.concatenate([bound, bound, *(cut for _, cut in self._cuts)]) / self.unit
+        bolts = np.reshape([pair for *_, pair in self.bolts], (-1, 2)) / self.unit
+        bounds = np.tile([-np.inf, np.inf], (size, 1))
+        bounds[:n, 0] = -self.tension / self.unit
+        bounds[size - 1 - len(bolts) :] = [*bolts, (0.0, most)]
+        exact, balanced = balance, -self.dead.ravel()
+        if binding is not None:
+            fixed, low, high = binding
+            exact = vstack([balance, matrix[fixed]], format="csc")
+            balanced = np.append(balanced, right[fixed])
+            bounds[low, 1], bounds[high, 0] = bounds[low, 0], bounds[high, 1]
+        penalty = np.append(np.broadcast_to(prestress, n), np.zeros(size - n - 1))
         found = linprog(
-            np.append(np.zeros(size - 1), -1.0) + np.repeat([prestress, 0.0], [n, size - n]),
-            A_ub=block_array(rows, format="csc"),
-            b_ub=np.concatenate([bound, bound, *(right for _, right in self._cuts)]) / self.unit,
-            A_eq=balance,
-            b_eq=-self.dead.ravel(),
-            bounds=[*((-low, None) for low in self.tension / self.unit), *free, *bolts, (0, most)],
+            np.append(penalty, -1.0 if binding is None else 1.0),
+            A_ub=matrix,
+            b_ub=right,
+            A_eq=exact,
+            b_eq=balanced,
+            bounds=bounds,
             options={"primal_feasibility_tolerance": 1e-9, "dual_feasibility_tolerance": 1e-9},
         )
         if found.status == 2:
             raise InputError("no load of this pattern is in equilibrium with the blocks")
         if found.status != 0:
             raise ConvergenceError(f"the linear program has no solution: {found.message}")
-        velocity = -found.eqlin.marginals.reshape(-1, 3)
+        multipliers = found.eqlin.marginals[: balance.shape[0]]
+        velocity = -multipliers.reshape(-1, 3)
         velocity[:, 2] /= self.radii
         forces = found.x[: 2 * n] * self.unit
         pulls = found.x[size - 1 - len(bolts) : -1] * self.unit
-        return _Solution(float(found.x[-1]), forces[:n], forces[n:], pulls, velocity)
+        least = _MOVES[0] * abs(multipliers).max() + _MOVES[1] * penalty.max()
+        moved = [-found.ineqlin.marginals, found.lower.marginals[:-1], -found.upper.marginals[:-1]]
+        binding = tuple(np.flatnonzero(one > least) for one in moved)
+        return _Solution(float(found.x[-1]), forces[:n], forces[n:], pulls, velocity, binding)
 
     def limit(self, found: _Solution) -> Limit:
         """Convert a solution to a `Limit`."""
@@ -719,34 +745,52 @@ class _Programme:
         return replace(limit, slides=bool(slip_work.sum() > _SLIDES * work))
 
 
-def _undilated_limit(programme: _Programme, upper: _Solution) -> _Solution:
-    """Find the lowest limit without dilation from two sequences with different starting forces.
+def _undilated_limit(programme: _Programme, upper: _Solution) -> tuple[_Solution, int]:
+    """Return the lowest limit without dilation that is found, and the number of starts.
 
-    One sequence starts with the forces at the upper limit, where dilation increases the normal
-    forces, the other with the forces under the weight alone.  If blocks wedge each other, their
-    results may differ.
+    The starts are the normal forces at the upper limit, and those under the weight alone that press
+    one block least, for each block in turn.
     """
-    starts = [programme.solve(programme.friction, programme.cohesion, most=0.0)]
-    if upper.factor < _HELD:
-        starts.append(upper)
-    ends = [end for start in starts if (end := _iterate_bounds(programme, start)) is not None]
+    blocks = len(programme.polygons)
+    starts = [upper.normal] if upper.factor < _HELD else []
+    for block in np.unique(np.linspace(0, blocks - 1, min(blocks, _STARTS)).round()):
+        relieved = np.where((programme.blocks == block).any(axis=1), 1.0, _PRESTRESS)
+        strength = programme.friction, programme.cohesion
+        starts.append(programme.solve(*strength, most=0.0, rounds=0, prestress=relieved).normal)
+    tried: dict[tuple[bytes, ...], _Solution | None] = {}
+    ends = [end for start in starts if (end := _find_limit(programme, start, tried)) is not None]
     if not ends:
-        raise ConvergenceError(f"no limit without dilation after {_PROGRAMMES} linear programs")
-    lowest = min(ends, key=lambda end: end.factor)
-    # If no block moves, bounds and forces of the last programme may differ: they are not unique.
-    forces = programme.solve(programme.friction, programme.cohesion, most=lowest.factor)
-    return replace(forces, velocity=lowest.velocity)
+        raise ConvergenceError(f"no limit without dilation from {len(starts)} starts")
+    return min(ends, key=lambda end: end.factor), len(starts)
 
 
-def _iterate_bounds(programme: _Programme, found: _Solution) -> _Solution | None:
-    """Iterate programmes with friction bounds of earlier normal forces; None if not converged."""
-    pressed, settled = found.normal.copy(), 0
+def _find_limit(programme: _Programme, pressed: np.ndarray, tried: dict) -> _Solution | None:
+    """Find a limit by programmes with friction bounds of earlier normal forces; None: no limit.
+
+    `tried` contains the limits of mechanisms by the constraints that these move.
+    """
     for i in range(_PROGRAMMES):
-        before = found.factor
         bound = np.maximum(0.0, programme.cohesion + programme.friction * pressed)
-        found = programme.solve(np.zeros(len(pressed)), bound, rounds=0)
-        pressed += _GAIN * min(1.0, _CONSTANT / (i + 1)) * (found.normal - pressed)
-        settled = settled + 1 if abs(found.factor - before) <= _SETTLED * before else 0
-        if settled == _TIMES:
+        try:
+            found = programme.solve(np.zeros(len(pressed)), bound, rounds=0, prestress=_LITTLE)
+        except InputError:
+            return None
+        if found.factor >= _HELD:
             return found
+        key = tuple(part.tobytes() for part in found.binding)
+        if key not in tried:
+            tried[key] = _least_load(programme, found)
+        if tried[key] is not None:
+            return tried[key]
+        pressed = pressed + _GAIN / (_GAIN + i) * (found.normal - pressed)
     return None
+
+
+def _least_load(programme: _Programme, found: _Solution) -> _Solution | None:
+    """Find the smallest factor at which the mechanism of a solution is that of a limit, if any."""
+    strength = programme.friction, programme.cohesion
+    try:
+        least = programme.solve(*strength, rounds=0, prestress=0.0, binding=found.binding)
+    except (InputError, ConvergenceError):
+        return None
+    return replace(least, velocity=found.velocity)
