@@ -2,6 +2,7 @@
 """Pushover: the command, studies of it, what is refused."""
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -20,7 +21,7 @@ def test_the_command_prints_draws_and_writes_the_curve(tmp_path, main):
     done = main.ok("pushover", "tower.nml", "--point", "top", "--steps", "20", "--limits",
                    "--displacement", "0.1", folder=tmp_path)  # fmt: skip
     assert "peak: horizontal load over the weight 0.25" in done.stdout
-    assert "limit analysis: 0.25 without dilation, 0.25 with" in done.stdout
+    assert "0.25 without dilation (lowest of 3 starts), 0.25 with" in done.stdout
     assert (tmp_path / "tower_pushover.png").exists()
     head, *rows = (tmp_path / "tower_pushover.csv").read_text().splitlines()
     assert head.startswith("displacement (m),largest (m),factor (1)")
@@ -70,6 +71,20 @@ def test_a_study_pushes_each_of_its_cases(tmp_path, main):
     assert table.peak_factor.values[0] == pytest.approx(math.tan(math.radians(8)), rel=0.02)
     assert (table.peak_factor <= table.limit_upper * 1.02).all()
     assert (table.peak_factor >= table.limit_lower * 0.98).all()
+
+
+def test_the_page_of_the_facade_says_first_whether_it_stands(tmp_path, main, root):
+    """A short form of the shipped study, whose inputs have at most 30 lines."""
+    model, study = (root / "inputs" / name for name in ("facade.nml", "studies/facade.toml"))
+    lines = [line for file in (model, study) for line in file.read_text().splitlines()]
+    assert sum(bool(line.strip()) and line[0] not in "!#" for line in lines) <= 30
+    short = study.read_text().replace("../", f"{root}/inputs/").replace("= 8.0", "= 4.5")
+    short = short.replace("[2.5, 3.5, 4.5, 5.5]", "[0.5, 2.5]").replace("count = 12", "count = 2")
+    (tmp_path / "facade.toml").write_text(short)
+    main.ok("study", "facade.toml", "--report", "--quiet", folder=tmp_path)
+    page = (tmp_path / "facade_study" / "report.html").read_text()
+    words = " ".join(re.sub(r"<(style|script).*?</\1>|<[^>]+>", " ", page, flags=re.S).split())
+    assert "No curve: no case failed" in words[:250] and "At pga 2.5 m/s²" in words[:250]
 
 
 @pytest.mark.parametrize(
