@@ -117,7 +117,8 @@ contains
    !> Iterate until the assumed force of each contact equals that of its law.
    !>
    !> If the iteration does not converge in a quarter of the permitted iterations and Δt cannot be
-   !> reduced, rounds with constant (frozen) and with variable friction bounds alternate.
+   !> reduced, rounds with constant (frozen) and with variable friction bounds alternate; in static
+   !> stages one round with frozen bounds precedes a reduction of Δt.
    subroutine solve_contacts(iteration, system, solver, contacts, laws, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -129,12 +130,12 @@ contains
       integer :: before(3), most, rounds, round
 
       iteration%keeps_states = .false.
-      by_bounds = iteration%last_resort .and. laws%convex
+      by_bounds = laws%convex .and. (iteration%last_resort .or. iteration%may_stop)
       before = 0
       most = iteration%max_iterations
       rounds = 1
       if (by_bounds .and. most/4 > few_solves) then  ! a smaller limit is not divided
-         rounds = most_rounds
+         rounds = merge(most_rounds, 1, iteration%last_resort)
          iteration%max_iterations = most/4
       end if
       do round = 1, rounds

@@ -191,8 +191,8 @@ contains
                simulation%solver, contacts, simulation%laws, half_size(simulation%model%blocks), &
                simulation%step == 0, error)
          else
-            simulation%iteration%last_resort = simulation%resting .or. &
-               .not. simulation%model%control%adaptive
+            simulation%iteration%last_resort = .not. (simulation%model%control%adaptive .or. &
+               simulation%resting)
             if (simulation%iteration%may_relax .and. contacts%n > many_changes) then
                call solve_statics(simulation%iteration, simulation%system, simulation%solver, &
                   contacts, simulation%laws, error)
