@@ -47,7 +47,6 @@ module dda_equilibrium
    use dda_simulation, only: simulation_type, next_step, exchange_lists, block_name
    use dda_system, only: assemble_linear
    use dda_text, only: counted, quoted, short_text, to_text
-   use dda_static_relaxation, only: many_changes
    use dda_time_step, only: advance
    implicit none
    private
@@ -159,24 +158,26 @@ contains
 
    !> Search again from the start: with relaxation if the search without it stalled, and vice versa.
    !> If relaxed steps have nearly reached equilibrium, continue from there without relaxation.
+   !> If no search reaches equilibrium, the first one is reported.
    subroutine search_again(simulation, start, equilibrium, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(simulation_type), intent(in) :: start          !< before the first static step
       type(equilibrium_type), intent(inout) :: equilibrium  !< record of the search so far
       type(error_type), allocatable, intent(inout) :: error  !< error of the last step, if it failed
+      type(simulation_type), allocatable :: first
+      type(equilibrium_type) :: record
+      type(error_type), allocatable :: failure
       integer :: search
       logical :: relaxes
 
+      if (is_decided(equilibrium, error)) return
+      first = simulation
+      record = equilibrium
+      if (allocated(error)) failure = error
       associate (iteration => simulation%iteration)
          do search = 1, most_searches
-            if (equilibrium%at_rest .or. equilibrium%falling > 0 .or. &
-               equilibrium%moved > 0.0_wp) return
-            if (.not. iteration%may_relax .or. simulation%contacts(simulation%now)%n &
-               <= many_changes) return
-            if (allocated(error)) then
-               if (error%kind == error_interrupted .or. error%kind == error_memory) return
-               deallocate (error)
-            end if
+            if (.not. iteration%may_relax .or. is_decided(equilibrium, error)) exit
+            if (allocated(error)) deallocate (error)
             relaxes = .not. iteration%relaxes
             if (relaxes .or. equilibrium%largest > nearly*iteration%weight) simulation = start
             iteration%may_relax = relaxes
@@ -185,7 +186,21 @@ contains
             call step_to_rest(simulation, equilibrium, error)
          end do
       end associate
+      if (is_decided(equilibrium, error)) return
+      simulation = first
+      equilibrium = record
+      call move_alloc(failure, error)
    end subroutine search_again
+
+   !> .true. if another search cannot change the outcome.
+   pure logical function is_decided(equilibrium, error)
+      type(equilibrium_type), intent(in) :: equilibrium  !< record of the search so far
+      type(error_type), allocatable, intent(in) :: error  !< error of the last step, if it failed
+
+      is_decided = equilibrium%at_rest .or. equilibrium%falling > 0 .or. equilibrium%moved > 0.0_wp
+      if (allocated(error)) is_decided = is_decided .or. error%kind == error_interrupted .or. &
+         error%kind == error_memory
+   end function is_decided
 
    !> Set stresses to those of elastic blocks; the energy of Maxwell branches is dissipated.
    subroutine remove_damping_stress(blocks, energy)

@@ -193,7 +193,8 @@ contains
          else
             simulation%iteration%last_resort = .not. (simulation%model%control%adaptive .or. &
                simulation%resting)
-            if (simulation%iteration%may_relax .and. contacts%n > many_changes) then
+            if (simulation%iteration%may_relax .and. (simulation%iteration%relaxes .or. &
+               contacts%n > many_changes)) then
                call solve_statics(simulation%iteration, simulation%system, simulation%solver, &
                   contacts, simulation%laws, error)
             else
