@@ -193,7 +193,7 @@ contains
    end subroutine search_again
 
    !> .true. if another search cannot change the outcome.
-   pure logical function is_decided(equilibrium, error)
+   pure logical function is_decided(equilibrium, error)  ! total
       type(equilibrium_type), intent(in) :: equilibrium  !< record of the search so far
       type(error_type), allocatable, intent(in) :: error  !< error of the last step, if it failed
 
