@@ -9,7 +9,7 @@ module dda_stopwatch
    public :: phase_search, phase_detect, phase_assemble, phase_factorise, phase_solve, &
       phase_iterate, phase_update
 
-   integer, parameter :: phase_search = 1     !< neighbours and the plan of the factor
+   integer, parameter :: phase_search = 1     !< neighbour search and symbolic factorisation
    integer, parameter :: phase_detect = 2     !< contacts and their history
    integer, parameter :: phase_assemble = 3
    integer, parameter :: phase_factorise = 4

@@ -37,7 +37,7 @@ module dda_line_search
       end function slope_interface
    end interface
 
-   !> largest number of trial lengths; so many bisections reduce the interval to the rounding level
+   !> largest number of trial lengths: by then bisection has reduced the interval to rounding
    integer, parameter :: most_steps = digits(1.0_wp)
    !> slope that counts as zero, relative to the first slope or to its increase
    real(wp), parameter :: zero_slope = 1.0e-2_wp

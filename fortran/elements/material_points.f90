@@ -57,7 +57,7 @@ module dda_material_points
       logical :: static = .false.                        !< laws are inactive in this static stage
       real(wp), allocatable :: rest(:,:)  !< [3,n] ε at which laws became inactive, else 0
       real(wp), allocatable :: kept(:,:)                 !< [3,n] c of inactive laws, Pa
-      real(wp), allocatable :: rest_energy(:)            !< [n] work of the retained c, J/m³
+      real(wp), allocatable :: rest_energy(:)  !< [n] work of the cohesion left by softening, J/m³
       ! Of a step
       real(wp), allocatable :: strain(:,:)               !< [3,n] ε at the start of the step
    end type material_points_type

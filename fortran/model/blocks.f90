@@ -67,7 +67,7 @@ module dda_blocks
       ! State
       real(wp), allocatable :: position(:,:)       !< [6,n] q: m, rad, –
       real(wp), allocatable :: velocity(:,:)       !< [6,n] dq/dt
-      !> [6,n] of the scheme (paper eq. 5); this and the next belong to a run, not to a model
+      !> [6,n] acceleration of the scheme (paper eq. 5); this and mean_velocity belong to a run
       real(wp), allocatable :: acceleration(:,:)
       !> [6,4,n] d/Δt of the last four steps, most recent first
       real(wp), allocatable :: mean_velocity(:,:,:)

@@ -101,8 +101,8 @@ contains
       end do
    end subroutine set_strength_planes
 
-   !> Return to the intersection of some planes.
-   !> The violation of other bounds, or the pull of a plane, is found too, Pa.
+   !> Return a trial stress to the intersection of some planes.
+   !> Also find the largest violation of a bound, or the largest negative multiplier of a plane, Pa.
    pure subroutine return_to_planes(elastic, trial, gradient, bound, list, to, off)
       real(wp), intent(in) :: elastic(3, 3)      !< D of principal strains, Pa
       real(wp), intent(in) :: trial(3)           !< Pa

@@ -108,7 +108,7 @@ contains
    end subroutine list_children
 
    !> List the rows below each front.
-   !> Row i belongs to the fronts between it and its tree neighbours; each list ascends.
+   !> Row i is in each front on the path of the tree from a neighbour of i to i; each list ascends.
    pure subroutine list_rows(graph, permuted, front_at, plan)
       type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
       !> index in the order; front of each index

@@ -148,7 +148,7 @@ def _mesh_pieces(built: Built, groups, meshes, cut) -> None:
 
 
 def _materials_by_name(groups) -> dict[str, dict]:
-    """Return the variables of each &material by its name, the first one first."""
+    """Return the variables of each &material by its name, in the order of the input."""
     return {values.get("name", ""): values for kind, values, _ in groups if kind == "material"}
 
 

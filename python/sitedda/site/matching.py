@@ -182,7 +182,7 @@ class _Matching:
         return spectral_acceleration(series, self.step, self.grid, self.damping) / self.wanted
 
     def _refine_periods(self, series, enough: float) -> float:
-        """Return the misfit at four times as many periods; add those of its maxima to the grid."""
+        """Return the misfit at four times as many periods; its maxima join the grid."""
         grid = np.geomspace(self.grid[0], self.grid[self.regular - 1], 4 * self.regular - 3)
         wanted = target_at(self.target, grid)
         away = np.abs(spectral_acceleration(series, self.step, grid, self.damping) / wanted - 1)
@@ -202,7 +202,7 @@ class _Matching:
         return series
 
     def _add_violated_bounds(self, series, ratio, margin: float, bounds):
-        """Add violated bounds; return all, and sampled over true responses of their oscillators."""
+        """Add violated bounds; return all, and the sampled over the true response of each."""
         numbers = np.flatnonzero(np.abs(ratio - 1) > margin)
         found, sampled = list(bounds), {}
         for i in sorted({*numbers, *(one.oscillator for one in bounds)}):

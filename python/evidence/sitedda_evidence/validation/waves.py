@@ -318,7 +318,7 @@ def _chain_mode(count: int) -> tuple[float, np.ndarray]:
 
 
 def _run_cantilever(count: int):
-    """Return the frequencies (Hz) of engine and chain, the mode, and the history."""
+    """Return frequencies (Hz) of engine and discrete chain, the mode, and the history."""
     theory, shape = _chain_mode(count)
     h, cycles = 10.0 / count, 4
     step = 1 / theory / 400

@@ -129,7 +129,7 @@ class Cells:
 
     @staticmethod
     def _split_cycle(cycle, k, end, place):
-        """Return the two cycles of a split from corner k to corner `end` or the edge after it."""
+        """Return the cycles of a split from corner k to corner `end` or into the next edge."""
         turned = cycle[k:] + cycle[:k]
         at = (end - k) % len(cycle)
         if place is None:

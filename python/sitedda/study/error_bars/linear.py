@@ -201,7 +201,7 @@ def _point_motion(simulation, point: _Point, frequency: np.ndarray, highest: flo
 
 
 def _point_results(point, velocity, acceleration, step, resolved, times, near) -> dict[str, float]:
-    """Return the results of a point as in the verdict, below the resolved frequency.
+    """Return a point's results as the verdict names them, filtered at the resolved frequency.
 
     Peaks are taken from `times` samples per sample of the run; `near` selects periods of large Sa.
     """
