@@ -160,6 +160,6 @@ def performance_figure(found):
     tall = 1.3 * max(height, float(found.spectrum[:, 1].max()))
     axes.set(xlim=(0, wide), ylim=(0, tall), xlabel="displacement of the oscillator (mm)",
              ylabel="acceleration (m/s²)")  # fmt: skip
-    axes.legend(frameon=False, loc="upper right")
+    axes.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     Head(axes, "Stands" if found.stands else "Fails", [str(found)])
     return figure
