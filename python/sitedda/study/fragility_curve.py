@@ -7,6 +7,7 @@ from textwrap import wrap
 import numpy as np
 
 from ..base.errors import InputError
+from ..base.numbers import labelled, titled
 from .table import DECIDED
 
 _LEAST, _MOST = 1e-3, 20.0  # range of the dispersion
@@ -86,9 +87,8 @@ class FragilityBounds:
                   label="fraction of the cases")  # fmt: skip
         if self.design is not None:
             axes.axvline(self.design, color=INK, ls=":", lw=1, label="design level")
-        unit = f" ({self.unit})" if self.unit else ""
-        axes.set(xlabel=f"{self.name}{unit}", ylabel="probability of failure", ylim=(-0.02, 1.02))
-        axes.set_xlim(0, x[-1])
+        axes.set(xlabel=labelled(self.name, self.unit), ylabel="probability of failure",
+                 xlim=(0, x[-1]), ylim=(-0.02, 1.02))  # fmt: skip
         axes.legend(frameon=False, loc="best")
         if doubt := "; ".join(filter(None, (self.why, self.doubt))):
             axes.set_title("\n".join(wrap(doubt, 80)), fontsize=8, color=ORANGE, loc="left")
@@ -148,8 +148,9 @@ class Fragility(FragilityBounds):
         low, high = self.band(self.design)
         return (f"{verdict} at {self._level_words(self.design)} with a margin of "
                 f"{self.median / self.design:.3g}: half of the cases fail at "
-                f"{self._level_words(self.median)}, and at the design level "
-                f"{self.probability(self.design):.2g} ({low:.2g} … {high:.2g})")  # fmt: skip
+                f"{self._level_words(self.median)}, and a fraction of "
+                f"{self.probability(self.design):.2g} ({low:.2g} … {high:.2g}) at the design level"
+               )  # fmt: skip
 
     def _draw_curve(self, axes, x) -> None:
         from ..report.style import BLUE
@@ -247,13 +248,14 @@ def _scatter_words(table) -> str:
 def _undecided_words(table, quantity: str) -> str:
     """Return a warning on cases beyond the horizon of a quantity; blank if there are none."""
     decided = table.get(f"{quantity}{DECIDED}")
+    name = titled(quantity)[0]
     if decided is None:
-        return (f"the horizon of {quantity} is unknown: values beyond it are samples of a "
+        return (f"the horizon of {name} is unknown: values beyond it are samples of a "
                 "distribution; a study with task = 'accuracy' computes the horizon")  # fmt: skip
     beyond, known = int((decided < table["end_s"]).sum()), int(decided.notnull().sum())
     if beyond == 0:
         return ""
-    return (f"{beyond} of {known} cases are beyond the horizon of {quantity}: each value is one "
+    return (f"{beyond} of {known} cases are beyond the horizon of {name}: each value is one "
             "sample of a distribution")  # fmt: skip
 
 

@@ -117,7 +117,7 @@ def _add_figure(page: Page, table, values: dict) -> str:
         return ""
     except (TypeError, ValueError, IndexError) as trouble:
         raise InputError(f"[[figures]] of kind {kind!r}: {trouble}") from None
-    caption = f"{kind}: {values.get('quantity', '')}"
+    caption = f"{kind}: {titled(str(values.get('quantity', '')))[0]}"
     facts = [(name, words) for name, words in _describe_figure(found) if words]
     page.add(title, Picture(found.picture(), caption, kind), Facts(facts))
     return getattr(found, "words", "")
