@@ -88,7 +88,7 @@ REMEDIES = {
         OPEN_CLOSE, "iteration%overshoots >= most_overshoots", "n < 0 .and. n >= 4"
     ),
     "outer iteration for friction bounds": Remedy(
-        OPEN_CLOSE, "by_bounds = iteration%last", "by_bounds = most < 0 .and. iteration%last"
+        OPEN_CLOSE, "by_bounds = laws%convex", "by_bounds = most < 0 .and. laws%convex"
     ),
     "diverging friction sticks": Remedy(
         OPEN_CLOSE, "if (diverged > 0) then", "if (diverged > huge(1) - 1) then"

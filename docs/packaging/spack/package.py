@@ -26,7 +26,7 @@ class PySitedda(PythonPackage):
     depends_on("netcdf-fortran")
     depends_on("suite-sparse")
     depends_on("metis@5:")
-    for library in ("numpy@2:", "scipy@1.11:", "xarray", "netcdf4", "matplotlib"):
+    for library in ("numpy@2:", "scipy@1.11:", "xarray", "pandas", "netcdf4", "matplotlib"):
         depends_on(f"py-{library}", type=("build", "run"))
     for library in ("pillow", "shapely@2:", "tqdm"):
         depends_on(f"py-{library}", type=("build", "run"))

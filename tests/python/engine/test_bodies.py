@@ -17,7 +17,7 @@ from sitedda.drawing.quantities import quantity
 from sitedda.drawing.stress_crosses import TENSION, draw_crosses, largest_stress
 from sitedda.meshing.body import mesh_body
 from sitedda.output import load
-from sitedda.pictures import _words
+from sitedda.pictures import _picture_text
 from sitedda.scene import Scene
 from sitedda.vtk import blocks_of
 
@@ -453,7 +453,7 @@ def test_pictures_show_bodies(tmp_path):
     assert (scene.blocks, scene.bodies) == (9, 2)
     # Of a grid of four by two cells ten pairs share a side.
     assert scene.welded.sum() == 20
-    assert "2 blocks of 9 cells" in _words(scene, 0, 1.0)
+    assert "2 blocks of 9 cells" in _picture_text(scene, 0, 1.0)
     model.draw().figure.savefig(tmp_path / "bodies.png")
 
 

@@ -73,7 +73,7 @@ def _find_thinnest(cuts: str, friction: float, stones: int, between, tolerance: 
 
 def _is_stable(thickness: float, cuts: str, friction: float, stones: int) -> bool:
     try:
-        return limit_analysis(_make_arch(thickness, cuts, stones, friction)).lower.factor >= 0
+        return limit_analysis(_make_arch(thickness, cuts, stones, friction)).lower.factor > 0
     except InputError:  # no forces are in equilibrium
         return False
 
