@@ -158,6 +158,7 @@ class Limits:
         With associated friction; no equilibrium exists above it.
     lower : Limit
         With friction without dilation: the lowest of the limits that were found.
+        A factor of 0: the weight alone may cause collapse.
     starts : int
         Number of starting forces from which such limits were sought.
     """
