@@ -521,7 +521,7 @@ PAGE = """# Input reference
 
 Groups marked * may occur several times. [Input](input.md) explains files and units. The number in
 brackets is the largest length of a list. *names* is a list such as `'one, two, all_*'`. Points are
-x, y, x, y … *this or steps* means that one of these variables is required.
+listed as x, y, x, y … The default *this or steps* means that this variable or `steps` is required.
 
 """
 PARTS = {  # headings of variables that several groups have
