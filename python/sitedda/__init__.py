@@ -150,7 +150,7 @@ find_short_paths()
 
 
 def __dir__() -> list[str]:
-    """Public names."""
+    """Return the public names."""
     return sorted([*__all__, *_MODULES, "__version__", "__doc__", "__name__", "__path__"])
 
 

@@ -15,22 +15,22 @@ from .base.errors import InterruptedRun, OutOfMemory, SiteddaError, lacks_memory
 from .base.stop import Interruption
 
 _LIGHT = ("check", "example", "-h", "--help", "--version")
-# Bytes of addresses that the libraries reserve: measured (200 and 430 MiB with one thread), plus
-# the buffer of 129 MiB of the engine's OpenBLAS.
+# Bytes of address space that the libraries reserve: measured (200 MiB for a light command, 430 MiB
+# for others, with one thread), plus the buffer of 129 MiB of the engine's OpenBLAS.
 _LIGHT_ROOM, _ROOM = 6 * 2**26, 9 * 2**26
-_SCIPY_ROOM = 2**27  # part of these bytes for SciPy, which has its own OpenBLAS
+_SCIPY_ROOM = 2**27  # part of the reserved bytes that SciPy needs for its own OpenBLAS
 
 # xarray imports these array libraries, if installed, only to test the type of arrays.  The program
-# does not use them, and dask alone takes 0.4 s.  Matplotlib imports its axes in three dimensions.
-# Studies are excepted: they may run on dask and call functions that import any library.
+# does not use them, and the import of dask takes 0.4 s.  Matplotlib imports its 3-D axes.
+# Studies import these libraries, because a study may run on dask and call any function.
 _UNUSED = ("cubed", "cupy", "dask", "pint", "sparse", "mpl_toolkits.mplot3d")
-_OBJECTS = 20_000  # new objects before a garbage collection; with 700, they take 6 % of a run
+_OBJECTS = 20_000  # new objects before a garbage collection; with 700, 6 % of a run is collection
 
 _plain_showwarning = warnings.showwarning
 
 
 class _ImportWatcher:
-    """Finder that finds no module but prepares for an import that is about to start.
+    """Finder that finds no module, but is called before each import.
 
     Before SciPy is imported, the finder checks the available memory. It also disables the generated
     documentation of matplotlib's classes, which takes 0.05 s.
@@ -47,17 +47,18 @@ class _ImportWatcher:
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line and return its exit status, see `sitedda.command.main`."""
     if arguments is None:
-        # Each thread reserves memory; only the engine solves large systems, with its own threads.
+        # Each thread of OpenBLAS reserves memory; only the engine needs threads, which are its own.
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     with Interruption() as interruption:
         status = _exit_status(arguments, interruption)
-    if arguments is None:  # this process is the program, which is about to end
+    if arguments is None:  # the process is about to end
         interruption.ignore()
-        gc.freeze()  # the process ends: a last garbage collection takes 0.25 s
+        gc.freeze()  # skip the last garbage collection, which takes 0.25 s
     return status
 
 
 def _exit_status(arguments: list[str] | None, interruption: Interruption) -> int:
+    """Run the command line, print an expected error, and return the exit status."""
     try:
         if arguments is None:
             _require_address_space(
@@ -99,16 +100,16 @@ def _print_warning(message, category, *place, **more) -> None:
 
 
 def _require_address_space(size: int) -> None:
-    """Raise an error if fewer bytes of addresses are available: OpenBLAS would end or hang."""
+    """Raise OutOfMemory if fewer bytes of address space are free: OpenBLAS would abort or hang."""
     try:
         mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS, prot=0).close()
     except OSError as trouble:
-        words = f"there is not enough memory: the libraries need {size // 2**20} MiB of addresses"
-        raise OutOfMemory(words) from trouble
+        need = f"the libraries need {size // 2**20} MiB of address space"
+        raise OutOfMemory(f"there is not enough memory: {need}") from trouble
 
 
 def _expected_error(trouble: BaseException) -> tuple[int, str] | None:
-    """Return exit status and message of an expected error, None for a fault of the program."""
+    """Return exit status and message of an expected error; None for a defect of the program."""
     if isinstance(trouble, KeyboardInterrupt):
         return InterruptedRun.kind, "interrupted"
     if isinstance(trouble, SiteddaError):

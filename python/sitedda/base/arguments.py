@@ -67,15 +67,15 @@ DOTS_PER_INCH = Range(1.0, 1200.0)
 PICTURES_A_SECOND = Range(0.0, 1000.0, above=True)
 SECONDS = Range(0.0, 1e6, above=True)
 DAMPING_RATIO = Range(0.0, 1.0)
-TOLERANCE = Range(1e-12, 1.0)  # smallest tolerance of a search: numbers have 16 digits
+TOLERANCE = Range(1e-12, 1.0)  # relative tolerance of a search; numbers have 16 digits
 WORKERS = Range(1, 4096, whole=True)
 COUNT = Range(1, 2**31 - 1, whole=True)
 
 
 def file_name(text: str) -> Path:
-    """Return the file name given as an option; reject an empty one."""
+    """Return the file name given as an option; reject an empty name."""
     if not text:
-        raise argparse.ArgumentTypeError("a file name is needed")
+        raise argparse.ArgumentTypeError("the file name is empty")
     return Path(text)
 
 
@@ -111,7 +111,7 @@ def not_negative(name: str, value: ArrayLike) -> NDArray:
 
 
 def first_of(values: NDArray, chosen: NDArray) -> float:
-    """Return the first of the chosen values, for a message."""
+    """Return the first value for which `chosen` is true, for a message."""
     import numpy as np
 
     return np.atleast_1d(values)[np.atleast_1d(chosen)][0]

@@ -7,7 +7,7 @@ import numpy as np
 
 
 def parts_of(values: np.ndarray, first: np.ndarray) -> list[np.ndarray]:
-    """Return a view of the rows of each part; `numpy.split` takes more than twice the time.
+    """Return views of the rows of each part; `numpy.split` takes more than twice the time.
 
     Parameters
     ----------

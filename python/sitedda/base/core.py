@@ -63,20 +63,20 @@ def engine_names(what: str) -> tuple[str, ...]:
     Parameters
     ----------
     what : str
-        ``'energies'``, ``'phases'``, ``'counts'``; ``'maxima'``, ``'maxima units'`` and ``'maxima
-        numbers'``, as the verdict has them behind ``largest_`` and ``residual_``; ``'boundary
-        kinds'``, ``'boundary kinds at rest'``, which act like these in models of static stages
-        alone, and ``'boundary directions'`` in which they then act, or none.
+        ``'energies'``, ``'phases'``, ``'counts'``; ``'maxima'`` with ``'maxima units'`` and
+        ``'maxima numbers'``, the words after ``largest_`` and ``residual_`` in verdicts;
+        ``'boundary kinds'`` with ``'boundary kinds at rest'``, which replace them in static models,
+        and ``'boundary directions'`` of the latter (or 'none').
     """
     return tuple(api.engine_names(what).decode().split())
 
 
 @cache
 def printing_rules() -> tuple[float, int, str, str]:
-    """Return the constants with which the program and the native executable print verdicts.
+    """Return the constants that the program and the native executable use to print verdicts.
 
-    The share of the largest value below which that at the end has died out, characters of a line,
-    who says more of what the check doubts, and of error bars.
+    A final value below the first number times the largest value is printed as 0. The others are the
+    characters per line, and the hints on the commands `check` and `accuracy`.
     """
     share, width, words = api.printing_rules()
     more, bars = words.decode().strip().splitlines()
@@ -90,9 +90,9 @@ def wrapped(words: str, indent: int = 0, width: int = 0) -> str:
     ----------
     words : str
     indent : int
-        Characters before the text on its first line, and blanks before it on the others.
+        Characters before the text on its first line, and blanks before the other lines.
     width : int
-        Of a line, indent included; 0: of a screen.
+        Characters per line, including the indent; 0: those of a screen.
     """
     plain = " ".join(words.split()).encode()
     enough = len(plain) + plain.count(b" ") * indent + 1

@@ -24,7 +24,7 @@ class RestWarning(UserWarning):
 
 
 class SiteddaError(Exception):
-    """An error of the engine; the message names the cause, the place and a remedy.
+    """An error of the engine; the message names the cause, the position and a remedy.
 
     Attributes
     ----------
@@ -51,14 +51,14 @@ class SiteddaError(Exception):
 
 
 class InputError(SiteddaError, ValueError):
-    """The input cannot be run."""
+    """The input, or an argument, is invalid."""
 
     kind = 1
     cause: object = None  # the object of the input that caused the error, if known
 
 
 class CheckError(SiteddaError):
-    """The check before a run failed."""
+    """The check of the model before its run failed."""
 
     kind = 2
 
@@ -106,7 +106,7 @@ class OutputError(SiteddaError, OSError):
 
 
 class CheckpointError(OutputError):
-    """No checkpoint is usable: each is damaged or of another input, version or build."""
+    """No checkpoint is usable: each is damaged, or from another input, version or build."""
 
 
 class InterruptedRun(SiteddaError):
@@ -128,7 +128,7 @@ class MissingLibrary(SiteddaError, ImportError):
 
 
 def lacks_memory(trouble: BaseException | None) -> bool:
-    """Return whether an exception or its cause is a lack of memory."""
+    """Return whether lack of memory caused an exception."""
     while trouble is not None:
         if isinstance(trouble, MemoryError) or getattr(trouble, "errno", None) == errno.ENOMEM:
             return True

@@ -79,7 +79,8 @@ def check_target(file, kind: str, reads: Iterable = ()) -> Path:
                           "name another file")  # fmt: skip
     for other in reads:
         if is_same(file, other):
-            raise OutputError(f"{file} would replace {other}, which is read; name another file")
+            raise OutputError(f"{file} would replace {other}, which this command reads; "
+                              "name another file")  # fmt: skip
     if kind and found.st_size and not _may_replace(file, kind):
         raise OutputError(f"{file} exists and is not {kind}, so it is not replaced; move it away, "
                           "or name another file")  # fmt: skip
@@ -95,6 +96,7 @@ def is_same(file, other) -> bool:
 
 
 def _may_replace(file: Path, kind: str) -> bool:
+    """Return whether the first bytes of a file are those of a kind of files."""
     try:
         with os.fdopen(os.open(file, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK), "rb") as stream:
             head = stream.read(_HEAD)
@@ -117,7 +119,7 @@ def written(file, kind: str, reads: Iterable = (), sync: bool = True) -> Iterato
     Raises
     ------
     OutputError
-        If it cannot be written; the temporary file is then removed, also after a signal.
+        If the file cannot be written; the temporary file is then removed, also after a signal.
     """
     file = check_target(file, kind, reads)
     beside = None
@@ -130,7 +132,8 @@ def written(file, kind: str, reads: Iterable = (), sync: bool = True) -> Iterato
                 os.close(handle)
                 yield beside
                 if sync:
-                    _flush_to_disk(beside)
+                    with beside.open("rb") as stream:
+                        os.fsync(stream.fileno())
                 check_target(file, kind, reads)
                 beside.replace(file)
                 beside = None
@@ -170,12 +173,12 @@ def make_folder(folder) -> Path:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as trouble:
-        raise OutputError(f"{folder} cannot be made: {trouble.strerror}") from trouble
+        raise OutputError(f"{folder} cannot be created: {trouble.strerror}") from trouble
     return folder
 
 
 def is_below(folder: Path, name) -> bool:
-    """Return whether a relative path in a file of a folder stays within that folder."""
+    """Return whether a path, absolute or relative to a folder, lies within that folder."""
     name = os.fspath(name)
     if ".." in Path(name).parts:
         return False
@@ -191,7 +194,7 @@ def plain_text(what: str, text: str) -> str:
     Raises
     ------
     InputError
-        If it contains one; ``what`` names the text in the message.
+        If it contains a control character; ``what`` names the text in the message.
     """
     from .errors import InputError
 
@@ -208,17 +211,9 @@ def _process_umask() -> int:
     return 0o022
 
 
-def _flush_to_disk(file: Path) -> None:
-    handle = os.open(file, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
-
-
 @contextmanager
 def _signals_as_exceptions(file: Path) -> Iterator[None]:
-    """Raise an exception for a signal that would end the process, so that cleanup runs."""
+    """Raise InterruptedRun for each signal that would end the process, so that cleanup runs."""
 
     def end(number, _) -> None:
         raise InterruptedRun(f"interrupted by {signal.Signals(number).name}; {file} is not written")

@@ -7,7 +7,7 @@ import math
 SHOWN = {"m": 1.0, "mm": 1e3, "µm": 1e6, "nm": 1e9, "°": 180.0 / math.pi, "%": 100.0,
          "kN/m": 1e-3, "MN/m": 1e-6, "m/s": 1.0, "m/s²": 1.0, "": 1.0}  # fmt: skip
 
-# Sizes and names of the units in which values of an SI unit are shown, as in `words.js`.
+# For each SI unit, size and name of the units in which values are shown, as in `words.js`.
 UNITS = {
     "m": ((1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm")),
     "m/s": ((1.0, "m/s"), (1e-3, "mm/s"), (1e-6, "µm/s"), (1e-9, "nm/s")),
@@ -108,6 +108,7 @@ def number(value: float, digits: int = 4) -> str:
 
 
 def _strip_trailing_zeros(text: str) -> str:
+    """Remove the zeros at the end of the decimals of a number."""
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 

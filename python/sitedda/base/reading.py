@@ -9,14 +9,14 @@ from .errors import InputError, OutputError
 
 
 def check_readable(file) -> int:
-    """Return the size of a regular file, bytes; reject pipes and devices, which may be endless.
+    """Return the size of a regular file (bytes); reject pipes and devices, which may be endless.
 
     Raises
     ------
     InputError
         If the file does not exist.
     OutputError
-        If it is not a regular file.
+        If the path does not lead to a regular file.
     """
     try:
         found = os.stat(file)
@@ -44,7 +44,7 @@ def read_bounded(file, most: int) -> bytes:
 
 
 def read_numbers(file, most: int) -> tuple[list[str], list[tuple[int, list[float]]]]:
-    """Return the heading of a CSV file, and line number and values of each row; NaN if empty.
+    """Return the column names of a CSV file, and line number and values (or NaN) of each row.
 
     Lines that begin with # are comments.
 
@@ -72,4 +72,5 @@ def read_numbers(file, most: int) -> tuple[list[str], list[tuple[int, list[float
 
 
 def _unreadable_error(file, trouble: Exception) -> OutputError:
+    """Return the error that states why a file cannot be read."""
     return OutputError(f"{file} cannot be read: {getattr(trouble, 'strerror', None) or trouble}")

@@ -7,7 +7,7 @@ import time
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
 _RETRY = 0.02  # s between checks whether an import has ended
-_PAUSE = 1.0  # s for which a second signal does not interrupt the cleanup after the first
+_PAUSE = 1.0  # s during which a second signal does not interrupt the cleanup after the first signal
 _AGAIN = 1.0  # s of processor time after which KeyboardInterrupt is raised again
 
 
@@ -42,7 +42,7 @@ class Interruption:
         """Restore the previous signal handlers."""
         self._cancel_timers()
         sys.unraisablehook = self._report
-        _restore_handlers(self._before)
+        _restore_signal_handlers(self._before)
 
     def ignore(self) -> None:
         """Ignore further signals because the program is already ending."""
@@ -52,10 +52,12 @@ class Interruption:
             signal.signal(number, signal.SIG_IGN)
 
     def _cancel_timers(self) -> None:
+        """Cancel the timers that raise KeyboardInterrupt later or again."""
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.setitimer(signal.ITIMER_PROF, 0.0)
 
     def _handle_signal(self, number, frame) -> None:
+        """Raise KeyboardInterrupt, or set a timer that raises it after a running import."""
         self.heard = True
         if _is_importing(frame):
             signal.setitimer(signal.ITIMER_REAL, _RETRY)
@@ -79,8 +81,8 @@ class Interruption:
 class Stop:
     """Context in which a signal requests a stop at the end of the present step.
 
-    Only the main thread can receive signals.  Handlers set by an application stay.  Handlers of
-    `Interruption` are replaced only if the program exists for this run.
+    Only the main thread can receive signals.  Handlers set by an application are not replaced.
+    Handlers of `Interruption` are replaced only if the program exists for this run.
     """
 
     def __init__(self, signals, program: bool = False):
@@ -96,12 +98,13 @@ class Stop:
     def __exit__(self, *_) -> None:
         """Restore the previous signal handlers."""
         if self.asked:
-            _forward_to_engine(0)
-        _restore_handlers(self._before)
+            _send_signal_to_engine(0)
+        _restore_signal_handlers(self._before)
 
     def _request_stop(self, number, _) -> None:
+        """Handle a signal: the engine stops at the end of the present step."""
         self.asked = True
-        _forward_to_engine(number)
+        _send_signal_to_engine(number)
 
 
 def program_hears() -> bool:
@@ -110,6 +113,7 @@ def program_hears() -> bool:
 
 
 def _is_program_handler(handler) -> bool:
+    """Return whether a signal handler is that of `Interruption`."""
     return isinstance(getattr(handler, "__self__", None), Interruption)
 
 
@@ -121,7 +125,7 @@ def _is_importing(frame) -> bool:
 
 
 def _install_handler(signals, handler, program: bool = True) -> dict:
-    """Install a handler in place of default or program handlers; return the replaced ones."""
+    """Replace default and program handlers of signals; return the replaced handlers by signal."""
     before = {}
     for number in signals:
         found = signal.getsignal(number)
@@ -136,12 +140,13 @@ def _install_handler(signals, handler, program: bool = True) -> dict:
     return before
 
 
-def _restore_handlers(before: dict) -> None:
+def _restore_signal_handlers(before: dict) -> None:
     for number, handler in before.items():
         signal.signal(number, handler)
 
 
-def _forward_to_engine(number: int) -> None:
+def _send_signal_to_engine(number: int) -> None:
+    """Make the engine stop for a signal; number 0 withdraws the request."""
     from .core import api
 
     api.stop_engine(number)
