@@ -32,7 +32,7 @@ class PresentStage:
     time_step: float
 
     def last(self, adaptive: bool) -> int:
-        """Return the steps Δt after which the stage ends if another follows, as in the engine."""
+        """Return the number of steps Δt of the stage if another stage follows, as in the engine."""
         steps = max(self.steps, 1)
         if adaptive:
             steps = int(self.time / self.time_step + _ROUNDING) + 2
@@ -63,7 +63,7 @@ def with_stage(
     """
     for one in values:
         if one not in ADDED:
-            raise InputError(f"an added stage has no {one}; its variables are {', '.join(ADDED)}")
+            raise InputError(f"an added stage has no {one}; it may have {', '.join(ADDED)}")
     groups = find_groups(text, file, ("block",))
     control = next((one.values for one in groups if one.name == "control"), {})
     stages = [one for one in groups if one.name == "stage"]
@@ -82,17 +82,13 @@ def with_stage(
         values = dict(values) | {"steps": max(left, 1)}
     text = f"{text.rstrip()}\n{''.join(new)}"
     at = f"stage[{max(len(stages), 1 + bool(control.get('settle'))) + 1}]"
-    return changed_input(
-        text, {f"{at}.{k}": _typed_value(k, v) for k, v in values.items()}, file=file
-    )
-
-
-def _typed_value(name: str, value):
-    return value if isinstance(value, Typed) else checked("stage", name, value)
+    typed = {f"{at}.{k}": v if isinstance(v, Typed) else checked("stage", k, v)
+             for k, v in values.items()}  # fmt: skip
+    return changed_input(text, typed, file=file)
 
 
 def _with_stages_of_control(text: str, control: Mapping, end: int, file) -> str:
-    """Return the implicit stages of an input without &stage as groups."""
+    """Return the text of an input without &stage, with its implicit stages as groups."""
     settles = bool(control.get("settle"))
     stages = group_text("stage", {"name": "rest", "kind": "static"}) if settles else ""
     values = {"name": "run", "steps": end, "zero_displacements": settles or None}

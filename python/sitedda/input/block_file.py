@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Write block files: the blocks of a large model in netCDF instead of text.
 
-The format is the classic one: the library that reads netCDF-4 crashes on some damaged files.
+The format is netCDF classic, because the netCDF-4 library crashes on some damaged files.
 
-``vertices`` (vertex, axis) has the corners of all blocks one after the other, counter-clockwise,
-``corners`` (block) how many each has, ``name`` (block, letter) their names.  ``material`` (block)
-and ``edge_joint`` (vertex), of the edge that begins there, are numbers from 1 into
-``material_name`` and ``joint_name``, 0 for none; so is ``body`` (block) into ``body_name``: the
-body that a block is a cell of.  All but the first two may be missing.
+``vertices`` (vertex, axis) contains the corners of all blocks, counter-clockwise; ``corners``
+(block) the number of corners per block; ``name`` (block, letter) the names.  ``material`` (block),
+``edge_joint`` (vertex; for the edge that begins there) and ``body`` (block; for cells) are indices
+from 1 into ``material_name``, ``joint_name`` and ``body_name``; 0 is none.  Only ``vertices`` and
+``corners`` are required.
 """
 
 from collections.abc import Iterable, Sequence
@@ -20,7 +20,7 @@ from ..base.errors import InputError
 from ..base.files import written
 
 LONGEST_NAME = 64  # longest name in bytes, as in the engine
-LARGE = 10_000  # number of blocks from which they are written to a separate file
+LARGE = 10_000  # smallest number of blocks that are written to a separate file
 
 
 def write_block_file(file, blocks: Sequence[dict], reads: Sequence = ()) -> Path:
@@ -86,6 +86,7 @@ def write_block_file(file, blocks: Sequence[dict], reads: Sequence = ()) -> Path
 
 
 def _write_variable(data, name: str, kind: str, dimensions, values) -> None:
+    """Write a variable, and its missing dimensions, to a netCDF file."""
     if 0 in np.shape(values):  # netCDF treats a dimension of length 0 as unlimited
         return
     for dimension, size in zip(dimensions, np.shape(values), strict=True):
@@ -96,14 +97,14 @@ def _write_variable(data, name: str, kind: str, dimensions, values) -> None:
 
 
 def _edge_joints(block: dict, edges: int) -> list[str]:
-    """Return the joint of each edge of a block; blank stands for the first joint of the input."""
+    """Return the joint name of each edge of a block; blank: the first joint of the input."""
     usual = block.get("joint", "")
     own = [name or usual for name in block.get("edge_joints", ())]
     return own + [usual] * (edges - len(own))
 
 
 def _number_names(names: Iterable[str]) -> tuple[list[str], list[int]]:
-    """Return the distinct names and the number of each entry from 1, 0 for a blank name."""
+    """Return the distinct names, and for each given name its number from 1 (blank: 0)."""
     number = {"": 0}
     numbers = [number.setdefault(name, len(number)) for name in names]
     return list(number)[1:], numbers

@@ -29,12 +29,12 @@ def changed_input(text: str, changes: Mapping, allowed: Mapping | None = None, f
     Parameters
     ----------
     text : str
-        Of the input.
+        The input.
     changes : mapping
-        Values by the name of what they change, None for the default:
+        Values by the path of a variable; None restores the default.  A path is one of:
 
-        - ``variable``, of &control or where only one kind of group has it: ``time_step``;
-        - ``group.variable``, where the input has one group of that kind: ``motion.scale``;
+        - ``variable``, if &control or only one kind of group has it: ``time_step``;
+        - ``group.variable``, if the input has one group of that kind: ``motion.scale``;
         - ``group.name.variable`` or ``group[name].variable`` for a group among several, by its
           variable ``name`` or its number from 1: ``material.clay.density``, ``load[2].x``;
           ``group[*].variable`` for all of them;
@@ -54,11 +54,12 @@ def changed_input(text: str, changes: Mapping, allowed: Mapping | None = None, f
     for (path, _), one in zip(texts, variables, strict=True):
         if allowed is not None and one.name not in allowed.get(one.group, ()):
             known = "; ".join(f"&{kind}: {', '.join(names)}" for kind, names in allowed.items())
-            raise InputError(f"{path} cannot change during a run, unlike {known}")
+            raise InputError(f"{path} cannot change during a run; these can: {known}")
     return text
 
 
 def _change_text(path: str, value) -> str | None:
+    """Return a new value as text; None, if the default is restored."""
     try:
         return value if value is None or isinstance(value, Typed) else value_text(value)
     except TypeError as trouble:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`sitedda example`: copy ready inputs and studies with the files they name."""
+"""`sitedda example`: copy shipped inputs and studies with the files that they name."""
 
 import posixpath
 import re
@@ -58,7 +58,7 @@ def copy_example(name: str, folder=".") -> list[Path]:
     Returns
     -------
     list of Path
-        The files, the input or study first.
+        The files; the input or study is first.
 
     Raises
     ------

@@ -33,6 +33,7 @@ def variables() -> dict[str, dict[str, str]]:
 
 
 def _variable_kind(variable: Variable) -> str:
+    """Return the kind of the values of a variable, see `_KINDS`."""
     if not variable.size or variable.kind == "points":
         return _KINDS[variable.kind]
     return "texts" if _KINDS[variable.kind] == "text" else "numbers"
@@ -60,7 +61,7 @@ def known_variable(group: str, name: str) -> str:
     """Return the kind of a variable of a group; raise an error if it is unknown."""
     known = variables()[group]
     if name not in known:
-        hint = nearest(name, known) or f"; it has {', '.join(known)}"
+        hint = nearest(name, known) or f"; its variables are {', '.join(known)}"
         raise InputError(f"group &{group} has no variable {name!r}{hint}")
     return known[name]
 
@@ -77,6 +78,7 @@ def checked(group: str, name: str, value):
 
 
 def _as_text(value) -> str:
+    """Return a value or path as a text of one line."""
     if not isinstance(value, str) and not hasattr(value, "__fspath__"):
         raise TypeError
     value = str(value)
@@ -86,10 +88,12 @@ def _as_text(value) -> str:
 
 
 def _as_texts(value) -> tuple[str, ...]:
+    """Return a text or a sequence of texts as a tuple of texts."""
     return (_as_text(value),) if isinstance(value, str) else tuple(_as_text(one) for one in value)
 
 
 def _as_number(value) -> float:
+    """Return a scalar as a finite number."""
     if isinstance(value, str | bool | np.bool_) or np.ndim(value):
         raise TypeError
     value = float(value)
@@ -99,6 +103,7 @@ def _as_number(value) -> float:
 
 
 def _as_integer(value) -> int:
+    """Return a scalar as a whole number."""
     number = _as_number(value)
     if number != int(number):
         raise ValueError
@@ -108,6 +113,7 @@ def _as_integer(value) -> int:
 
 
 def _as_numbers(value) -> np.ndarray:
+    """Return numbers as a read-only array of one dimension."""
     if np.iscomplexobj(value):
         raise TypeError
     array = np.array(value, dtype=float).ravel()
@@ -118,11 +124,12 @@ def _as_numbers(value) -> np.ndarray:
 
 
 def _as_points(value) -> np.ndarray:
-    array = _as_numbers(points_of("points", value, 1))
-    return array.reshape(-1, 2)
+    """Return points as a read-only array, shape (n, 2)."""
+    return _as_numbers(points_of("points", value, 1)).reshape(-1, 2)
 
 
 def _as_logical(value) -> bool:
+    """Return a logical value; reject numbers and texts."""
     if not isinstance(value, bool | np.bool_):
         raise TypeError
     return bool(value)
@@ -150,7 +157,7 @@ def group_text(name: str, values: Mapping) -> str:
 def value_text(value) -> str:
     """Format a text, number, logical value or sequence of these as in an input."""
     if isinstance(value, np.ndarray):
-        if value.dtype.kind == "f":  # fast path for the corners of blocks, which are most of a text
+        if value.dtype.kind == "f":  # fast path for block vertices, which make up most of a text
             return ", ".join(map(repr, value.ravel().tolist()))
         value = value.ravel().tolist()
     if isinstance(value, str):

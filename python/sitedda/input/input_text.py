@@ -43,7 +43,7 @@ class Found:
     values: dict = field(default_factory=dict)
 
     def called(self) -> str:
-        """Kind and name of the group, for messages."""
+        """Return kind and name of the group, for messages."""
         return f"&{self.name} {self.values['name']!r}" if "name" in self.values else f"&{self.name}"
 
     def place(self, file) -> str:
@@ -65,8 +65,8 @@ def find_groups(text: str, file="input", skipped: Sequence[str] = ()) -> list[Fo
     Raises
     ------
     InputError
-        If it is not text of groups, or a variable is not known or a value cannot be read; the
-        message names the line.
+        If the text contains other things than groups, an unknown variable, or an unreadable value;
+        the message names the line.
     """
     data = _encode_for_engine(text)
     with _ONE:
@@ -85,7 +85,7 @@ def find_groups(text: str, file="input", skipped: Sequence[str] = ()) -> list[Fo
 
 
 def cited(message: str, file, place: Callable[[str, int], str]) -> str:
-    """Replace line numbers of a generated text in a message by places known to the user."""
+    """Replace line numbers of a generated text in a message by positions in the user's input."""
     where = rf"{re.escape(str(file))}, group &(\w+) \(line (\d+)\)"
     message = re.sub(where, lambda found: place(found[1], int(found[2])), message)
     other = r"the &(\w+) of line (\d+)"
@@ -109,7 +109,7 @@ def with_changes(
     Raises
     ------
     InputError
-        If it is not text of groups, or a path is ambiguous or unknown.
+        If the text contains other things than groups, or a path is ambiguous or unknown.
     """
     if not changes:
         return text, []
@@ -132,6 +132,7 @@ def with_changes(
 
 
 def _encode_for_engine(text) -> bytes:
+    """Return a text or path as bytes, as the engine expects them."""
     return str(text).encode("utf-8", "surrogateescape")
 
 
@@ -146,7 +147,7 @@ def _character_indices(data: bytes, places: np.ndarray) -> np.ndarray:
 def _variable_pairs(
     rows: list, numbers: np.ndarray, letters: bytes
 ) -> Iterator[tuple[str, object]]:
-    """Yield the names and values of the variables."""
+    """Yield names and values of the variables that the engine has parsed."""
     n = at = 0
     for position, count in rows:
         if not count:  # a null value counts as missing
@@ -193,7 +194,7 @@ def input_values(attributes: Mapping) -> dict[str, list[dict]]:
     Raises
     ------
     OutputError
-        If they are damaged.
+        If the attribute with the values is damaged.
     """
     try:
         found = json.loads(str(attributes.get("input_values", "") or "{}"))
@@ -201,5 +202,5 @@ def input_values(attributes: Mapping) -> dict[str, list[dict]]:
         found = None
     whole = isinstance(found, dict) and all(isinstance(groups, list) for groups in found.values())
     if not whole or any(not isinstance(one, dict) for groups in found.values() for one in groups):
-        raise OutputError("the output is damaged: its attribute input_values")
+        raise OutputError("the output is damaged: its attribute input_values is invalid")
     return found

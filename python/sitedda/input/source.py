@@ -26,14 +26,14 @@ class Built:
     Attributes
     ----------
     blocks : list of dict
-        Variables of &block groups: name, material, joint, vertices, edge_joints; blank ones are
-        omitted.
+        Variables of &block groups: name, material, joint, vertices, edge_joints; blank variables
+        are omitted.
     groups : list of (str, dict)
         Names and variables of other generated groups.
     messages : list of str
         Notes on removed, merged and remaining blocks.
     slivers : list of str
-        Blocks that are slivers.
+        Descriptions of blocks that are slivers.
     meshed : list of int
         Positions, among all groups, of the &block groups that the cells of bodies replace.
     """
@@ -60,7 +60,7 @@ def read_input(file: Path) -> str:
 
 @contextmanager
 def opened_input(source) -> Iterator[tuple[Path, str]]:
-    """Return file name and text of an input, which is a namelist file or a `Model`."""
+    """Yield file name and text of an input, which is a namelist file or a `Model`."""
     if hasattr(source, "opened"):
         with source.opened() as opened:
             yield opened
@@ -86,7 +86,7 @@ class InputOfRun:
 
     @contextmanager
     def opened(self) -> Iterator[tuple[Path, str]]:
-        """Return file name and text."""
+        """Yield file name and text."""
         yield self.file, self.text
 
 

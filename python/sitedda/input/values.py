@@ -75,7 +75,7 @@ class Values:
         return f"{type(self).__name__}({values})"
 
     def _check_value(self, one: Variable, value) -> None:
-        """Check a value; convert points to an array."""
+        """Check a value by its entry in the schema; convert points to an array."""
         name = one.name
         if one.default == "required" and (value is None or (isinstance(value, str) and not value)):
             raise InputError(f"{name} is missing")
@@ -87,15 +87,22 @@ class Values:
             setattr(self, name, points_of(name, value, 1)[0])
         elif one.size:
             setattr(self, name, np.atleast_1d(np.asarray(value, dtype=float)))
-        elif one.kind == "word":
-            _check_choice(name, value, one.values)
+        elif one.kind == "word" and value not in one.values.replace("'", "").split(", "):
+            first, _, last = one.values.rpartition(", ")
+            raise InputError(f"{name} = {value!r} must be {first} or {last}")
         elif one.kind == "name" and one.values.startswith("at most"):
-            _check_name_stem(name, value, int(re.findall(r"\d+", one.values)[0]))
+            most = int(re.findall(r"\d+", one.values)[0])
+            if not 0 < len(value) <= most:
+                raise InputError(f"{name} = {value!r} must have 1 to {most} characters, because "
+                                 "block numbers are appended")  # fmt: skip
         elif one.kind in ("real", "integer"):
             _check_number(name, value, one.values)
 
     def _check_relations(self, named: set[str]) -> None:
-        """Check which variables the given ones require and exclude by the schema."""
+        """Raise InputError if a variable that a given one needs is missing, or excluded ones exist.
+
+        The schema defines the needed and the excluded variables.
+        """
         for one in filter(None, self.needs.split("; ")):
             if named.isdisjoint(one.split(" or ")):
                 raise InputError(f"give {one}")
@@ -109,7 +116,7 @@ class Values:
                     raise InputError(f"{variable.name} needs {one}")
 
     def _check_values(self) -> None:
-        """Check the relations between values."""
+        """Check relations between values that the schema does not express; see the subclasses."""
 
 
 def is_given(value) -> bool:
@@ -118,6 +125,7 @@ def is_given(value) -> bool:
 
 
 def _check_number(name: str, value: float, limits: str) -> None:
+    """Raise InputError if a number is outside its limits, which are words of the schema."""
     low, high = -FARTHEST, FARTHEST
     failure = "is not a usable number"
     if limits == "above 0":
@@ -134,17 +142,5 @@ def _check_number(name: str, value: float, limits: str) -> None:
 
 
 def _parse_limit(text: str) -> float:
+    """Convert a limit in the schema to an integer or a real number."""
     return int(text) if text.lstrip("-").isdigit() else float(text)
-
-
-def _check_choice(name: str, value: str, words: str) -> None:
-    if value not in words.replace("'", "").split(", "):
-        first, _, last = words.rpartition(", ")
-        raise InputError(f"{name} = {value!r} must be {first} or {last}")
-
-
-def _check_name_stem(name: str, value: str, most: int) -> None:
-    if not value or len(value) > most:
-        raise InputError(
-            f"{name} = {value!r} must have 1 to {most} characters: its blocks get numbers"
-        )
