@@ -11,7 +11,7 @@ import numpy as np
 if TYPE_CHECKING:
     import xarray as xr
 
-# Groups of terms that are shown together, by their role, as in `dda_energy`.
+# Terms that are shown as one curve, grouped by their role in `dda_energy`.
 STORED = {
     "kinetic": ("kinetic",),
     "elastic": ("strain", "welded", "contact", "support", "law"),

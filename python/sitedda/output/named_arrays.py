@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A small substitute for `xarray.Dataset`: variables with names and dimensions.
 
-The verdict and the picture of a run need no more.  Importing xarray and pandas and indexing the
-times takes as long as half of the steps of a run.
+It suffices for the verdict and the picture of a run.  To import xarray and pandas and to index the
+times would take half as long as the steps of a run.
 """
 
 from __future__ import annotations
@@ -108,7 +108,7 @@ def _find_labels(labels: Mapping[str, list[str]], asked: Mapping[str, str]) -> d
 
 
 def read_netcdf(file) -> NamedArrays:
-    """Read a whole netCDF file; characters become texts."""
+    """Read a whole netCDF file; arrays of characters are converted to texts."""
     import netCDF4
 
     with netCDF4.Dataset(file) as data:

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _MOST = 1e37  # largest number: larger ones overflow in single precision or when squared
-_ROUNDING = 1e-9  # tolerance of positions over the length of an edge
+_ROUNDING = 1e-9  # tolerance of fractions of edge lengths
 _READ_AT_ONCE = 2**24  # bytes; larger variables are checked when they are read
-_HELD = ("time", "frame", "vertex", "block")  # dimensions that have at least one entry
+_HELD = ("time", "frame", "vertex", "block")  # dimensions that must not be empty
 _ATTRIBUTES = ("title", "input_text", "input_values", "input_file", "stages", "step_control",
                "verdict", "accuracy", "complete")  # fmt: skip
 
@@ -67,6 +67,7 @@ def read_output(file) -> NamedArrays:
 
 
 def _unreadable_error(file) -> Callable[[str], OutputError]:
+    """Return a function that makes the error for an unreadable file from a reason."""
     return lambda why: OutputError(f"{file} cannot be read as an output: {why}")
 
 
@@ -85,7 +86,7 @@ def read(data: xr.Dataset, name: str, which=...) -> np.ndarray:
     Raises
     ------
     OutputError
-        If the file does not contain them, or not of that kind.
+        If the values are missing, of the wrong kind, or out of range.
     """
     with _errors_as_damage(lambda why: damaged(data, name, why)):
         values = data[name][which].values
@@ -106,23 +107,19 @@ def read(data: xr.Dataset, name: str, which=...) -> np.ndarray:
         good = (values >= (0 if kind == known.kind else -1)) & (values < most)
     if not good.all():
         first = np.unravel_index(int(np.argmin(good)), good.shape)
-        raise damaged(data, name, f"one value is {values[first]:g}")
+        raise damaged(data, name, f"the value {values[first]:g} is out of range")
     return values
 
 
 def load(file) -> xr.Dataset:
     """Read a whole output into memory."""
-
-    def wrong(why: str) -> OutputError:
-        return OutputError(f"{file} cannot be read: {why}")
-
-    with open_output(file) as data, _errors_as_damage(wrong):
+    with open_output(file) as data, _errors_as_damage(_unreadable_error(file)):
         return data.load()
 
 
 @contextmanager
 def _errors_as_damage(wrong: Callable[[str], OutputError]) -> Iterator[None]:
-    """Turn any exception for invalid bytes into one error, except for lack of memory."""
+    """Replace any exception caused by invalid bytes, but not lack of memory, by one error."""
     try:
         with FILES:
             yield
@@ -149,7 +146,7 @@ def _check_structure(data: xr.Dataset) -> None:
     for name, length in data.sizes.items():
         if length != LENGTHS.get(name, length) or (name in _HELD and length == 0):
             raise OutputError(
-                f"{_file_name(data)} is damaged: its dimension {name} is {length} long"
+                f"{_file_name(data)} is damaged: its dimension {name} has length {length}"
             )
     if "input_values" not in data.attrs:
         raise OutputError(f"{_file_name(data)} is of an earlier version, without the attribute "
@@ -160,7 +157,8 @@ def _check_structure(data: xr.Dataset) -> None:
     try:
         input_values(data.attrs)
     except OutputError:
-        raise OutputError(f"{_file_name(data)} is damaged: its attribute input_values") from None
+        words = "is damaged: its attribute input_values is invalid"
+        raise OutputError(f"{_file_name(data)} {words}") from None
 
 
 def _check_order(data: xr.Dataset) -> None:
@@ -168,22 +166,22 @@ def _check_order(data: xr.Dataset) -> None:
     owner = read(data, "vertex_block")
     corners = np.bincount(owner, minlength=data.sizes["block"])
     if owner[0] or not np.isin(np.diff(owner), (0, 1)).all() or corners.min() < 3:
-        raise damaged(data, "vertex_block", "its blocks are not in order")
+        raise damaged(data, "vertex_block", "its blocks are not consecutive polygons")
     for name in ("time", "frame_time", "contact_frame"):
         if np.any(np.diff(read(data, name)) < 0):
-            raise damaged(data, name, "its values do not increase")
+            raise damaged(data, name, "its values decrease")
     time, frames = read(data, "time"), read(data, "frame_time")
     if time[-1] == time[0] and frames[-1] > frames[0]:
-        raise damaged(data, "time", "it does not increase")
+        raise damaged(data, "time", "its values do not increase")
     stages = str(data.attrs.get("stages", "")).count("\n") + 1
     for name in ("stage", "frame_stage"):
         if name in data.variables and (read(data, name) > stages).any():
-            raise damaged(data, name, f"there are {stages} stages")
+            raise damaged(data, name, f"a value exceeds {stages}, the number of stages")
     groups = input_values(data.attrs)
     for name, group in (("block_material", "material"), ("edge_joint", "joint")):
         given = len(groups.get(group, []))
         if given and name in data.variables and (read(data, name) >= given).any():
-            raise damaged(data, name, f"there are {given} groups &{group}")
+            raise damaged(data, name, f"a value exceeds {given}, the number of groups &{group}")
 
 
 def damaged(data: xr.Dataset, name: str, why: str) -> OutputError:
@@ -194,4 +192,5 @@ def damaged(data: xr.Dataset, name: str, why: str) -> OutputError:
 
 
 def _file_name(data: xr.Dataset) -> str:
+    """Return the file name of a dataset, for messages."""
     return data.encoding.get("source", "the dataset")

@@ -31,7 +31,7 @@ class Amplification:
     ratio : ndarray, shape (bins,)
         Modulus of the ratio of the Fourier spectra of the accelerations.
     peak : Peak
-        Its largest value in the band.
+        Largest ratio in the band.
     """
 
     surface: str
@@ -96,4 +96,5 @@ def spectral_ratio(above, below, time_step: float, padding: int) -> tuple[np.nda
 
 @lru_cache(maxsize=2)
 def _spectral_ratio(above: bytes, below: bytes, time_step: float, padding: int):
+    """Return the `amplification` of two motions, which are given as bytes."""
     return amplification(np.frombuffer(above), np.frombuffer(below), time_step, padding)

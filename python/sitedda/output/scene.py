@@ -25,11 +25,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 PARALLEL = np.cos(np.radians(2.0))  # edges within 2° of antiparallel can form an interface
-# In some outputs: error of the stress of cells (Pa), largest plastic strain of yielding blocks,
-# largest damage of the faces of a cell.
+# Quantities that only some outputs contain: error of the stress of cells (Pa), largest plastic
+# strain of yielding blocks, largest damage of the faces of a cell.
 OWN_QUANTITIES = ("stress_error", "plastic_strain", "damage")
-_LOST = 1.0  # distance of a lost block from the first view, over the size of the view
-_SLACK = 0.01  # tolerance of a requested time beyond the frames, over the duration
+_LOST = 1.0  # smallest distance of a lost block from the first view, relative to the view's size
+_SLACK = 0.01  # tolerance of a requested time outside the frames, relative to the duration
 
 
 @dataclass(frozen=True)
@@ -41,9 +41,9 @@ class Interfaces:
     first, second : ndarray of int
         The blocks.
     first_edge, second_edge : ndarray of int
-        Their edges, by the vertices where they begin.
+        Edges of the blocks; each has the number of the vertex where it begins.
     start, end : ndarray, shape (k, 2)
-        Ends of the shared segment in the frame of their search, m.
+        Ends of the shared segment in the first frame, m.
     normal : ndarray, shape (k, 2)
         Unit vectors from the first block into the second.
     """
@@ -94,7 +94,7 @@ class Scene:
 
     @property
     def bodies(self) -> int:
-        """Return the blocks that are no cells, and the bodies of cells."""
+        """Return the number of blocks that are not cells, plus the number of meshed bodies."""
         return int(np.sum(self.body == 0)) + len(np.unique(self.body[self.body > 0]))
 
     @property
@@ -127,10 +127,11 @@ class Scene:
 
     @classmethod
     def _of_simulation(cls, simulation: Simulation) -> Scene:
+        """Return the scene of the present state of a simulation."""
         return cls(_present_state(simulation), simulation.steps == 0)
 
     def _set_materials(self) -> None:
-        """Set names of materials and joints of blocks and edges; the first ones if unknown."""
+        """Set material of blocks and joint of edges; the first of the input if unknown."""
         self.material_names, self.joint_names = (
             [str(group.get("name", "")) or f"{kind} {i}"
              for i, group in enumerate(self.groups.get(kind, []), 1)] or [kind]
@@ -146,7 +147,7 @@ class Scene:
 
     @property
     def frames(self) -> int:
-        """Number of frames."""
+        """Return the number of frames."""
         return len(self.time)
 
     def frame_at(self, time: float | None, stage: str | None = None) -> int:
@@ -160,14 +161,14 @@ class Scene:
         begin, end = float(self.time[0]), float(self.time[-1])
         slack = _SLACK * (end - begin)
         if time is not None and not begin - slack <= time <= end + slack:
-            raise InputError(f"there is no frame at t = {time:g} s: from {begin:g} to {end:g} s")
+            raise InputError(f"there is no frame at t = {time:g} s: choose {begin:g} to {end:g} s")
         among = np.arange(self.frames)
         if stage is not None:
             names = str(self.data.attrs.get("stages", "")).split("\n")
             number = self.data["frame_stage"].values if "frame_stage" in self.data else among * 0
             among = np.flatnonzero(number == (names.index(stage) + 1 if stage in names else -1))
             if len(among) == 0:
-                raise InputError(f"there is no frame of a stage {stage!r}: {', '.join(names)}")
+                raise InputError(f"stage {stage!r} has no frame; the stages are {', '.join(names)}")
         return int(among[-1] if time is None else among[np.argmin(abs(self.time[among] - time))])
 
     def vertices(self, frame: int) -> np.ndarray:
@@ -210,9 +211,9 @@ class Scene:
         return read(self.data, f"block_{name}", frame)
 
     def edge_damage(self, frame: int) -> np.ndarray:
-        """Return the damage of welded faces and cohesive joints per edge, (vertices,): 1 is broken.
+        """Return the damage of welded faces and cohesive joints, shape (edges,); 1: broken.
 
-        Only joints bonded in the first frame count; the edge is that of the contact.
+        Only joints that are bonded in the first frame are included.
         """
         if "edge_damage" in self.data:
             found = np.array(read(self.data, "edge_damage", frame), dtype=float)
@@ -228,7 +229,7 @@ class Scene:
         return found
 
     def _cohesive_contacts(self, frame: int) -> dict[str, np.ndarray]:
-        """Return edge, bond and damage of the contacts of cohesive joints."""
+        """Return edge, bond, damage and joint of the contacts of cohesive joints in a frame."""
         which = slice(*self._first_contacts[frame : frame + 2])
         names = ("edge", "bonded", "damage", "joint")
         found = {name: read(self.data, f"contact_{name}", which) for name in names}
@@ -247,6 +248,7 @@ class Scene:
         return self._base_displacement("base_displacement", self.data.sizes.get("time", 0))
 
     def _base_displacement(self, name: str, rows: int) -> np.ndarray:
+        """Return a base displacement of the output, shape (rows, 2), m; 0 if not subtracted."""
         if self.absolute or name not in self.data:
             return np.zeros((rows, 2))
         return self.data[name].values
@@ -269,6 +271,7 @@ class Scene:
 
     @cached_property
     def _first_contacts(self) -> np.ndarray:
+        """Return the index of the first contact of each frame, shape (frames + 1,)."""
         frame = read(self.data, "contact_frame")
         return np.searchsorted(frame, np.arange(self.frames + 1))
 
@@ -283,7 +286,7 @@ class Scene:
 
     @cached_property
     def next_vertex(self) -> np.ndarray:
-        """Return the next vertex after each, counter-clockwise."""
+        """Return the vertex that follows each vertex of a block, counter-clockwise."""
         after = np.arange(len(self.owner)) + 1
         after[self.first[1:] - 1] = self.first[:-1]
         return after
@@ -318,7 +321,7 @@ class Scene:
         return np.flatnonzero(thin | (area < 1e-3 * np.median(area)))
 
     def lost(self, frame: int) -> np.ndarray:
-        """Return blocks farther outside the first view than the size of the view."""
+        """Return the blocks whose distance from the first view exceeds the size of the view."""
         low, high = self.box
         centre, reach = 0.5 * (low + high), (0.5 + _LOST) * self.size
         return np.flatnonzero(np.any(abs(self.coordinates(frame)[:, :2] - centre) > reach, axis=1))
@@ -372,7 +375,7 @@ class Scene:
 
     @cached_property
     def interface_joints(self) -> np.ndarray:
-        """Return the joint of each interface: the weaker one of its two edges, as in contacts."""
+        """Return the joint of each interface: the weaker joint of its two edges, as in contacts."""
         weakness = [
             (float(g.get("friction_angle", 0.0)), float(g.get("cohesion", 0.0) or 0.0))
             for g in self.groups.get("joint", [])
@@ -384,7 +387,7 @@ class Scene:
 
     @cached_property
     def previous_vertex(self) -> np.ndarray:
-        """Return the previous vertex before each."""
+        """Return the vertex that precedes each vertex of a block, counter-clockwise."""
         before = np.empty_like(self.next_vertex)
         before[self.next_vertex] = np.arange(len(before))
         return before
@@ -410,7 +413,7 @@ class Scene:
     def joint_movement(self, frame: int) -> tuple[np.ndarray, np.ndarray]:
         """Return slip and opening of `interfaces` since the first frame, each (k,), m.
 
-        The larger of both ends; opening is positive, slip has no sign.
+        The values are the larger ones of both ends; opening is positive, slip has no sign.
         """
         along, across = self._relative_displacement(frame)
         faces = self.interfaces
@@ -448,7 +451,7 @@ class Scene:
         return self.data["block_removal"].values.astype(int)
 
     def removed(self, frame: int) -> np.ndarray:
-        """Return whether a stage has removed each block by a frame, shape (blocks,)."""
+        """Return whether each block has been removed up to a frame, shape (blocks,)."""
         if not self._removal_stage.any() or "frame_stage" not in self.data:
             return np.zeros(self.blocks, dtype=bool)
         return (self._removal_stage > 0) & (
@@ -462,7 +465,7 @@ class Scene:
         names = str(self.data.attrs["stages"]).split("\n")
         stage, time = self.data["stage"].values.astype(int), self.data["time"].values
         at = np.flatnonzero(np.diff(stage, prepend=0))
-        # A sample at the end of a stage does not belong to the next one, which starts there.
+        # A stage starts at the last sample of the preceding stage.
         starts = [(names[stage[i] - 1], float(time[max(i - 1, 0)])) for i in at]
         return starts if len(starts) > 1 and len(names) >= stage.max() else []
 
@@ -515,9 +518,9 @@ class Scene:
     def bolt_routes(self) -> list[tuple[str, np.ndarray, np.ndarray]]:
         """Return names of bolts, and blocks (k,) and initial positions (k, 2), m, of their points.
 
-        The points of a cable are those that it passes.  The points of a grouted bolt are its ends
-        and the joints that it crosses. Before a run, the first block stands for all blocks, because
-        no block moves.
+        The points of a cable are its ends and the points that it passes.  The points of a grouted
+        bolt are its ends and the joints that it crosses. Before a run, all points belong to the
+        first block, because no block moves.
         """
         routes = []
         for group in self.groups.get("bolt", []):
@@ -531,11 +534,11 @@ class Scene:
         return routes
 
     def _initial_bolt_points(self, name: str, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return blocks and initial positions of the points in the group of a bolt."""
+        """Return blocks and initial positions of the points of a bolt, as in the output."""
         with FILES:
             mine = np.flatnonzero(self._bolt_names == name)
             if len(mine) == 0:
-                raise damaged(self.data, "bolt", f"there is no {name!r}, which the input has")
+                raise damaged(self.data, "bolt", f"the bolt {name!r} of the input is missing")
             blocks = self.data["bolt_block"].values.astype(int)[mine]
             places = self.data["bolt_place"].values.reshape(-1, 2, 2)[mine]
             if len(points) > 2:
@@ -543,7 +546,7 @@ class Scene:
                 between = self.data["bolt_through_block"].values.astype(int)[passed]
                 return np.array([blocks[0, 0], *between, blocks[0, 1]]), points
         blocks, places = blocks.ravel(), places.reshape(-1, 2)
-        if np.allclose(places[0], places[1]):  # at joints
+        if np.allclose(places[0], places[1]):  # a grouted bolt, whose springs are at joints
             blocks = np.array([blocks[0], *blocks, blocks[-1]])
             places = np.vstack([points[:1], places, points[1:]])
         return blocks, places
@@ -586,10 +589,11 @@ class Scene:
 
     @cached_property
     def _channel_nodes(self) -> np.ndarray:
+        """Return the two nodes of each flow channel, shape (channels, 2)."""
         return self.data["flow_channel_node"].values.astype(int)
 
     def water(self, frame: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return mean pressure (Pa), full or not, and flux (m²/s) of each channel, each (k,)."""
+        """Return mean pressure (Pa), whether full, and flux (m²/s) of each channel, each (k,)."""
         with FILES:
             at = self.sample_of(frame)
             pressure, saturation, flux = (
@@ -626,7 +630,7 @@ def principal_stresses(stress: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def is_netcdf(file: Path) -> bool:
-    """Return whether a file begins like an output."""
+    """Return whether a file begins like a netCDF file."""
     check_readable(file)
     with file.open("rb") as stream:
         head = stream.read(8)
@@ -634,7 +638,7 @@ def is_netcdf(file: Path) -> bool:
 
 
 def _deformation_gradient(coordinates: np.ndarray) -> np.ndarray:
-    """Return R(θ) (I + ε), shape (k, 2, 2)."""
+    """Return the deformation gradients R(θ) (I + ε) of blocks, shape (k, 2, 2)."""
     _, _, turn, ex, ey, gxy = coordinates.T
     cos, sin = np.cos(turn), np.sin(turn)
     axes = np.array([[cos, -sin], [sin, cos]])

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 PERIODS = np.geomspace(0.02, 5.0, 80)  # periods of response spectra, s
 SPECTRUM_DAMPING = 0.05
 _LEAST_DRIFT = 1e-6  # smaller drifts are not reported
-_MOST_FRAMES = 200  # largest number of frames searched for largest values
+_MOST_FRAMES = 200  # largest number of frames that are searched for the first fallen block
 
 
 def verdict(source, bars=None) -> Verdict:
@@ -135,7 +135,7 @@ def add_fallen(found: Verdict, scene: Scene) -> None:
     first = next((f for f in sample if fallen(scene, f, bodies).any()), scene.frames - 1)
     found.tell(
         f"{len(gone)} of {len(whole)} blocks ended displaced by more than their size, the first "
-        f"by {number(scene.time[first])} s: "
+        f"by t = {number(scene.time[first])} s: "
         + ", ".join(f"{scene.names[b]} ({number(whole[own[b]], 3)} m²)" for b in gone[:5])
         + (" …" if len(gone) > 5 else ""),
         blocks_fallen=len(gone),
@@ -146,7 +146,7 @@ def add_fallen(found: Verdict, scene: Scene) -> None:
 def fallen(scene: Scene, frame: int, bodies=None) -> np.ndarray:
     """Return whether blocks, or bodies of cells, have moved by more than their size.
 
-    The movement is relative to the lowest one.  The shape is (blocks,).
+    The movement is relative to the lowest body.  The shape is (blocks,).
     """
     _, own, whole = bodies or _group_bodies(scene)
     areas, low = scene.areas(), own[int(np.argmin(scene.coordinates(0)[:, 1]))]
@@ -156,7 +156,7 @@ def fallen(scene: Scene, frame: int, bodies=None) -> np.ndarray:
 
 
 def _group_bodies(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the first block of each body, the body of each block, areas of bodies (m²)."""
+    """Return the first block of each body, the body of each block, and areas of bodies (m²)."""
     alone = -np.arange(1, scene.blocks + 1)
     _, first_of, own = np.unique(
         np.where(scene.body > 0, scene.body, alone), return_index=True, return_inverse=True
@@ -172,7 +172,7 @@ def add_lost(found: Verdict, scene: Scene) -> None:
     first = next(frame for frame in range(scene.frames) if len(scene.lost(frame)))
     names = ", ".join(scene.names[b] for b in gone[:5]) + (" …" if len(gone) > 5 else "")
     found.tell(
-        f"{counted(len(gone), 'block', 'blocks')} left the model, the first by "
+        f"{counted(len(gone), 'block', 'blocks')} left the model, the first by t = "
         f"{number(scene.time[first])} s: {names}",
         blocks_lost=len(gone),
         first_block_lost_s=scene.time[first],
@@ -180,7 +180,7 @@ def add_lost(found: Verdict, scene: Scene) -> None:
 
 
 def add_sides(found: Verdict, data: xr.Dataset) -> None:
-    """Add the difference between the motions of the sides and the free field at the top."""
+    """Add the largest difference of velocity between each side and its free field, at the top."""
     for i, kind in enumerate(data["boundary_kind"].values if "boundary_kind" in data else ()):
         if kind != "free_field":
             continue
@@ -196,7 +196,7 @@ def add_sides(found: Verdict, data: xr.Dataset) -> None:
 
 
 def add_damping(found: Verdict, data: xr.Dataset) -> None:
-    """Add the damping at the peak of the amplification, if one is requested."""
+    """Add the peak of each requested amplification, and the damping at its frequency."""
     try:
         peaks = [result.peak for result in amplifications(data)]
     except (KeyError, ValueError):

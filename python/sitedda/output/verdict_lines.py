@@ -19,7 +19,7 @@ _HEADS = ("", "largest", "at the end", "where, when")
 
 
 class Doubt(NamedTuple):
-    """A warning: topic and sentence, as in lines of outputs."""
+    """A warning: topic and sentence, as in the lines of an output."""
 
     topic: str
     words: str
@@ -47,9 +47,9 @@ class FigureLine:
     ----------
     name : str
     largest, end : str
-        Keys of largest and final value in the values of the verdict; or blank.
+        Keys of largest and final value in `Verdict.values`, or blank.
     unit : str
-        In which they are shown, see `sitedda.base.numbers.SHOWN`.
+        Unit in which the values are shown, see `sitedda.base.numbers.SHOWN`.
     place : str
         Position and time of the largest value.
     """
@@ -68,10 +68,10 @@ class Verdict:
     Attributes
     ----------
     values : dict of float
-        By name with its unit, such as ``largest_displacement_m``; of measured points as
-        ``pga_m_s2[top]``.
+        Results by their name, which includes the unit: ``largest_displacement_m``; a measured point
+        follows in brackets: ``pga_m_s2[top]``.
     clauses : list of str
-        Of the first sentence.
+        Clauses of the first sentence.
     figures : list of FigureLine
         The results that are not negligible.
     doubts : list of Doubt
@@ -97,7 +97,7 @@ class Verdict:
 
     @property
     def all_doubts(self) -> list[Doubt]:
-        """Return all warnings; those of the error bars come last."""
+        """Return all warnings; the warnings about error bars are last."""
         return self.doubts + (self.bars.doubts() if self.bars else [])
 
     @property
@@ -116,25 +116,27 @@ class Verdict:
                            self._end_text(line), line.place) for line in self.figures)]  # fmt: skip
 
     def _end_text(self, line: FigureLine) -> str:
+        """Return the final value of a line as text; 0 if it is negligible."""
         end, largest = (abs(self.values.get(key, math.nan)) for key in (line.end, line.largest))
         if end < _DIED_OUT * largest:
             return f"0 {line.unit}".strip()
         return self._format_value(line.end, line.unit)
 
     def _format_value(self, key: str, unit: str) -> str:
+        """Format the result of a key with error bar and unit; blank for a blank key."""
         if not key:
             return ""
         scale = SHOWN.get(unit, 1.0)
         bar = self.bars.figures.get(key) if self.bars else None
         value = self.values.get(key, math.nan)
         text = number(value * scale)
-        if bar:  # without an error bar, show the result of the run
+        if bar:  # if the error bar is not finite, the value of the run is shown
             shown = bar.finest if math.isfinite(bar.bar) else value
             text = with_bar(shown * scale, bar.bar * scale)
         return f"{text} {unit}".strip()
 
     def __str__(self) -> str:
-        """Return sentence, warnings of the check, table, other warnings and counts as text."""
+        """Return the verdict as text: sentence, warnings of the check, table, others, counts."""
         first, last = ("\n".join(f"doubt  {wrapped(str(doubt), 7)}" for doubt in self.all_doubts
                                  if doubt.of_check == of_check)
                        for of_check in (True, False))  # fmt: skip
@@ -156,7 +158,7 @@ class Verdict:
 
 
 def _align_columns(rows: list[tuple[str, ...]]) -> str:
-    """Align columns at their usual positions, or wider if necessary."""
+    """Return rows as text with aligned columns, which have usual widths if possible."""
     wide = [max(least, 2 + max(len(row[i]) for row in rows)) for i, least in enumerate(_COLUMNS)]
     lines = []
     for row in rows:
