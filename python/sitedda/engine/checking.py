@@ -25,7 +25,7 @@ _HEAD = re.compile(r"^(ok  |warn|fail)  (.{18})(.*)$", re.IGNORECASE)
 
 @dataclass(frozen=True)
 class Line:
-    """One finding of a check: verdict ('ok', 'warn', 'fail'), topic, text and advice."""
+    """A finding of a check: verdict ('ok', 'warn' or 'fail'), topic, text and advice."""
 
     verdict: str
     topic: str
@@ -42,24 +42,24 @@ class Report:
     text : str
         One line for each finding, as the command prints it.
     verdict : str
-        The worst of all lines: 'ok', 'warn' or 'fail'.
+        The worst verdict of all lines: 'ok', 'warn' or 'fail'.
     omega_max : float
-        Highest frequency, rad/s (ARPACK); 0 if it was not found, with the reason in the text.
+        Highest natural frequency, rad/s (ARPACK); 0 if not found; the text states the reason.
     bracket : tuple of float
-        Its guaranteed bounds, rad/s.
+        Guaranteed bounds of `omega_max`, rad/s.
     residual : float
-        Of the eigenpair, relative.
+        Relative residual of the eigenpair of `omega_max`.
     shift : float
-        Reduction of the first frequency by the joints, as a fraction of the stiff limit.
+        Relative reduction of the first frequency by the joints, compared with rigid joints.
     band : tuple of float
-        Hz, from 5 to 95 % of the energy of the motions; zeros without motions.
+        Frequencies below which 5 and 95 % of the energy of the motions lie, Hz; 0: no motions.
     ringing : float
-        Steps in which the slowest velocity that changes its sign every step falls to 1/e; 0 where
-        none does, inf where it does not decay.
+        Number of steps in which velocities that change sign at each step decay to 1/e, for the
+        slowest decay; 0 if there are none, inf if they do not decay.
     memory : float
-        Bytes of a run, about.
+        Approximate memory of a run, bytes.
     seconds : float
-        Of a run at the pace of its first steps; 0 where they were not timed.
+        Estimated time of a run, from the time of its first steps; 0 if these were not timed.
     """
 
     text: str
@@ -131,20 +131,18 @@ class Modes:
     frequency : ndarray, shape (modes,)
         Hz, undamped.
     damping : ndarray, shape (modes,)
-        Damping ratio in free vibration: by the model's time integration at its step, and by
-        dashpots through their fraction of the energy of the undamped mode; 1 where a mode does not
-        oscillate.
+        Damping ratio in free vibration, due to time integration and dashpots; the latter by their
+        fraction of the energy of the undamped mode; 1 if a mode does not oscillate.
     elongation : ndarray, shape (modes,)
-        Of the period in free vibration, by the time integration; -1 where a mode does not
-        oscillate.
+        Relative elongation of the period by the time integration; -1 if a mode does not oscillate.
     participation : ndarray, shape (modes, 2)
-        For base motion in x and y, sqrt(kg) per metre of thickness.
+        Participation factors for base motion in x and y, sqrt(kg) per metre of thickness.
     effective_mass : ndarray, shape (modes, 2)
-        Shares of the total mass.
+        Effective masses as fractions of the total mass.
     shapes : ndarray, shape (modes, blocks, 6)
-        Of the block coordinates, mass-normalised; may be set as `Simulation.rates`.
+        Mass-normalised block coordinates; may be set as `Simulation.rates`.
     words : str
-        On rigid motions, mechanisms and sliding contacts.
+        Notes on rigid motions, mechanisms and sliding contacts.
     """
 
     frequency: np.ndarray
@@ -165,7 +163,8 @@ class Modes:
         from ..report import Paragraph, Table
         from ..report.html import fragment
 
-        heads = ["mode", "frequency (Hz)", "damping (%)", "longer (%)", "mass x (%)", "mass y (%)"]
+        heads = ["mode", "frequency (Hz)", "damping (%)", "period elongation (%)", "mass x (%)",
+                 "mass y (%)"]  # fmt: skip
         shares = np.column_stack([self.damping, self.elongation, self.effective_mass])
         rows = [
             [str(i + 1), f"{frequency:.4g}", *(f"{100 * v:.3g}" for v in shares[i])]
@@ -176,7 +175,7 @@ class Modes:
 
 @dataclass(frozen=True)
 class Penalty:
-    """A normal stiffness (N/m per metre), its first frequency, and that of rigid joints (Hz)."""
+    """Normal stiffness (N/m per metre), first frequency (Hz), and the same with rigid joints."""
 
     normal_stiffness: float
     frequency: float
@@ -184,7 +183,7 @@ class Penalty:
 
 
 def _round_numbers(text: str) -> str:
-    """Shorten numbers to four digits, except for numbers within names."""
+    """Shorten the numbers in a text to four digits, except for numbers in names."""
 
     def shortened(found: re.Match) -> str:
         mantissa, exponent = found[1], found[2]
@@ -199,14 +198,14 @@ def _round_numbers(text: str) -> str:
 
 @contextmanager
 def _open_model(model, changes: Mapping | None, more: dict) -> Iterator[Simulation]:
-    """Yield an open simulation, or one with changes that is closed afterwards."""
+    """Yield an open simulation, or one that is opened with changes and closed afterwards."""
     changes = dict(changes or {}) | more
     if not isinstance(model, Simulation):
         with Simulation(model, changes=changes) as simulation:
             yield simulation
         return
     if changes:
-        raise ValueError("changes need an input file, not an open simulation")
+        raise ValueError("changes require an input file; an open simulation cannot be changed here")
     with model._one:  # all results must belong to the same state
         yield model
 
@@ -246,8 +245,8 @@ def modes(
     model : path or Simulation
     count : int
     contacts : {'auto', 'closed', 'present', 'settled'}
-        Closed contacts: all in touch, the present ones, or those closed by gravity; 'auto' is
-        'settled' with gravity, otherwise 'closed'.
+        Contacts with stiffness: all that touch, those closed at present, or those closed by
+        gravity; 'auto' is 'settled' with gravity, otherwise 'closed'.
     changes, **more
         Variables to change in the input, see `Simulation`.
     """
@@ -274,16 +273,16 @@ def matrices(model, contacts: str = "auto", changes: Mapping | None = None, **mo
     Parameters
     ----------
     model, contacts, changes, **more
-        See `modes`.  Materials that damp have the modulus that is given.
+        See `modes`.  Damped materials have the modulus of the input.
 
     Returns
     -------
     stiffness, mass : scipy.sparse.csr_array, shape (6 blocks, 6 blocks)
-        Of the block coordinates, N/m and kg and the like, per metre of thickness.
+        For the block coordinates, per metre of thickness, SI.
     points : scipy.sparse.csr_array, shape (2 points, 6 blocks)
-        Displacements x and y of each measured point in turn.
+        Matrix that yields the displacements x and y of each measured point in turn.
     names : list of str
-        Of the points.
+        Names of the points.
     """
     from scipy import sparse
 
@@ -310,7 +309,7 @@ def transfer(
     changes: Mapping | None = None,
     **more,
 ) -> np.ndarray:
-    """Compute the exact discrete transfer function between two measured points, for base motion.
+    """Compute the exact transfer function of the time integration between two measured points.
 
     The model is linearised and integrated with the scheme and time step of ``&control``.
 
@@ -325,8 +324,8 @@ def transfer(
         Measured point to divide by; None: the prescribed motion itself.
     direction : {'x', 'y'}
     damped : bool
-        With the damping of the model's time integration (θ, χ), of its supports and of dashpots,
-        or in continuous time without any.
+        Include the damping of time integration (θ, χ), supports and dashpots; otherwise continuous
+        time without damping.
     contacts : str
         See `modes`.
     changes, **more
@@ -342,7 +341,7 @@ def transfer(
         names = simulation.point_names
         for name in (surface, base):
             if name is not None and name not in names:
-                raise ValueError(f"{name!r} is not a measured point; there are {names}")
+                raise ValueError(f"{name!r} is not a measured point; the points are {names}")
         points = [0 if name is None else names.index(name) + 1 for name in (surface, base)]
         return simulation._call_engine(
             "transfer_of", contacts, points, axis, frequencies, int(damped)
@@ -368,13 +367,13 @@ def penalty_for(
 ) -> Penalty:
     """Find the normal stiffness whose joints lower the first frequency by a given fraction.
 
-    A stiffer one needs more iterations, see the line "penalty" of `check`.
+    Stiffer joints need more iterations, see the line "penalty" of `check`.
 
     Parameters
     ----------
     model : path or Simulation
     accuracy : float
-        Share of the first frequency with rigid joints, above 0 and below 1.
+        Reduction as a fraction of the first frequency with rigid joints, above 0 and below 1.
     contacts : str
         See `modes`.
     changes, **more
@@ -387,7 +386,7 @@ def penalty_for(
     Raises
     ------
     SiteddaError
-        If the share is out of range, or no penalty changes the first frequency.
+        If the fraction is out of range, or no penalty changes the first frequency.
     """
     with _open_model(model, changes, more) as simulation:
         return Penalty(
@@ -398,5 +397,5 @@ def penalty_for(
 def penalty_for_shift(
     model, percent: float, contacts: str = "auto", changes: Mapping | None = None, **more
 ) -> Penalty:
-    """`penalty_for` with its accuracy in per cent."""
+    """Call `penalty_for` with an accuracy in per cent."""
     return penalty_for(model, percent / 100, contacts, changes, **more)

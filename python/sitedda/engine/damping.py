@@ -24,11 +24,11 @@ class Body:
     omega, weight : ndarray, shape (mechanisms,)
         Relaxation frequencies, rad/s, and weights Y.
     unrelaxed : float
-        Unrelaxed modulus over the given one.
+        Unrelaxed modulus over the modulus of the input.
     misfit : float
-        Largest relative error of the damping ratio over the band.
+        Largest relative error of the damping ratio in the band.
     band : tuple of float
-        Hz.
+        Lowest and highest frequency of the fit, Hz.
     """
 
     omega: NDArray[np.float64]
@@ -38,7 +38,7 @@ class Body:
     band: tuple[float, float]
 
     def factor(self, omega: ArrayLike) -> NDArray[np.complex128]:
-        """Return the complex modulus over the given one at angular frequencies, rad/s."""
+        """Return complex modulus over modulus of the input, at angular frequencies (rad/s)."""
         turn = np.asarray(omega, dtype=float)[..., None]
         return self.unrelaxed * (
             1 - np.sum(self.weight * self.omega / (self.omega + 1j * turn), -1)
@@ -49,13 +49,13 @@ class MaterialDamping:
     """Base class of the damping of a layer of a :class:`sitedda.Column`."""
 
     def factors(self, frequency: NDArray[np.float64]) -> Factors:
-        """Return complex modulus and density over the given ones, at frequencies in Hz."""
+        """Return complex modulus and density over those of the input, at frequencies in Hz."""
         raise NotImplementedError
 
     def scheme_factors(
         self, frequency: NDArray[np.float64], steady: SteadyFactors, scheme: Scheme, step: float
     ) -> Factors:
-        """Return these factors in a time integration, without the factors of the scheme."""
+        """Return `factors` under a time integration, without the factors of the scheme itself."""
         raise NotImplementedError
 
     def ratio_at(self, frequency: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -74,18 +74,18 @@ class ConstantRatio(MaterialDamping):
     ratio : float
         ζ > 0.
     reference_frequency : float
-        Hz, at which the modulus is the given one.
+        Frequency at which the modulus is that of the input, Hz.
     band : (float, float), optional
-        Hz; by default 0.1 ... 50, the upper end lower if the time step requires it.
+        Hz; by default 0.1 ... 50, with a lower upper end if the time step requires it.
     mechanisms : int, optional
-        By default as many as are needed.
+        Number of relaxation mechanisms; by default as many as the accuracy requires.
 
     Raises
     ------
     ValueError
         If a value is out of range.
     InputError
-        If no body has the ratio.
+        If no body can be fitted to the ratio.
     """
 
     ratio: float
@@ -100,10 +100,11 @@ class ConstantRatio(MaterialDamping):
 
     @cached_property
     def body(self) -> Body:
-        """Return the fitted body for time steps that admit all its mechanisms."""
+        """Return the fitted body for time steps that are short enough for all its mechanisms."""
         return self._body_for_limit(np.finfo(float).max)
 
     def _body_for_limit(self, limit: float) -> Body:
+        """Return the fitted body with relaxation frequencies below a limit, rad/s."""
         band = (0.0, 0.0) if self.band is None else tuple(map(float, self.band))
         return _fit_body(
             float(self.ratio), float(self.reference_frequency), band, self.mechanisms or 0, limit
@@ -117,7 +118,7 @@ class ConstantRatio(MaterialDamping):
     def scheme_factors(
         self, frequency: NDArray[np.float64], steady: SteadyFactors, scheme: Scheme, step: float
     ) -> Factors:
-        """Return factors of the body admitted by the time step, at the pre-warped frequency."""
+        """Return the factors of the body that the time step permits, at pre-warped frequencies."""
         limit = np.finfo(float).max
         if scheme.theta > 0.5:
             limit = 4 / ((scheme.theta - 0.5) * step)
@@ -128,6 +129,7 @@ class ConstantRatio(MaterialDamping):
 
 @lru_cache
 def _fit_body(ratio: float, reference: float, band: tuple, mechanisms: int, limit: float) -> Body:
+    """Fit a generalised Maxwell body to a damping ratio; see `ConstantRatio`."""
     count, omega, weight, numbers = checked(api.body_of, ratio, reference, band, mechanisms, limit)
     return Body(
         omega[:count].copy(),
@@ -159,7 +161,7 @@ class Rayleigh(MaterialDamping):
 
     @classmethod
     def at(cls, ratio: float, frequencies: tuple[float, float]) -> "Rayleigh":
-        """Return Rayleigh damping of a ratio at two frequencies, Hz."""
+        """Return Rayleigh damping with a given damping ratio at two frequencies, Hz."""
         first, second = 2 * np.pi * positive("frequencies", np.asarray(frequencies, dtype=float))
         beta = 2 * float(not_negative("ratio", ratio)) / (first + second)
         return cls(float(beta * first * second), float(beta))
@@ -172,7 +174,7 @@ class Rayleigh(MaterialDamping):
     def scheme_factors(
         self, frequency: NDArray[np.float64], steady: SteadyFactors, scheme: Scheme, step: float
     ) -> Factors:
-        """Return the factors with those of the dashpots on d/Δt and of the inertia."""
+        """Return the factors with the discrete forms of the dashpots (on d/Δt) and of inertia."""
         inertia = np.where(steady.inertia == 0, np.finfo(float).tiny, steady.inertia)
         drag = self.alpha * steady.mean_dashpot / inertia
         return 1 + self.beta * steady.mean_dashpot, 1 + np.where(frequency > 0, drag, 0)
@@ -184,12 +186,12 @@ def damping_of(material: Mapping) -> MaterialDamping | None:
     Parameters
     ----------
     material : mapping
-        Its variables, as they stand in the input.
+        Its variables, as in the input.
 
     Returns
     -------
     MaterialDamping or None
-        None: it has none.
+        None: the material has no damping.
     """
     if material.get("rayleigh_alpha") or material.get("rayleigh_beta"):
         return Rayleigh(material.get("rayleigh_alpha", 0.0), material.get("rayleigh_beta", 0.0))

@@ -18,16 +18,16 @@ class Maximum:
     Attributes
     ----------
     value : float
-        NaN if there is none, for example without measured points.
+        Largest value; NaN if there is none, for example without measured points.
     time : float
-        When it was reached first, s.
+        Time at which it was first reached, s.
     unit : str
     blocks : tuple of str
-        Names of the block; of a contact those of the blocks of its vertex and its edge.
+        Name of the block; for a contact, names of the blocks of its vertex and of its edge.
     points : tuple of str
-        Name of the measured point; of a drift also that of the point below.
+        Name of the measured point; for a drift, also of the point below.
     residual : float
-        The largest value at the end, or at the present time of a `sitedda.Simulation`.
+        The value at the end, or at the present time of a `sitedda.Simulation`.
     """
 
     value: float
@@ -38,7 +38,7 @@ class Maximum:
     residual: float
 
     def __str__(self) -> str:
-        """Return value, place, time and residual as text."""
+        """Return value, position, time and residual as text."""
         who = " on ".join(self.blocks) or " over ".join(self.points)
         return f"{self.value:.4g} {self.unit}, {who} at {self.time:.6g} s; residual " + (
             f"{self.residual:.4g} {self.unit}"
@@ -53,7 +53,7 @@ def as_maxima(rows: Iterable, blocks, points) -> dict[str, Maximum]:
     rows : iterable of (str, str, float, float, float, sequence of int, sequence of int)
         Name, unit, value, time, residual, numbers of blocks and of points, from 0; −1: none.
     blocks, points : sequence of str
-        Names of all.
+        Names of all blocks and of all points.
     """
 
     def names(all_names, numbers) -> tuple[str, ...]:

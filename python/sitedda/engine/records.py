@@ -41,13 +41,13 @@ def read_record(
         'smc' (USGS), 'at2' (PEER NGA), 'knet' (K-NET, KiK-net), 'esm' (ESM, DYNA), 'cosmos' (V2),
         'text', 'auto'; or 'obspy' for what that library reads (an optional dependency).
     quantity, unit : str
-        If the file does not state them; if it does, they must agree.
+        Required if the file does not state them; otherwise they must agree with the file.
     time_step : float
         s between samples, for one column of text.
     drift_order : int
-        Order of the polynomial taken from the velocity; -1: 2 for accelerations, else 0.
+        Order of the polynomial subtracted from the velocity; -1: 2 for accelerations, else 0.
     taper : float
-        Share under a cosine taper.
+        Fraction of the record under a cosine taper.
     scale : float
         Factor on the record.
     channel : int
@@ -56,8 +56,8 @@ def read_record(
     Returns
     -------
     xarray.Dataset
-        ``acceleration``, ``velocity``, ``displacement`` over ``time``, SI; attributes say where
-        they are from and what was done.
+        ``acceleration``, ``velocity``, ``displacement`` over ``time``, SI; attributes state the
+        source and the processing.
 
     Raises
     ------
@@ -81,6 +81,7 @@ def read_record(
 
 
 def _as_dataset(motion: np.ndarray, step: float, file, words: list[str]) -> xr.Dataset:
+    """Return the samples of a motion, shape (3, samples), as a dataset."""
     import xarray as xr
 
     time = ("time", step * np.arange(motion.shape[1]), {"units": "s"})
@@ -100,10 +101,10 @@ def _read_by_obspy(file, quantity, unit, drift_order, taper, scale, channel) -> 
     try:
         import obspy
     except ImportError as trouble:
-        raise MissingLibrary("format 'obspy' needs the library: pip install obspy") from trouble
+        raise MissingLibrary("format 'obspy' needs this library: pip install obspy") from trouble
     check_readable(file)
     if not quantity or not unit:
-        raise InputError("format 'obspy' needs quantity and unit, which such files do not state")
+        raise InputError("format 'obspy' needs quantity and unit, because the file states neither")
     trace = obspy.read(str(file))[channel - 1]
     with tempfile.TemporaryDirectory() as folder:
         plain = Path(folder) / "trace.txt"

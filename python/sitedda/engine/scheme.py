@@ -35,14 +35,14 @@ class Vibration:
     Attributes
     ----------
     damping : ndarray, shape (...)
-        Damping ratio ln(1/|λ|)/|ln λ|; 1 where nothing oscillates.
+        Damping ratio ln(1/|λ|)/|ln λ|; 1 if the oscillator does not oscillate.
     elongation : ndarray, shape (...)
-        Period over the true one, less 1; -1 where nothing oscillates.
+        Relative elongation of the period; -1 if the oscillator does not oscillate.
     ringing : ndarray, shape (...)
-        Steps in which a velocity that changes its sign every step falls to 1/e; 0 where it does
-        not change its sign, inf where it does not decay.
+        Number of steps in which a velocity that changes sign at each step decays to 1/e; 0 if its
+        sign does not change, inf if it does not decay.
     roots : ndarray of complex, shape (..., 2)
-        Eigenvalues of a step, the larger one first.
+        Eigenvalues of a step; the larger one is first.
     """
 
     damping: NDArray[np.float64]
@@ -58,13 +58,13 @@ class SteadyFactors:
     Attributes
     ----------
     inertia : ndarray of complex, shape (n,)
-        Of M, instead of -ω², 1/s².
+        Factor of the mass M; replaces -ω², 1/s².
     end_stiffness : ndarray of complex, shape (n,)
-        Of stiffness at the end of the step: supports.
+        Factor of stiffness at the end of the step (supports).
     mean_dashpot, end_dashpot : ndarray of complex, shape (n,)
-        Of dashpots on d/Δt, and on the velocity at the end of the step, 1/s.
+        Factors of dashpots on d/Δt, and on the velocity at the end of the step, 1/s.
     load : ndarray of complex, shape (n,)
-        Of loads and body forces.
+        Factor of loads and body forces.
     """
 
     inertia: NDArray[np.complex128]
@@ -106,7 +106,7 @@ class Scheme:
         ----------
         integration : {'dda', 'midpoint', 'theta', 'backward_euler'} or Scheme
         theta : float
-            θ = χ of ``'theta'``, 1/2 ... 1; of no effect on the others.
+            θ = χ of ``'theta'``, 1/2 ... 1; the other schemes ignore it.
 
         Raises
         ------
@@ -177,7 +177,7 @@ def scheme_damping(
     Returns
     -------
     ndarray, shape (...)
-        Damping ratio ζ; inf where the modulus has no positive real part (abτ² >= 1).
+        Damping ratio ζ; inf if the modulus has no positive real part (abτ² >= 1).
 
     Raises
     ------
@@ -275,7 +275,7 @@ def theta_for_damping(
     Raises
     ------
     ValueError
-        If an argument is out of range, or no θ gives so much damping at this step.
+        If an argument is out of range, or no θ gives the required damping at this time step.
     """
     _check_frequencies(frequency, time_step)
     theta = _solve_for_damping(damping, frequency, Scheme(), float(time_step), not_negative)[1]
@@ -290,7 +290,7 @@ def theta_for_damping(
 
 
 def _solve_for_damping(damping, frequency, scheme: Scheme, time_step: float, allowed=positive):
-    """Call the engine for time steps (s), or θ at a time step, for damping ratios."""
+    """Return the time steps (s), and θ at a given time step, that have given damping ratios."""
     ratio, values = np.broadcast_arrays(
         allowed("damping", damping), positive("frequency", frequency)
     )
@@ -307,7 +307,7 @@ def _check_frequencies(frequency: ArrayLike, time_step: float) -> NDArray[np.flo
     beyond = values * step >= 0.5
     if np.any(beyond):
         raise ValueError(
-            f"frequency must stay below the Nyquist frequency {0.5 / step:g} Hz of"
+            f"frequency must be below the Nyquist frequency {0.5 / step:g} Hz of"
             f" time_step {step:g} s, got {first_of(values, beyond):g}"
         )
     return values

@@ -28,7 +28,7 @@ __all__ = [
 ]
 
 GRAVITY = 9.80665  # m/s², for the Arias intensity
-_BUTTERWORTH = np.cos(np.array([1.0, 3.0]) * np.pi / 8.0)  # order of the low-pass, as in the engine
+_BUTTERWORTH = np.cos(np.array([1.0, 3.0]) * np.pi / 8.0)  # damping of the poles, as in the engine
 
 _FASTEST = 1e4  # largest number of oscillations between two samples
 _PADDING = 8  # zero-padding factor of the spectrum for the dominant frequency
@@ -54,13 +54,13 @@ class Decrement:
     times : ndarray, shape (n + 1,)
         Times of the crests used, s.
     crests : ndarray, shape (n + 1,)
-        Their heights above ``offset``, in the unit of the signal.
+        Heights of these crests above ``offset``, in the unit of the signal.
     offset : float
-        The line about which the signal oscillates, in its unit.
+        Value about which the signal oscillates, in the unit of the signal.
     residual : float
-        Root mean square of ln(crest) about its straight line in the crest number: the relative
-        scatter of the crests.  Near 0 for an exponential decay; 0.05 means 5 %, a poor one.
-        Always 0 for two crests.
+        Root mean square deviation of ln(crest) from its regression line over the crest number, i.e.
+        the relative scatter of the crests.  It is almost 0 for an exponential decay; 0.05 (5 %)
+        means a poor fit.  It is 0 for two crests.
     """
 
     damping: float
@@ -81,22 +81,22 @@ def log_decrement(
 ) -> Decrement:
     """Compute damping ratio and frequency of a free decay by eq. 11 of the paper.
 
-    Crests and troughs are placed between the samples by a parabola through three of them.  The
-    count starts at the highest crest.
+    Parabolas through three samples locate crests and troughs.  The first crest that is used is the
+    highest.
 
     Parameters
     ----------
     time : array_like, shape (m,)
         Equidistant times, s.
     x : array_like, shape (m,)
-        The oscillation, any unit; give the free decay only.
+        The free decay, any unit, without the motion before it.
     cycles : int, optional
-        Number of cycles n; by default all of the signal.
+        Number of cycles n; by default all cycles of the signal.
     offset : float, optional
-        The line about which the signal oscillates.  By default found from the extrema, which for
-        one decaying mode obey e[k+1] - c = -q (e[k] - c) exactly.
+        Value c about which the signal oscillates.  By default it is computed from the extrema e,
+        which for one decaying mode satisfy e[k+1] - c = -q (e[k] - c) exactly.
     floor : float
-        Extrema that stand out by less than this fraction of the largest swing are noise.
+        Smallest prominence of an extremum, as fraction of the range of x; smaller ones are noise.
 
     Returns
     -------
@@ -106,7 +106,7 @@ def log_decrement(
     Raises
     ------
     ValueError
-        If the arguments do not fit or are not finite, or too few crests or cycles are found.
+        If arguments differ in length or are not finite, or there are too few crests.
     """
     step, values = _check_equidistant(time, x)
     if not 0 < floor < 1:
@@ -127,7 +127,7 @@ def log_decrement(
 def _find_crests(
     values: NDArray[np.float64], prominence: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return positions, in samples, and heights of maxima by parabolas through three samples."""
+    """Return positions (in samples) and heights of maxima, by parabolas through three samples."""
     if prominence == 0:
         return np.empty(0), np.empty(0)
     from scipy.signal import find_peaks
@@ -135,7 +135,7 @@ def _find_crests(
     peak, _ = find_peaks(values, prominence=prominence)
     left, middle, right = values[peak - 1], values[peak], values[peak + 1]
     bend = left - 2 * middle + right
-    bend[bend == 0] = -np.inf  # a plateau: do not shift its position
+    bend[bend == 0] = -np.inf  # a plateau: its position is not shifted
     shift = 0.5 * (left - right) / bend
     return peak + shift, middle - 0.25 * (left - right) * shift
 
@@ -154,20 +154,20 @@ def _fit_offset(
     now, following = extrema[:-1][opposite], extrema[1:][opposite]
     if now.size < 2 or np.ptp(now) == 0:
         raise ValueError(
-            f"x must contain at least three extrema to find its offset, got {extrema.size};"
+            f"x has {extrema.size} extrema, but at least three are needed to compute its offset;"
             " give offset, a longer record or a lower floor"
         )
     middle = now.mean()
     slope = np.sum((now - middle) * (following - following.mean())) / np.sum((now - middle) ** 2)
     if not slope < 0:
-        raise ValueError("x must oscillate about a line; give offset or a higher floor")
+        raise ValueError("x does not oscillate about a constant; give offset or a higher floor")
     return float((following.mean() - slope * middle) / (1 - slope))
 
 
 def _select_crests(
     at: NDArray[np.float64], height: NDArray[np.float64], cycles: int | None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the requested crests from the highest on, as long as they exceed the offset."""
+    """Return the requested number of crests above the offset, starting at the highest crest."""
     first = int(np.argmax(height)) if height.size else 0
     at, height = at[first:], height[first:]
     below = np.flatnonzero(height <= 0)
@@ -175,7 +175,7 @@ def _select_crests(
     wanted = found if cycles is None else int(cycles) + 1
     if found < max(wanted, 2):
         raise ValueError(
-            f"x must contain {max(wanted, 2)} decaying crests, got {found};"
+            f"x has {found} decaying crests, but {max(wanted, 2)} are needed;"
             " give a longer record, fewer cycles or a lower floor"
         )
     return at[:wanted], height[:wanted]
@@ -184,6 +184,7 @@ def _select_crests(
 def _make_decrement(
     times: NDArray[np.float64], crests: NDArray[np.float64], offset: float
 ) -> Decrement:
+    """Compute damping ratios and frequency from times (s) and heights of crests."""
     count = crests.size - 1
     logs = np.log(crests)
     delta = logs[0] - logs[-1]
@@ -204,7 +205,7 @@ def _make_decrement(
 # Konno-Ohmachi smoothing
 # ---------------------------------------------------------------------------------------------
 
-_LEAST_WINDOW = 0.3  # smallest sum of weights; below it, no sample lies in the main lobe
+_LEAST_WINDOW = 0.3  # smallest sum of weights; if it is smaller, the main lobe contains no sample
 _MOST_WEIGHTS = 2**17  # weights computed at once, limited by the cache
 
 
@@ -216,15 +217,15 @@ def smooth_konno_ohmachi(
 ) -> NDArray[np.float64]:
     """Smooth an amplitude spectrum with the window of Konno & Ohmachi (1998).
 
-    The weights ``[sin(b log10(f/fc)) / (b log10(f/fc))]⁴`` are normalised to unit sum; at a centre
-    of 0 Hz the result is the first amplitude.
+    The weights ``[sin(b log10(f/fc)) / (b log10(f/fc))]⁴`` are normalised to unit sum; at 0 Hz the
+    result is the first amplitude.
 
     Parameters
     ----------
     frequency : array_like, shape (n,)
         Frequencies of the spectrum, Hz, >= 0 and increasing.
     spectrum : array_like, shape (n,)
-        Amplitudes; of complex values the magnitude is taken.
+        Amplitudes; complex values are replaced by their magnitude.
     bandwidth : float
         b; a smaller value smooths more.
     centres : array_like, shape (m,), optional
@@ -238,7 +239,7 @@ def smooth_konno_ohmachi(
     Raises
     ------
     ValueError
-        If the arguments do not fit or are not finite, or a window contains no sample.
+        If arguments differ in length or are not finite, or a window contains no sample.
 
     References
     ----------
@@ -267,8 +268,8 @@ def smooth_konno_ohmachi(
         total = weight.sum(axis=1)
         if np.any(empty := total <= _LEAST_WINDOW):
             raise ValueError(
-                f"centres must lie where the window contains samples, got "
-                f"{targets[some][empty][0]:g} Hz with bandwidth {width:g}"
+                f"the window at the centre {targets[some][empty][0]:g} Hz with bandwidth {width:g} "
+                "contains no sample; use other centres or a smaller bandwidth"
             )
         smoothed[some] = weight @ amplitude / total
     return smoothed
@@ -281,7 +282,7 @@ def smooth_konno_ohmachi(
 
 @dataclass(frozen=True)
 class ResponseSpectrum:
-    """Largest responses of linear oscillators to a ground acceleration; all of shape (n,).
+    """Largest responses of linear oscillators to a ground acceleration, each of shape (n,).
 
     Parameters
     ----------
@@ -307,12 +308,12 @@ class ResponseSpectrum:
 
     @property
     def pseudo_velocity(self) -> NDArray[np.float64]:
-        """ω × displacement."""
+        """Pseudo-spectral velocity: ω × displacement."""
         return 2 * np.pi * self.frequencies * self.displacement
 
     @property
     def pseudo_acceleration(self) -> NDArray[np.float64]:
-        """ω² × displacement, the usual response spectrum of engineers."""
+        """Pseudo-spectral acceleration: ω² × displacement."""
         return (2 * np.pi * self.frequencies) ** 2 * self.displacement
 
 
@@ -326,16 +327,16 @@ def response_spectrum(
 ) -> ResponseSpectrum:
     """Compute the response spectrum of a ground acceleration, with oscillators initially at rest.
 
-    Exact for an acceleration that runs straight between its samples (Nigam & Jennings, 1969).
-    For fast oscillators, maxima between the samples are included.  The record is
-    not continued beyond its last sample: append zeros to include the free vibration after it.
+    The result is exact for an acceleration that is linear between samples (Nigam & Jennings, 1969).
+    For fast oscillators, maxima between the samples are included.  The response ends at the last
+    sample: append zeros to include the free vibration.
 
     Parameters
     ----------
     acceleration : array_like, shape (m,), m >= 2
         Ground acceleration, any unit.
     time_step : float
-        Its sampling interval, s.
+        Sampling interval, s.
     periods : array_like, shape (n,)
         Natural periods of the oscillators, s, > 0.
     damping : float
@@ -373,9 +374,9 @@ def response_spectrum(
 
 
 def _natural_hz(periods: ArrayLike | None, frequencies: ArrayLike | None) -> NDArray[np.float64]:
-    """Return natural frequencies (Hz) from either periods or frequencies."""
+    """Return natural frequencies (Hz) from either periods (s) or frequencies (Hz)."""
     if (periods is None) == (frequencies is None):
-        raise ValueError("give either periods or frequencies")
+        raise ValueError("give either periods or frequencies, not both")
     name, unit, given = (
         ("periods", "s", periods) if frequencies is None else ("frequencies", "Hz", frequencies)
     )
@@ -388,14 +389,14 @@ def _natural_hz(periods: ArrayLike | None, frequencies: ArrayLike | None) -> NDA
 def spectral_acceleration(
     acceleration: ArrayLike, time_step: float, periods: ArrayLike, damping: float = 0.05
 ) -> NDArray[np.float64]:
-    """Compute the pseudo-spectral acceleration Sa, with the free vibration after the record.
+    """Compute the pseudo-spectral acceleration Sa, including free vibration after the record.
 
     Parameters
     ----------
     acceleration : array_like, shape (m,), m >= 2
         Ground acceleration, any unit.
     time_step : float
-        Its sampling interval, s.
+        Sampling interval, s.
     periods : array_like, shape (n,)
         Natural periods, s, > 0.
     damping : float
@@ -423,9 +424,9 @@ def low_pass(length: int, time_step: float, frequency: float) -> NDArray[np.comp
     Parameters
     ----------
     length : int
-        Of the motion, samples.
+        Length of the motion, samples.
     time_step : float
-        s.
+        Sampling interval, s.
     frequency : float
         Corner frequency (half power), Hz.
 
@@ -439,7 +440,7 @@ def low_pass(length: int, time_step: float, frequency: float) -> NDArray[np.comp
 
 
 def low_passed(motion: ArrayLike, time_step: float, frequency: float) -> NDArray[np.float64]:
-    """Filter a motion, shape (m,), every `time_step` s, by `low_pass` at a frequency (Hz)."""
+    """Filter a motion, shape (m,), sampled every `time_step` s, by `low_pass`; frequency in Hz."""
     values = np.asarray(motion, dtype=float)
     length = fast_length(2 * len(values))
     spectrum = np.fft.rfft(values, length) * low_pass(length, time_step, frequency)
@@ -447,14 +448,14 @@ def low_passed(motion: ArrayLike, time_step: float, frequency: float) -> NDArray
 
 
 def fast_length(least: int) -> int:
-    """Return the smallest number from `least` on without prime factors above 5, for fast FFTs."""
+    """Return the smallest length >= `least` without prime factors above 5, for fast FFTs."""
     best = 1 << (least - 1).bit_length()
     odd = [3**i * 5**j for i in range(40) for j in range(28)]
     return min([best, *(n << max(0, -(-least // n) - 1).bit_length() for n in odd if n < best)])
 
 
 def running_integral(series: ArrayLike, time_step: float) -> NDArray[np.float64]:
-    """Integrate from 0 along the last axis by trapezoids; the shape does not change."""
+    """Integrate along the last axis by trapezoids, with 0 at the start; the shape is unchanged."""
     values = np.asarray(series, dtype=float)
     inner = np.cumsum((values[..., 1:] + values[..., :-1]) * time_step / 2, axis=-1)
     return np.concatenate([np.zeros_like(values[..., :1]), inner], axis=-1)
@@ -479,8 +480,8 @@ def arias_growth(acceleration: ArrayLike, time_step: float) -> NDArray[np.float6
 def dominant_frequency(x: ArrayLike, dt: float, band: tuple[float, float] | None = None) -> float:
     """Return the interpolated frequency of the highest peak of the amplitude spectrum.
 
-    The mean is removed, a Hann window applied and the record padded with zeros; a parabola
-    through the logarithms of three lines places the peak.
+    The mean is removed, a Hann window is applied, and the record is padded with zeros; a parabola
+    through the logarithms of three amplitudes locates the peak.
 
     Parameters
     ----------
@@ -514,9 +515,9 @@ def dominant_frequency(x: ArrayLike, dt: float, band: tuple[float, float] | None
     line = np.arange(1, size.size - 1)
     summit = line[(size[line] > size[line - 1]) & (size[line] >= size[line + 1])]
     summit = summit[(summit >= low * length * step) & (summit <= high * length * step)]
-    floor = 1e-12 * np.abs(values).sum()  # the round-off of a constant is not a peak
+    floor = 1e-12 * np.abs(values).sum()  # smaller peaks are rounding errors
     if summit.size == 0 or size[summit].max() <= floor:
-        raise ValueError(f"band {low:g} ... {high:g} Hz contains no peak of the spectrum of x")
+        raise ValueError(f"the spectrum of x has no peak in the band {low:g} ... {high:g} Hz")
     best = summit[np.argmax(size[summit])]
     left, middle, right = np.log(np.maximum(size[best - 1 : best + 2], np.finfo(float).tiny))
     shift = 0.5 * (left - right) / (left - 2 * middle + right)
@@ -529,6 +530,7 @@ def dominant_frequency(x: ArrayLike, dt: float, band: tuple[float, float] | None
 
 
 def _check_vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
+    """Return an argument as a vector of finite real numbers; raise ValueError if it is none."""
     if np.iscomplexobj(value):
         raise ValueError(f"{name} must be real, got complex values")
     values = np.asarray(value, dtype=float)
@@ -541,6 +543,7 @@ def _check_vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
 
 
 def _check_band(band: tuple[float, float] | None, nyquist: float) -> tuple[float, float]:
+    """Return both ends of a frequency band (Hz), by default 0 and the Nyquist frequency."""
     edges = np.asarray((0.0, nyquist) if band is None else band, dtype=float)
     if edges.shape != (2,) or not 0 <= edges[0] < edges[1] <= nyquist * (1 + 1e-12):
         raise ValueError(f"band must be 0 <= low < high <= {nyquist:g} Hz, got {band!r}")
@@ -548,7 +551,7 @@ def _check_band(band: tuple[float, float] | None, nyquist: float) -> tuple[float
 
 
 def _check_equidistant(time: ArrayLike, x: ArrayLike) -> tuple[float, NDArray[np.float64]]:
-    """Return the sampling interval and the values of a history."""
+    """Return sampling interval (s) and values of a history; raise ValueError if it is uneven."""
     times, values = _check_vector("time", time), _check_vector("x", x)
     if times.size != values.size or times.size < 3:
         raise ValueError(

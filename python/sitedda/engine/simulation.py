@@ -26,8 +26,8 @@ from ..input.input_text import cited, find_groups
 from ..input.source import Built, blocks_text, needs_building, opened_input
 from .maxima import Maximum, as_maxima
 
-_LONGEST_CALL = 80  # largest number of characters of a value in a message
-_CHUNK_TIME = 0.1  # s between checks for signals, unless a step takes longer
+_LONGEST_CALL = 80  # largest number of characters of a call in a message
+_CHUNK_TIME = 0.1  # s between checks for signals, if a step does not take longer
 
 
 class Simulation:
@@ -36,34 +36,34 @@ class Simulation:
     Parameters
     ----------
     file : path or Model
-        Namelist input; groups of joints and masonry are turned into blocks.
+        Namelist input; groups of joints and masonry are converted to blocks.
     output : path, True or None
-        Output file; True: that of the input; None: no file is written.
+        Output file; True: as in the input; None: no file is written.
     resume : bool
         Continue from the last checkpoint of the output, which must belong to the same input with
         the same changes; without a checkpoint, start from the beginning. If the output is complete,
         the run has ended and the blocks are in their initial position. `notice` reports the case.
     changes : mapping, optional
-        Variables to change in the input, by ``group.variable`` or, where an input has several
-        groups of a kind, ``group.name.variable``: ``{"material.clay.density": 1900.0}``.
+        Variables to change in the input, by ``group.variable`` or, if an input has several groups
+        of a kind, ``group.name.variable``: ``{"material.clay.density": 1900.0}``.
     drawn : bool
-        Leave the blocks as drawn.  The first stage, which may first compute a static equilibrium,
-        begins with the first `advance`, which may have no steps.
+        Leave the blocks in their initial position.  The first stage, which may compute a static
+        equilibrium, begins with the first call of `advance`, even with 0 steps.
     **more
-        The same for variables that need no group, as ``time_step=5e-4``, or with a mapping,
-        ``contact={"normal_stiffness": 1e12}``; see `sitedda.changes.changed_input`.
+        Changes as keywords: ``time_step=5e-4``, ``contact={"normal_stiffness": 1e12}``; see
+        `sitedda.changes.changed_input`.
 
     Raises
     ------
     InputError
         If the input cannot be run; the message names file, group and value.
     OutputError
-        If the output cannot be written; as `CheckpointError` if no checkpoint of it is good.
+        If the output cannot be written; a `CheckpointError` if none of its checkpoints is usable.
 
     Notes
     -----
     The object can be used in a ``with`` statement.  It is freed when it is closed or collected.
-    `rates`, `gravity` and `time_step` can be set, other variables with `change`; nothing else can.
+    Only `rates`, `gravity` and `time_step` can be set; `change` sets other variables.
     """
 
     __slots__ = (
@@ -81,11 +81,11 @@ class Simulation:
         **more,
     ):
         if resume and output is None:
-            raise ValueError("only a run with an output can be resumed")
+            raise ValueError("only a run with an output file can be resumed")
         changes = dict(changes or {}) | more
         named = dict(flat_changes(changes)).get("output.file")
         if output is True and isinstance(named, str | os.PathLike):
-            output = named  # a caller may name any path, unlike an input
+            output = named  # callers may name any path; inputs may not
         target = b"" if output in (None, True) else os.fsencode(output)
         self._writes = output is not None
         self._one = threading.RLock()  # locked while the engine works on this simulation
@@ -116,7 +116,7 @@ class Simulation:
         self.close()
 
     def __repr__(self) -> str:
-        """Title, blocks and time."""
+        """Return title, number of blocks and time."""
         if not self.is_open:
             return f"<sitedda.Simulation of {self.file}, closed>"
         blocks = counted(len(self.rates), "block", "blocks")
@@ -124,7 +124,7 @@ class Simulation:
         return f"<sitedda.Simulation {self.title!r}: {blocks}, {now}>"
 
     def close(self) -> None:
-        """Free the simulation; an unfinished output remains as FILE.partial, with a checkpoint."""
+        """Free the simulation; an incomplete output remains as FILE.partial, with a checkpoint."""
         with self._one, self._output_lock():
             self._free()
             self._handle = 0
@@ -208,14 +208,14 @@ class Simulation:
         Parameters
         ----------
         name : str
-            Of the stage.
+            Name of the stage.
         kind : {'dynamic', 'static'}
             A static stage computes an equilibrium; a dynamic one continues from the present state.
         **values
             Variables of &stage: ``remove``, ``release``, ``drop``, ``change_joints``,
             ``change_materials``, ``zero_displacements``, ``displacement``, ``duration`` or
             ``steps``, ``time_step``, ``integration``, ``theta``.
-            Without a duration it lasts to the end of the run.
+            Without a duration, the stage lasts until the end of the run.
 
         Raises
         ------
@@ -253,7 +253,7 @@ class Simulation:
         return self._read_line("values")
 
     def _change_input(self, text: str, words: str, call: str) -> None:
-        """Continue with another input; errors name the call instead of the generated text."""
+        """Continue the run with another input; errors name the call, not the generated text."""
         try:
             with self._one, FILES:  # locks are always acquired in this order, to avoid deadlocks
                 self._call_engine(
@@ -272,7 +272,7 @@ class Simulation:
         Raises
         ------
         OutputError
-            If it cannot be written; the last checkpoint remains.
+            If the checkpoint cannot be written; the previous one remains.
         """
         with self._one, FILES:
             self._call_engine("save_state")
@@ -280,8 +280,8 @@ class Simulation:
     def finish(self) -> Path | None:
         """Close the output file, if one is written, and return its path.
 
-        If the duration is not reached, the results so far are in FILE.partial and a checkpoint is
-        left that the run can be resumed from.
+        If the duration is not reached, FILE.partial contains the results so far, and the run can be
+        resumed from a checkpoint.
         """
         with self._one, FILES:
             self._call_engine("finish_run")
@@ -293,21 +293,21 @@ class Simulation:
         return Path(os.fsdecode(self._read_text("output").strip()))
 
     def _output_lock(self):
-        """Return the lock of files if this simulation has an output."""
+        """Return the lock of netCDF files if this simulation has an output; otherwise no lock."""
         return FILES if self._writes else nullcontext()
 
     def _call_engine(self, routine: str, *arguments):
-        """Call a routine of the engine for this simulation; threads wait for each other."""
+        """Call a routine of the engine for this simulation, in one thread at a time."""
         with self._one:
             return checked(getattr(api, routine), self._handle, *arguments)
 
     def _read_table(self, what: str) -> np.ndarray:
-        """Return a table of the engine, see `take_state` and `take_course` there."""
+        """Return a table of the engine, see `take_state` and `take_course` in `api/tables.f90`."""
         with self._one:
             return api.read_table(self._handle, *self._call_engine("make_table", what))
 
     def _read_text(self, what: str) -> bytes:
-        """Return a text of the engine, see `make_text` there."""
+        """Return a text of the engine, see `make_text` in `api/tables.f90`."""
         with self._one:
             return (
                 api.read_text(self._handle, self._call_engine("make_text", what))
@@ -316,9 +316,11 @@ class Simulation:
             )
 
     def _read_line(self, what: str) -> str:
+        """Return a text of the engine without blanks at its ends."""
         return self._read_text(what).decode("utf-8", "replace").strip()
 
     def _read_clock(self) -> np.ndarray:
+        """Return times, steps, gravity and stiffness of the engine in one array."""
         return self._read_table("clock")[0]
 
     @property
@@ -338,11 +340,11 @@ class Simulation:
 
     @property
     def description(self) -> str:
-        """One line on the analysis and one per motion: peaks, drift removal, final values.
+        """One line about the analysis and one per motion: peaks, drift removal, final values.
 
-        Plane strain or plane stress; PGA, PGV and PGD of the motion; the most that drift removal
-        took of velocity and displacement; velocity and displacement at the end of the record, and
-        how the motion continues.
+        Plane strain or plane stress; PGA, PGV and PGD of the motion; the largest velocity and
+        displacement that drift removal subtracted; velocity and displacement at the end of the
+        record, and the motion after the end.
         """
         return self._read_line("description")
 
@@ -353,18 +355,18 @@ class Simulation:
 
     @property
     def thread_notes(self) -> str:
-        """Note on the time during which too few processors were free for all threads; or empty."""
+        """Note on the time in which fewer processors than threads were free; otherwise empty."""
         return self._read_line("threads")
 
     @property
     def peak_warnings(self) -> list[str]:
-        """Warnings about amplification peaks of a linear run that are not exact."""
+        """Warnings about amplification peaks of a linear run that differ from exact ones."""
         with self._one, FILES:
             return self._read_line("peaks").splitlines()
 
     @property
     def ending(self) -> str:
-        """Why the run has ended, "duration reached" or the rule of &stop; empty before that."""
+        """Reason of the end of the run: "duration reached" or a rule of &stop; empty before it."""
         return self._read_line("ending")
 
     @property
@@ -384,7 +386,7 @@ class Simulation:
 
     @property
     def time_step(self) -> float:
-        """Time step of the last step, s; may be set, see `change`."""
+        """Length of the last time step, s; may be set, see `change`."""
         return float(self._read_clock()[2])
 
     @time_step.setter
@@ -402,22 +404,22 @@ class Simulation:
 
     @property
     def normal_stiffness(self) -> float:
-        """Penalty stiffness k_n of closed contacts, N/m, as given or by its default."""
+        """Penalty stiffness k_n of closed contacts, N/m: value of the input or default."""
         return float(self._read_clock()[7])
 
     @property
     def steps(self) -> int:
-        """Steps taken."""
+        """Number of steps so far."""
         return int(self._read_clock()[3])
 
     @property
     def iterations(self) -> int:
-        """Open-close iterations of the last step."""
+        """Number of open-close iterations in the last step."""
         return int(self._read_clock()[4])
 
     @property
     def block_names(self) -> list[str]:
-        """Names of the blocks, blank where the input gives none."""
+        """Names of the blocks, blank if the input gives none."""
         return self._read_text("blocks").decode("utf-8", "replace").split("\n")[:-1]
 
     @property
@@ -432,7 +434,7 @@ class Simulation:
 
     @property
     def edge_joints(self) -> np.ndarray:
-        """Number of each edge's present joint, shape (vertices,), from 0, as `polygons` has them.
+        """Number of each edge's present joint, shape (edges,), from 0, in the order of `polygons`.
 
         An edge has the index of the vertex where it begins.
         """
@@ -440,12 +442,12 @@ class Simulation:
 
     @property
     def block_bodies(self) -> np.ndarray:
-        """Number of the body that each block is a cell of, from 1; 0: none."""
+        """Number of the body to which each cell belongs, shape (blocks,), from 1; 0: no cell."""
         return self._read_table("blocks")[:, 1].astype(int)
 
     @property
     def welded_edges(self) -> np.ndarray:
-        """1 for each edge that lies within a body, shape (vertices,), as `edge_joints`; else 0."""
+        """1 for edges within a body, 0 for others; shape (edges,), in the order of `polygons`."""
         return self._read_table("edges")[:, 2].astype(int)
 
     @property
@@ -455,7 +457,7 @@ class Simulation:
 
     @property
     def removed_blocks(self) -> np.ndarray:
-        """Whether a stage has removed each block, shape (blocks,), bool."""
+        """Whether each block has been removed by a stage, shape (blocks,), bool."""
         return self._read_table("blocks")[:, 2].astype(bool)
 
     @property
@@ -486,9 +488,9 @@ class Simulation:
 
     @property
     def stress_errors(self) -> np.ndarray:
-        """Estimated stress errors of cells from the jumps at their faces, shape (blocks,), Pa.
+        """Estimated stress errors of cells from the stress jumps at faces, shape (blocks,), Pa.
 
-        The estimate is the uniaxial-strain stress with the energy of the jumps; otherwise 0.
+        The estimate is the uniaxial-strain stress with the energy of the jumps; 0 for other blocks.
         """
         return self._read_table("stress_errors")[0]
 
@@ -496,20 +498,20 @@ class Simulation:
     def plastic_strains(self) -> np.ndarray:
         """Largest plastic strain within each block, shape (blocks,); 0 without yielding.
 
-        It is the sum over steps on which the softening of law 'mohr_coulomb' depends.
+        The plastic strain is the accumulated strain on which softening ('mohr_coulomb') depends.
         """
         return self._read_table("plastic_strains")[0]
 
     @property
     def edge_damages(self) -> np.ndarray:
-        """Damage of the welded faces of each edge, shape (vertices,): 0 whole, 1 broken."""
+        """Damage of the welded faces of each edge, shape (edges,): 0 intact, 1 broken."""
         return self._read_table("edge_damages")[0]
 
     @property
     def loads(self) -> np.ndarray:
         """Forces of weight, loads, water and supports on each block, shape (blocks, 6).
 
-        Along x and y (N/m), moment about the centroid (N) and those on its strains (N).
+        Forces in x and y (N/m), moment about the centroid (N), forces conjugate to the strains (N).
         """
         return self._read_table("loads").T
 
@@ -528,9 +530,9 @@ class Simulation:
         ``joint`` (from 0, in the order of the input);
         ``gap`` (m), ``normal_force`` and ``shear_force`` (N/m), ``stretch`` (m). Under joint laws:
         ``length`` (m) that a contact represents, ``slip_path`` (m), ``weakened`` (0 … 1), and
-        ``place``, the share of the edge from ``vertex`` on before a point between corners; else 0.
-        With cohesive joints: ``damage`` (0 … 1), ``fracture_energy_lower`` and
-        ``fracture_energy_upper`` (N/m, per area), bounds of what is spent.
+        ``place``, the position of a point between corners as fraction of the edge that begins at
+        ``vertex``; 0 for corners.  With cohesive joints: ``damage`` (0 … 1), and bounds of the
+        dissipated energy per area, ``fracture_energy_lower`` and ``fracture_energy_upper`` (N/m).
         """
         found = dict(zip(engine_names("contacts"), self._read_table("contacts").T, strict=True))
         return found | {name: found[name].astype(int) for name in engine_names("whole contacts")}
@@ -539,17 +541,16 @@ class Simulation:
     def closed_contacts(self) -> np.ndarray:
         """Contacts under compression in the last step, shape (contacts, 5).
 
-        Vertex and edge (from 0), fraction of the edge from the vertex on before a point between
-        corners, normal and shear force (N/m), as in `contacts`.
+        Vertex and edge (from 0), `place`, normal and shear force (N/m), as in `contacts`.
         """
         return self._read_table("closed contacts")
 
     @property
     def boundary_edges(self) -> dict[str, np.ndarray]:
-        """Parts of edges of the groups ``&boundary``, each of shape (pieces,).
+        """Parts of edges that belong to groups ``&boundary``, each array of shape (parts,).
 
         ``edge`` (by its first vertex) and ``group`` (in the order of the input), both from 0;
-        ``from`` and ``to``, the fractions of the edge between which the piece lies.
+        ``from`` and ``to``: start and end of the part as fractions of the edge.
         """
         edge, group, *shares = self._read_table("boundary_edges").T
         values = (edge.astype(int), group.astype(int), *shares)
@@ -557,9 +558,9 @@ class Simulation:
 
     @property
     def bolts(self) -> dict[str, np.ndarray]:
-        """Bolts after the last step, each of shape (bolts,), in the order of the output.
+        """States of bolts after the last step, each of shape (bolts,), in the order of the output.
 
-        ``force`` along the bolt (tension positive) and ``shear_force`` of a grouted one (N/m),
+        ``force`` along the bolt (tension positive), ``shear_force`` of a grouted bolt (N/m),
         ``elongation`` (m), ``state`` (0 absent, 1 elastic, 2 yielding, 3 slack, 4 broken).
         """
         names = ("force", "shear_force", "elongation", "state")
@@ -571,8 +572,8 @@ class Simulation:
         """State of the water in the channels of joints after the last step.
 
         ``pressure`` (Pa) and ``saturation`` at both ends, each of shape (channels, 2), ``flux``
-        from the first to the second (m²/s), (channels,), ``places`` of the ends at the start (m),
-        (channels, 2, 2), and a ``block`` beside each, (channels,).
+        from the first to the second end (m²/s), (channels,), initial ``places`` of the ends (m),
+        (channels, 2, 2), and a ``block`` beside each channel, (channels,).
         """
         table = self._read_table("water")
         return {
@@ -607,8 +608,8 @@ class Simulation:
         """Counts since the start.
 
         ``steps``; open-close ``iterations``; neighbour ``searches``; linear systems (``solves``),
-        ``factors`` made for them, ``solver_iterations``, solves ``handed_over`` to the direct
-        solver; bonds ``broken``.
+        computed ``factors``, ``solver_iterations``, systems ``handed_over`` to the direct solver;
+        ``broken`` bonds.
         """
         return dict(
             zip(engine_names("counts"), map(int, self._read_table("counts")[0]), strict=True)
@@ -620,7 +621,7 @@ class Simulation:
         return self._read_line("solver")
 
     def block_notes(self) -> str:
-        """Notes on removed and merged blocks and on slivers."""
+        """Return notes on removed and merged blocks and on slivers."""
         from ..build.cutting.small_blocks import in_words, slivers
 
         of_cut = in_words(self.built.slivers)
@@ -628,11 +629,11 @@ class Simulation:
         return "\n".join(filter(None, [*words, in_words(slivers(self.polygons, self.block_names))]))
 
     def phase_times(self) -> dict[str, float]:
-        """Seconds spent in the phases of the steps since the first call, which starts the timer.
+        """Return the time of each phase of the steps (s) since the first call of this method.
 
-        ``search`` (neighbours, plan of the factor), ``detect`` (contacts and their history),
-        ``assemble``, ``factorise``, ``solve``, ``iterate`` (open-close, without its solves) and
-        ``update`` (new state, energy audit).
+        ``search`` (neighbours, symbolic factorisation), ``detect`` (contacts and their history),
+        ``assemble``, ``factorise``, ``solve``, ``iterate`` (open-close iteration without solves)
+        and ``update`` (new state, energy audit).
         """
         return dict(
             zip(engine_names("phases"), map(float, self._read_table("phases")[0]), strict=True)
@@ -640,7 +641,7 @@ class Simulation:
 
     @property
     def point_motions(self) -> np.ndarray:
-        """Measured points, shape (3, points, 2): displacement, velocity, acceleration (SI)."""
+        """Displacements, velocities and accelerations of points, shape (3, points, 2), SI."""
         return np.swapaxes(self._read_table("points").T.reshape(-1, 3, 2), 0, 1)
 
     @property

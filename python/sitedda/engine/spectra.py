@@ -15,13 +15,13 @@ class Peak:
     Attributes
     ----------
     frequency : float
-        Hz; of a spectrum, at the vertex of the parabola through the three highest bins.
+        Hz; in a spectrum, the vertex of the parabola through the three highest bins.
     amplitude : float
-        There.
+        Amplitude at this frequency.
     bin_width : float
-        Hz between bins, refined by interpolation; 0 for the peak of a formula.
+        Distance between bins, Hz; 0 for the peak of a formula.
     interpolated : bool
-        False if the highest bin lies at an end of the band, and for the peak of a formula.
+        False if the highest bin is at an end of the band, and for the peak of a formula.
     """
 
     frequency: float
@@ -31,6 +31,7 @@ class Peak:
 
 
 def _check_series(name: str, values) -> np.ndarray:
+    """Return values as a one-dimensional array; raise ValueError for other shapes."""
     series = np.ascontiguousarray(values, dtype=float)
     if series.ndim != 1:
         raise ValueError(f"{name} must be one-dimensional, not of shape {series.shape}")
@@ -46,9 +47,9 @@ def fourier_spectrum(series, time_step: float, padding: int = 1, taper: float = 
     time_step : float
         s between samples.
     padding : int
-        Length with zeros over length.
+        Zero-padded length over original length.
     taper : float
-        Tapered fraction of the length (cosine), half at each end, 0 … 1.
+        Fraction of the length under a cosine taper, half of it at each end, 0 … 1.
 
     Returns
     -------
@@ -76,9 +77,9 @@ def amplification(surface, base, time_step: float, padding: int = 8, taper: floa
     time_step : float
         s between samples.
     padding : int
-        Length with zeros over length.
+        Zero-padded length over original length.
     taper : float
-        Part of the length under a cosine taper.
+        Fraction of the length under a cosine taper.
 
     Returns
     -------
@@ -95,7 +96,7 @@ def amplification(surface, base, time_step: float, padding: int = 8, taper: floa
 
 
 def find_peak(frequency, amplitude, lowest: float, highest: float) -> Peak:
-    """The largest amplitude between two frequencies (Hz), refined by a parabola.
+    """Return the largest amplitude between two frequencies (Hz), interpolated by a parabola.
 
     Raises
     ------

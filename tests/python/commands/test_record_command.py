@@ -98,5 +98,5 @@ def test_a_library_that_is_missing_is_one_sentence(main, monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "obspy", None)  # as if it were not installed
     (tmp_path / "a.mseed").write_bytes(b"0")
     done = main("record", "a.mseed", "--format", "obspy", folder=tmp_path)
-    expected = "sitedda: format 'obspy' needs the library: pip install obspy"
+    expected = "sitedda: format 'obspy' needs this library: pip install obspy"
     assert (done.returncode, done.stderr.splitlines()) == (1, [expected])
