@@ -17,13 +17,13 @@ def add_accuracy(parser: argparse.ArgumentParser) -> None:
         type=COUNT,
         default=0,
         metavar="N",
-        help="also run N twins with a displaced block: median, 16, 84 %% of each result",
+        help="also run N twins, each with one displaced block: median, 16 and 84 %% of each result",
     )
     parser.add_argument(
         "-o", "--output", type=picture_name, help="picture of the ensemble (FILE_bands.png)"
     )
     parser.add_argument(
-        "--folder", type=Path, help="folder of the runs, from which they can be resumed (temporary)"
+        "--folder", type=Path, help="folder from which the runs can be resumed (temporary)"
     )
     parser.add_argument("-w", "--workers", type=WORKERS, help="processes (one per processor)")
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
@@ -33,6 +33,7 @@ def add_accuracy(parser: argparse.ArgumentParser) -> None:
 
 
 def _run_accuracy(options: argparse.Namespace) -> int:
+    """Print the error bars of an input, and draw its ensemble if there is one."""
     from ..report.style import save_picture
     from ..study.error_bars import accuracy
 

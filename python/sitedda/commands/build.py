@@ -11,16 +11,17 @@ from .parser import tell
 def add_build(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
     parser.add_argument("file", type=Path, metavar="FILE.nml", help="the input")
-    parser.add_argument("-o", "--output", type=file_name, help="(FILE_blocks.nml beside FILE)")
+    parser.add_argument("-o", "--output", type=file_name, help="input to write (FILE_blocks.nml)")
     parser.add_argument(
         "--block-file",
         action=argparse.BooleanOptionalAction,
-        help="write the blocks to a netCDF file beside it (default from 10,000 blocks on)",
+        help="write the blocks to a separate netCDF file (default for 10,000 blocks or more)",
     )
     parser.set_defaults(act=_run_build)
 
 
 def _run_build(options: argparse.Namespace) -> int:
+    """Write an input with blocks instead of joints and masonry; print a summary."""
     from ..build.building import build_file, summary
 
     output, built = build_file(options.file, options.output, options.block_file)

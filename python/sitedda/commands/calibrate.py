@@ -13,7 +13,7 @@ def add_calibrate(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
     parser.add_argument("file", type=Path, metavar="FILE.nml", help="the input")
     parser.add_argument("modes", type=Path, metavar="MODES.csv",
-        help="frequencies and shapes; with --record, a record of ambient vibrations")  # fmt: skip
+        help="measured modes; with --record, a record of ambient vibrations")  # fmt: skip
     parser.add_argument("--record", type=_parse_range, metavar="LOW:HIGH",
         help="identify the modes in this band, Hz, of the vibration record MODES")  # fmt: skip
     parser.add_argument("--unknown", action="append", required=True, type=_parse_unknown,
@@ -22,20 +22,22 @@ def add_calibrate(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--discrepancy", type=_parse_discrepancy, default=0.02, metavar="R",
         help="relative error of the model's frequencies (0.02), or 'unknown'")  # fmt: skip
     parser.add_argument(
-        "--sampler", choices=("laplace", "ensemble"), default="laplace", help="of the samples"
+        "--sampler", choices=("laplace", "ensemble"), default="laplace", help="method (laplace)"
     )
-    parser.add_argument("--samples", type=COUNT, default=1000, help="how many (1000)")
-    parser.add_argument("-o", "--output", type=picture_name, help="(FILE_calibration.png)")
+    parser.add_argument("--samples", type=COUNT, default=1000, help="number of samples (1000)")
+    parser.add_argument("-o", "--output", type=picture_name, help="picture (FILE_calibration.png)")
     add_changes(parser)
     parser.set_defaults(act=_run_calibrate)
 
 
 def _parse_unknown(text: str) -> tuple[str, tuple[float, float]]:
+    """Return name and range of an unknown, NAME=LOW:HIGH."""
     name, _, ends = text.rpartition("=")
     return name.strip(), _parse_range(ends, text, "NAME=LOW:HIGH")
 
 
 def _parse_range(ends: str, text: str = "", form: str = "LOW:HIGH") -> tuple[float, float]:
+    """Return both ends of a range LOW:HIGH; an error names the whole text and its form."""
     try:
         low, high = map(float, ends.split(":"))
     except ValueError:
@@ -44,10 +46,12 @@ def _parse_range(ends: str, text: str = "", form: str = "LOW:HIGH") -> tuple[flo
 
 
 def _parse_discrepancy(text: str) -> float | None:
+    """Return the relative error of the model's frequencies; None for 'unknown'."""
     return None if text == "unknown" else NOT_NEGATIVE(text)
 
 
 def _run_calibrate(options: argparse.Namespace) -> int:
+    """Estimate the unknowns of an input from measured modes; write picture and samples."""
     from ..calibration import calibrate, identify, modes_csv
     from ..calibration.picture import draw_calibration
     from ..report.style import save_picture

@@ -20,7 +20,7 @@ def add_check(parser: argparse.ArgumentParser) -> None:
 
 
 def check_input(options: argparse.Namespace) -> int:
-    """Print the check of an input; raise an error if it fails."""
+    """Print the check of an input; raise CheckError if its verdict is 'fail'."""
     with Simulation(options.file, changes=dict(options.set)) as simulation:
         notes, description = simulation.block_notes(), simulation.description
         found = check(simulation)

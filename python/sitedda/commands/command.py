@@ -30,14 +30,14 @@ COMMANDS = {
     "view": ("show blocks in one interactive HTML file", "viewing.add_view"),
     "live": ("edit, run and watch a model in the browser", "live.add_live"),
     "movie": ("make a movie of an output", "viewing.add_movie"),
-    "report": ("write model, check, verdict and view into one page", "viewing.add_report"),
+    "report": ("write model, check, verdict and view to one page", "viewing.add_report"),
     "export": ("write an output for other programs", "viewing.add_export"),
     "site": ("compare a layered site as blocks with a 1-D column", "site.add_site"),
     "surface": ("compute the amplification along the surface of an output", "site.add_surface"),
     "record": ("read a record and draw its motion", "record.add_record"),
-    "study": ("run many values of parameters; resume interrupted studies", "study.add_study"),
+    "study": ("run an input for many parameter values, or resume this", "study.add_study"),
     "editor": ("provide language server, schema and completion for editors", "editor.add_editor"),
-    "example": ("list ready inputs and studies, or copy one", "example.add_example"),
+    "example": ("list the shipped inputs and studies, or copy one", "example.add_example"),
     "validate": ("run the analytic cases", ""),
     "paper": ("reproduce the results of the paper", ""),
 }
@@ -46,8 +46,8 @@ COMMANDS = {
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line and return its exit status.
 
-    0 done, 1 bad input, 2 refused by a check, 3 a step does not converge, 4 linear solver, 5 file,
-    6 interrupted, 7 memory, 141 nobody reads what is printed.
+    0: done; error of 1: input, 2: check, 3: convergence, 4: linear solver, 5: file, 7: memory; 6:
+    interrupted; 141: the reader of the printed text has closed the pipe.
     """
     words = sys.argv[1:] if arguments is None else list(arguments)
     if words[:1] == ["study"]:

@@ -14,8 +14,8 @@ def add_editor(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "what",
         choices=("server", "schema", "grammar", *_SHELLS, "man"),
-        help="language server on standard input and output; JSON schema or TextMate grammar of "
-        "inputs; completion of commands for a shell; man page",
+        help="start a language server on standard input and output, or print the JSON schema or "
+        "TextMate grammar of inputs, the completion for a shell, or the man page",
     )
     parser.set_defaults(act=help_editor)
 
@@ -37,7 +37,7 @@ def help_editor(options: argparse.Namespace) -> int:
 
 
 def _describe_commands(what: str) -> str:
-    """Return the completion for a shell or the man page, made from the parser."""
+    """Return the completion for a shell or the man page, generated from the parser."""
     from .command import whole_parser
 
     try:

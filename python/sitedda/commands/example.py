@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`sitedda example`: list and copy ready inputs and studies."""
+"""`sitedda example`: list and copy the shipped inputs and studies."""
 
 import argparse
 from pathlib import Path
@@ -17,6 +17,7 @@ def add_example(parser: argparse.ArgumentParser) -> None:
 
 
 def _list_or_copy(options: argparse.Namespace) -> int:
+    """Copy the named example; without a name, print all names."""
     if options.name is None:
         for name, words in examples().items():
             print(f"{name:22} {words}")

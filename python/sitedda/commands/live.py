@@ -13,8 +13,9 @@ _PORT = Range(0, 65535, whole=True)
 
 def add_live(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
-    parser.add_argument("file", nargs="?", type=Path, metavar="FILE.nml", help="(a start page)")
-    parser.add_argument("--port", type=_PORT, default=0, help="port of the server (its last one)")
+    parser.add_argument("file", nargs="?", type=Path, metavar="FILE.nml",
+        help="input to open (none: start page)")  # fmt: skip
+    parser.add_argument("--port", type=_PORT, default=0, help="port of the server (the last used)")
     parser.add_argument("--no-open", action="store_true", help="do not open a browser")
     parser.add_argument("--notebook", action="store_true", help="for `LiveWidget` of a notebook")
     parser.add_argument(
@@ -27,6 +28,7 @@ def add_live(parser: argparse.ArgumentParser) -> None:
 
 
 def _serve_live(options: argparse.Namespace) -> int:
+    """Serve the live page until it is stopped."""
     from ..live.server import run_server
     from ..live.starts import Shipped
 

@@ -9,7 +9,7 @@ from ..input.changes import Typed
 
 
 class Parser(argparse.ArgumentParser):
-    """Argument parser that exits with the status of bad input, 1, not 2 (a refused check)."""
+    """Argument parser that exits with status 1 (bad input) instead of 2 (failed check)."""
 
     def error(self, message: str) -> NoReturn:
         """Report an error of the command line in one sentence, and exit."""
@@ -18,7 +18,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def add_changes(parser: argparse.ArgumentParser) -> None:
-    """Add the option --set; ``dict(options.set)`` has its values."""
+    """Add the option --set; ``dict(options.set)`` then maps variables to values."""
     parser.add_argument(
         "--set",
         action="append",
@@ -31,6 +31,7 @@ def add_changes(parser: argparse.ArgumentParser) -> None:
 
 
 def _parse_assignment(text: str):
+    """Return name and value of NAME=VALUE."""
     name, equals, value = text.partition("=")
     if not equals:
         raise argparse.ArgumentTypeError(f"{text!r} is not NAME=VALUE")
@@ -38,11 +39,11 @@ def _parse_assignment(text: str):
 
 
 def folded(words: str) -> str:
-    """Wrap each line to screen lines, as the native executable does."""
+    """Wrap each line of a text to the width of the screen, as the native executable does."""
     return "\n".join(wrapped(line, 6) for line in words.splitlines() if line)
 
 
 def tell(words: str) -> None:
-    """Print notes."""
+    """Print notes, one per line of a text."""
     for line in filter(None, words.splitlines()):
         print(folded(f"note: {line}"))

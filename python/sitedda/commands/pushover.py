@@ -13,24 +13,25 @@ def add_pushover(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
     parser.add_argument("file", type=Path, metavar="FILE.nml", help="the input")
     parser.add_argument(
-        "--point", required=True, metavar="NAME", help="measured point of the curve"
+        "--point", required=True, metavar="NAME", help="measured point whose displacement is shown"
     )
     parser.add_argument("--load", choices=("horizontal", "tilt", "mode"), default="horizontal")
-    parser.add_argument("--sense", type=int, choices=(1, -1), default=1, help="along x (1)")
+    parser.add_argument("--sense", type=int, choices=(1, -1), default=1, help="sign along x (1)")
     parser.add_argument("--displacement", type=POSITIVE, metavar="M",
         help="largest displacement (a tenth of the height of the point)")  # fmt: skip
-    parser.add_argument("--steps", type=COUNT, default=200, help="to that displacement (200)")
-    parser.add_argument("--ec8", nargs=2, metavar=("PEAK", "GROUND"),
-        help="performance point of Eurocode 8: peak on rock (m/s²), ground A to E")  # fmt: skip
-    parser.add_argument("--method", choices=("n2", "mechanism"), default="n2",
-        help="method: n2, or mechanism for rocking by the Italian code (n2)")  # fmt: skip
-    parser.add_argument("--limits", action="store_true", help="limit loads of dry rigid blocks")
-    parser.add_argument("-o", "--output", type=picture_name, help="(FILE_pushover.png)")
+    parser.add_argument("--steps", type=COUNT, default=200, help="number of static steps (200)")
+    parser.add_argument("--ec8", nargs=2, metavar=("PEAK", "GROUND"), help="print the performance "
+        "point of Eurocode 8: peak acceleration on rock (m/s²), ground A to E")  # fmt: skip
+    parser.add_argument("--method", choices=("n2", "mechanism"), default="n2", help="method of the "
+        "performance point: N2, or rocking mechanism of the Italian code (n2)")  # fmt: skip
+    parser.add_argument("--limits", action="store_true", help="add limit loads of rigid blocks")
+    parser.add_argument("-o", "--output", type=picture_name, help="picture (FILE_pushover.png)")
     add_changes(parser)
     parser.set_defaults(act=_run_pushover)
 
 
 def _run_pushover(options: argparse.Namespace) -> int:
+    """Compute a capacity curve; write picture and table, and print the performance point."""
     from ..report.style import save_picture
     from ..stability import limit_analysis, performance_point, pushover
     from ..study import eurocode8

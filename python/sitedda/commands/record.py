@@ -38,12 +38,14 @@ def add_record(parser: argparse.ArgumentParser) -> None:
         metavar="S",
         help="time step of a file with one column",
     )
-    parser.add_argument("-o", "--output", type=picture_name, metavar="PICTURE", help="(RECORD.png)")
+    parser.add_argument("-o", "--output", type=picture_name, metavar="PICTURE",
+        help="picture to write (RECORD.png)")  # fmt: skip
     parser.add_argument("-f", "--force", action="store_true", help="overwrite an existing picture")
     parser.set_defaults(act=_run_record)
 
 
 def _run_record(options: argparse.Namespace) -> int:
+    """Print the intensity measures of a record, and draw its motion."""
     from ..facade.plot import record_panels
     from ..site.intensity import intensity
 
@@ -62,6 +64,7 @@ def _run_record(options: argparse.Namespace) -> int:
 
 
 def _read_record_file(options: argparse.Namespace):
+    """Read a record; an error also names the options that may supply a missing value."""
     try:
         return read_record(
             options.file, options.format, options.quantity, options.unit, options.time_step
@@ -72,7 +75,7 @@ def _read_record_file(options: argparse.Namespace):
 
 
 def _confirm_overwriting(file: Path) -> None:
-    """Refuse to overwrite a file unless someone at the terminal agrees."""
+    """Raise OutputError if a file exists and the user does not agree to overwrite it."""
     if not file.exists():
         return
     if sys.stdin.isatty() and input(f"{file} exists. Overwrite it? [y/N] ").lower() in ("y", "yes"):

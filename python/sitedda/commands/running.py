@@ -21,17 +21,17 @@ from .check import check_input
 from .parser import add_changes, folded, tell
 
 _LOOK = "{l_bar}{bar}| {n:.5g}/{total:.5g} s [{elapsed}<{remaining}]"
-_SHOWN = 2500  # number of frequencies, three per pixel of a picture
+_SHOWN = 2500  # number of computed frequencies, three per pixel of a picture
 
 
 def add_run(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `sitedda run`."""
-    parser.add_argument("--check", action="store_true", help="refuse inputs that fail the check")
+    parser.add_argument("--check", action="store_true", help="do not run if the check fails")
     parser.add_argument(
         "--accuracy", action="store_true", help="also estimate the accuracy by additional runs"
     )
     parser.add_argument("--ensemble", type=COUNT, default=0, metavar="N",
-                        help="also run N twins with a displaced block")  # fmt: skip
+                        help="also run N twins, each with one displaced block")  # fmt: skip
     _add_common_arguments(parser)
     parser.set_defaults(act=_run_to_end, resume=False)
 
@@ -43,6 +43,7 @@ def add_resume(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_common_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments that `sitedda run` and `sitedda resume` have in common."""
     parser.add_argument("file", type=Path, metavar="FILE.nml", help="the input")
     parser.add_argument("-o", "--output", type=file_name, help="output file to write")
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
@@ -52,6 +53,7 @@ def _add_common_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _run_to_end(options: argparse.Namespace) -> int:
+    """Run or resume an input; print its verdict, and draw it; return the exit status."""
     if options.check:
         check_input(options)
     changes, resume = dict(options.set), options.resume
@@ -86,7 +88,7 @@ def _run_to_end(options: argparse.Namespace) -> int:
         print(folded(str(one)))
     print(f"output: {result.output}")
     if not options.no_plot:
-        print(f"picture: {_draw_pictures(result, options.file, changes)}")
+        print(f"picture: {_write_picture(result, options.file, changes)}")
     if not (options.accuracy or options.ensemble):
         print(NO_BARS)
     if options.report:
@@ -95,7 +97,7 @@ def _run_to_end(options: argparse.Namespace) -> int:
 
 
 def _progress_callback(stack: ExitStack, duration: float, quiet: bool) -> Callable[[float], None]:
-    """Return a function that updates the progress bar, or None if quiet."""
+    """Return a function of time that updates a progress bar; if quiet, it does nothing."""
     if quiet:
         return lambda time: None
     from tqdm import tqdm
@@ -125,9 +127,9 @@ def _resume_command(options: argparse.Namespace) -> str:
 
 
 def _discrete_transfer(source: Path, changes: dict, found):
-    """Return the exact transfer function for a requested amplification, otherwise None.
+    """Return the exact transfer function for an amplification; None if it cannot be computed.
 
-    Frequencies finer than the resolution of a picture are interpolated.
+    It is computed at `_SHOWN` frequencies or more, and interpolated between them.
     """
     bins = found.frequency
     some = np.union1d(bins[:: 1 + bins.size // _SHOWN], bins[-1:])
@@ -139,8 +141,8 @@ def _discrete_transfer(source: Path, changes: dict, found):
         return None
 
 
-def _draw_pictures(result: Run, source: Path, changes: dict) -> Path:
-    """Draw the pictures that the input requests, beside the output."""
+def _write_picture(result: Run, source: Path, changes: dict) -> Path:
+    """Draw the picture of a run to a file beside the output; return the file."""
     from ..facade.plot import run_picture, shown
     from ..report.style import save_picture
 

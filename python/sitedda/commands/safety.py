@@ -15,21 +15,22 @@ def add_safety(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
     parser.add_argument("file", type=Path, metavar="FILE.nml", help="the input")
     parser.add_argument(
-        "--factor", type=POSITIVE, help="examine this factor of safety instead of the critical one"
+        "--factor", type=POSITIVE, help="compute the mechanism at this factor, not the critical one"
     )
     parser.add_argument("--tolerance", type=TOLERANCE, default=1e-3, help="tolerance of the factor")
     parser.add_argument("--displacement", type=POSITIVE, default=0.05, metavar="FRACTION",
-        help="largest displacement of a block in a stable model, over the median radius "
-        "of the blocks (0.05)")  # fmt: skip
+        help="largest displacement of blocks of a stable model, as fraction of their median "
+        "radius (0.05)")  # fmt: skip
     parser.add_argument("--least-area", type=NOT_NEGATIVE, default=0.0, metavar="AREA",
-        help="remove blocks of mechanisms with a smaller area (m²) and continue (0)")  # fmt: skip
+        help="remove mechanisms with a smaller area (m²) from the model (0)")  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print plain values as JSON")
-    parser.add_argument("-o", "--output", type=picture_name, help="(FILE_mechanism.png)")
+    parser.add_argument("-o", "--output", type=picture_name, help="picture (FILE_mechanism.png)")
     add_changes(parser)
     parser.set_defaults(act=_run_safety)
 
 
 def _run_safety(options: argparse.Namespace) -> int:
+    """Print the factor of safety of an input or the mechanism at a factor, and draw it."""
     from ..report.style import save_picture
     from ..stability import mechanism, safety
 
@@ -57,4 +58,5 @@ def _run_safety(options: argparse.Namespace) -> int:
 
 
 def _show_trial(trial) -> None:
+    """Print factor and result of a trial to standard error."""
     print("strength divided by", str(trial).strip(), file=sys.stderr)

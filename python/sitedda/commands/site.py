@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`sitedda site` compares blocks with a column; `sitedda surface` draws a surface's response."""
+"""`sitedda site` compares blocks with a column; `sitedda surface` draws amplification along it."""
 
 import argparse
 from pathlib import Path
@@ -19,24 +19,24 @@ def add_site(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--output", type=picture_name, metavar="PICTURE", help="file to write"
     )
-    parser.add_argument("--surface", help="measured point (that of &amplification)")
-    parser.add_argument("--base", help="measured point (that of &amplification)")
+    parser.add_argument("--surface", help="measured point at the surface (as in &amplification)")
+    parser.add_argument("--base", help="measured point at the base (as in &amplification)")
     parser.add_argument(
         "--damping",
         type=DAMPING_RATIO,
         metavar="RATIO",
-        help="damping ratio of the layers of the column, 0.05 is 5 %% (as in the run)",
+        help="damping ratio of the layers of the column, such as 0.05 (as in the run)",
     )
     parser.add_argument("--record", type=Path, help="for a CSV profile: ground motion")
     parser.add_argument(
-        "--within", action="store_true", help="the record is from within the base, not an outcrop"
+        "--within", action="store_true", help="the record is a within motion, not an outcrop motion"
     )
     parser.add_argument(
         "--water-table", type=NOT_NEGATIVE, default=float("inf"), metavar="M",
         help="for a CSV profile: depth of the water table, for effective stresses (none)",
     )  # fmt: skip
     parser.add_argument("--fill", choices=("above", "interpolate"), default="",
-        help="fill gaps of a CSV profile with these values")  # fmt: skip
+        help="fill gaps of a CSV profile: value above, or linear interpolation")  # fmt: skip
     parser.add_argument("--folder", type=Path, help="for a suite: folder of cases and results")
     parser.add_argument("-w", "--workers", type=WORKERS, help="for a suite: number of processes")
     parser.add_argument("--retry", action="store_true", help="for a suite: repeat failed cases")
@@ -51,14 +51,16 @@ def add_surface(parser: argparse.ArgumentParser) -> None:
         "-o", "--output", type=picture_name, metavar="PICTURE", help="file to write"
     )
     parser.add_argument("--axis", choices=("x", "y"), default="x", help="direction of motion (x)")
-    parser.add_argument("--lowest", type=POSITIVE, default=0.5, metavar="HZ", help="(0.5)")
-    parser.add_argument("--highest", type=POSITIVE, default=15.0, metavar="HZ", help="(15)")
+    for name, usual in (("lowest", 0.5), ("highest", 15.0)):
+        parser.add_argument(f"--{name}", type=POSITIVE, default=usual, metavar="HZ",
+            help=f"{name} frequency ({usual:g})")  # fmt: skip
     parser.add_argument("--section", action="store_true",
-        help="draw the velocity histories of the points beside each other")  # fmt: skip
+        help="draw a section: velocity histories of the points, side by side")  # fmt: skip
     parser.set_defaults(act=_compute_surface)
 
 
 def _compute_surface(options: argparse.Namespace) -> int:
+    """Print and draw the amplification along the surface of an output."""
     from ..output.scene import open_output
     from ..site.surface import surface
 
@@ -76,13 +78,14 @@ def _compute_surface(options: argparse.Namespace) -> int:
 
 
 def _save_figure(figure, picture: Path, source: Path) -> None:
+    """Save a figure, and print its file name."""
     from ..report.style import save_picture
 
     print(f"picture: {save_picture(figure, picture, [source], dpi=130)}")
 
 
 def _compute_profile(options: argparse.Namespace) -> int:
-    """Print and draw a CSV profile, and compute its columns under a record."""
+    """Print and draw a CSV profile, and its response to a record if one is given."""
     from ..engine.records import read_record
     from ..site import analyses, read_profile
 
@@ -104,14 +107,14 @@ def _compute_profile(options: argparse.Namespace) -> int:
     except ValueError as trouble:
         raise InputError(f"{path}: {trouble}") from trouble
     print(found)
-    if options.output is None:  # otherwise this name belongs to the requested picture
+    if options.output is None:  # otherwise the output names the picture of the response
         _save_figure(profile.plot(), picture, path)
     _save_figure(found.plot(), options.output or path.with_name(f"{path.stem}_site.png"), path)
     return 0
 
 
 def _compute_suite(options: argparse.Namespace) -> int:
-    """Compute a suite of motions; write table, CSV, picture and page into its folder."""
+    """Compute the response to a suite of motions; write table, CSV, picture and page."""
     from ..site.suite_file import read_suite
 
     asked = read_suite(options.file, options.folder)
@@ -126,6 +129,7 @@ def _compute_suite(options: argparse.Namespace) -> int:
 
 
 def _compute_site(options: argparse.Namespace) -> int:
+    """Carry out `sitedda site` for the kind of the file: profile, suite, input or output."""
     if options.file.suffix.lower() in (".csv", ".txt"):
         return _compute_profile(options)
     if options.file.suffix.lower() == ".toml":
@@ -134,6 +138,7 @@ def _compute_site(options: argparse.Namespace) -> int:
 
 
 def _compare_with_column(options: argparse.Namespace) -> int:
+    """Compare an output, or the run of an input, with a one-dimensional column."""
     from ..facade.run import run
     from ..output.scene import open_output
     from ..site.beside import beside

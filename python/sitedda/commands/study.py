@@ -23,8 +23,7 @@ from ..study.store import MANIFEST
 from ..study.table import check_table, collect, counts
 
 _FIRST = ("run", "plan", "collect", "status", "-h", "--help")
-_MOST = 5  # number of messages of failed cases that are printed
-
+_MOST = 5  # largest number of different messages of cases that are printed
 
 TLS = {"ca": "authority", "cert": "certificate", "key": "key"}
 
@@ -33,10 +32,10 @@ def add_study(parser: argparse.ArgumentParser) -> None:
     """Add the commands of a study and their arguments."""
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     for name, act, words in (
-        ("run", _run_study, "run missing cases and collect (also: sitedda study FILE.toml)"),
-        ("plan", _plan_study, "write the inputs and a script for sbatch"),
-        ("collect", _collect_results, "collect the finished cases in one table"),
-        ("status", _print_status, "print the number of finished cases without running any"),
+        ("run", _run_study, "run the missing cases, then collect (same: sitedda study FILE.toml)"),
+        ("plan", _plan_study, "write the inputs of the cases and a script for sbatch"),
+        ("collect", _collect_results, "collect the results of finished cases in one table"),
+        ("status", _print_status, "print the number of finished cases; run none"),
     ):
         command = commands.add_parser(name, help=words)
         what = "the study" + ", or its folder" * (name in ("collect", "status"))
@@ -47,8 +46,8 @@ def add_study(parser: argparse.ArgumentParser) -> None:
         command.set_defaults(act=_run_command, part=act, slurm=False, dask="")
         if name == "status":
             continue
-        command.add_argument("-o", "--output", type=Path, metavar="TABLE", help=".nc or .zarr")
-        command.add_argument("--report", action="store_true", help="write a report in one page")
+        command.add_argument("-o", "--output", type=Path, metavar="TABLE", help="as .nc or .zarr")
+        command.add_argument("--report", action="store_true", help="write a report as one page")
         command.add_argument("-w", "--workers", type=WORKERS, help="processes (one per processor)")
         command.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
         command.add_argument("--retry", action="store_true", help="repeat failed cases")
@@ -60,33 +59,37 @@ def add_study(parser: argparse.ArgumentParser) -> None:
                     help=f"file of the {TLS[part]} for a scheduler over TLS")  # fmt: skip
             command.add_argument("--slurm", action="store_true", help="write and submit a script")
         if name != "collect":
-            command.add_argument("--program", default="", help="sitedda-native on the nodes")
+            command.add_argument("--program", default="", help="path of sitedda-native on nodes")
 
 
 def completed(words: list[str]) -> list[str]:
-    """Add the optional word ``run`` to the words of the command line."""
+    """Insert the word ``run``, which may be omitted, into the words of the command line."""
     return words if not words or words[0] in _FIRST else ["run", *words]
 
 
 def _run_command(options: argparse.Namespace) -> int:
+    """Call the function of a command; print an error and return its exit status."""
     try:
         return options.part(options)
     except (SiteddaError, ImportError) as error:
         print(f"sitedda study: {error}", file=sys.stderr)
         return getattr(error, "kind", 1)
     except KeyboardInterrupt:
-        print("sitedda study: interrupted; the same command continues", file=sys.stderr)
+        print("sitedda study: interrupted; to continue, repeat the command", file=sys.stderr)
         return InterruptedRun.kind
 
 
 def _run_study(options: argparse.Namespace) -> int:
+    """Run the missing cases of a study, or submit them, and report the results."""
     settings = read_settings(options.file, options.folder)
     _check_targets(settings, options)
     if options.slurm:
-        return _submit_script(settings, options)
+        print(submit(_write_script(settings, options)))
+        print(f"when all jobs have ended: {_collect_command(options)}")
+        return 0
     plan = _write_plan(settings, options.file)
     print(f"{counted(plan.count, 'case', 'cases')} in {plan.folder}", flush=True)
-    with _cluster_options(options) as executor, shown(not options.quiet, plan.count) as show:
+    with _dask_executor(options) as executor, shown(not options.quiet, plan.count) as show:
         run(
             plan,
             executor,
@@ -99,7 +102,7 @@ def _run_study(options: argparse.Namespace) -> int:
 
 
 def _write_plan(settings: Settings, file: Path) -> Plan:
-    """Write the plan and its inputs; an error names the file of the study."""
+    """Write the plan of a study and its inputs; an error names the file of the study."""
     try:
         return settings.plan.write()
     except InputError as error:
@@ -117,7 +120,8 @@ def _check_targets(settings: Settings, options: argparse.Namespace) -> None:
             check(file)
 
 
-def _cluster_options(options: argparse.Namespace):
+def _dask_executor(options: argparse.Namespace):
+    """Return a context with the executor of a Dask cluster, or with None."""
     if not options.dask:
         return nullcontext()
     from ..study.dask import connected
@@ -126,6 +130,7 @@ def _cluster_options(options: argparse.Namespace):
 
 
 def _plan_study(options: argparse.Namespace) -> int:
+    """Write the inputs and the script of a study; print how to submit them."""
     settings = read_settings(options.file, options.folder)
     script = _write_script(settings, options)
     print(f"{counted(settings.plan.count, 'case', 'cases')} in {settings.plan.folder}")
@@ -134,26 +139,21 @@ def _plan_study(options: argparse.Namespace) -> int:
     return 0
 
 
-def _submit_script(settings: Settings, options: argparse.Namespace) -> int:
-    script = _write_script(settings, options)
-    print(submit(script))
-    print(f"when it is done: {_collect_command(options)}")
-    return 0
-
-
 def _collect_command(options: argparse.Namespace) -> str:
-    """Return the command that collects the same cases."""
+    """Return the command line that collects the cases of the study."""
     folder = ["--folder", str(options.folder)] if options.folder else []
     return shlex.join(["sitedda", "study", "collect", str(options.file), *folder])
 
 
 def _write_script(settings: Settings, options: argparse.Namespace) -> Path:
+    """Write inputs and Slurm script of a study; return the path of the script."""
     return write_batch(
         _write_plan(settings, options.file), replace(settings.slurm, program=options.program)
     )
 
 
 def _collect_results(options: argparse.Namespace) -> int:
+    """Collect the finished cases of a study, and report the results."""
     settings = _read_settings(options.file, options.folder)
     _check_targets(settings, options)
     plan = settings.plan
@@ -174,7 +174,7 @@ def _read_settings(file: Path, folder: Path | None) -> Settings:
 
 
 def _report_study(settings: Settings, options: argparse.Namespace) -> int:
-    """Write table and report, and print the result."""
+    """Write table and report of a study, and print its results; return the exit status."""
     file = options.output or settings.table
     with collect(settings.plan.folder, file.absolute()) as table:
         failed = _print_counts(table)
@@ -191,7 +191,7 @@ def _report_study(settings: Settings, options: argparse.Namespace) -> int:
 
 
 def _print_status(options: argparse.Namespace) -> int:
-    """Print the state of a study with the settings of its last start."""
+    """Print the numbers of finished and missing cases of a study."""
     folder = options.file
     if not folder.is_dir():
         folder = read_settings(options.file, options.folder).plan.folder
@@ -202,24 +202,24 @@ def _print_status(options: argparse.Namespace) -> int:
         failed = _print_counts(table)
         if counts(table).get("missing") and not options.file.is_dir():
             file = shlex.quote(str(options.file))
-            print(f"to run the missing ones: sitedda study {file}")
+            print(f"to run the missing cases: sitedda study {file}")
         return int(failed > 0)
 
 
 def _print_counts(table) -> int:
-    """Print numbers of finished cases and reasons of failures; return the number of failures."""
+    """Print counts of cases by status, and messages of failures; return the number of failures."""
     found = counts(table)
     words = ", ".join(f"{number} {status}" for status, number in sorted(found.items()))
     print(f"{counted(table.status.size, 'case', 'cases')}: {words}")
     _print_messages(table, "failed", "message")
     failed = found.get("failed", 0)
     if failed:
-        print("correct the file to repeat failed cases, or repeat them with --retry")
+        print("to repeat the failed cases, correct the file, or use --retry")
     return failed
 
 
 def _print_messages(table, status: str | None, name: str) -> None:
-    """Print the first messages of cases, with the parameters of the first case of each."""
+    """Print the first messages, each with the parameters of the first case that has it."""
     texts = table[name].values
     chosen = texts != "" if status is None else table.status.values == status
     same: dict[str, list[tuple]] = {}
@@ -249,12 +249,12 @@ def _print_roots(table, task: SolveFor) -> None:
 
 
 def _chosen_indices(chosen: np.ndarray) -> list[tuple]:
-    """Return the indices of the chosen cases."""
+    """Return the index tuples of the cases for which `chosen` is true."""
     return [place for place in np.ndindex(chosen.shape) if chosen[place]]
 
 
 def _format_parameters(table, place: tuple) -> str:
-    """Format the parameters of a case."""
+    """Return names and values of the parameters of a case as text."""
     return ", ".join(
         f"{dim} = {table[dim].values[i]}" if dim in table.coords else f"{dim} {i}"
         for dim, i in zip(table.status.dims, place, strict=True)

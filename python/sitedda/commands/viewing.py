@@ -19,29 +19,30 @@ from ..base.files import check_target
 
 def add_draw(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `sitedda draw`."""
-    _add_command(parser, _draw_picture, "PICTURE", picture_name)
+    _add_files(parser, _draw_picture, "PICTURE", picture_name)
     parser.add_argument(
         "-t", "--time", type=ANY, metavar="S", help="time of the frame, s (the last)"
     )
     parser.add_argument("--stage", metavar="NAME", help="use the last frame of this stage")
     parser.add_argument("--dpi", type=DOTS_PER_INCH, default=150.0, help="dots per inch (150)")
     _add_look_options(parser)
-    _add_modes_command(parser)
+    _add_modes_option(parser)
 
 
-def _add_modes_command(parser: argparse.ArgumentParser) -> None:
+def _add_modes_option(parser: argparse.ArgumentParser) -> None:
+    """Add the option --modes."""
     parser.add_argument("--modes", type=COUNT, default=0, metavar="N",
         help="for an input: draw its N lowest modes of vibration")  # fmt: skip
 
 
 def add_view(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `sitedda view`."""
-    _add_command(parser, _show_view, "PAGE")
+    _add_files(parser, _show_view, "PAGE")
     parser.add_argument("other", type=Path, nargs="?", metavar="OTHER",
         help="another output, shown beside the first with a common cursor")  # fmt: skip
     parser.add_argument("--difference", action="store_true",
         help="colour the first output by its values minus the values of the other")  # fmt: skip
-    _add_modes_command(parser)
+    _add_modes_option(parser)
     from ..drawing.quantities import COLORINGS
 
     parser.add_argument("--color", choices=COLORINGS, help="initial colour of blocks")
@@ -51,7 +52,7 @@ def add_view(parser: argparse.ArgumentParser) -> None:
 
 def add_movie(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `sitedda movie`."""
-    _add_command(parser, _make_movie, "MOVIE")
+    _add_files(parser, _make_movie, "MOVIE")
     parser.add_argument(
         "--fps", type=PICTURES_A_SECOND, default=25.0, help="pictures a second (25)"
     )
@@ -69,32 +70,33 @@ def add_export(parser: argparse.ArgumentParser) -> None:
 
 def add_report(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `sitedda report`."""
-    _add_command(parser, _write_report, "PAGE")
-    parser.add_argument("--open", action="store_true", help="open it in a browser")
+    _add_files(parser, _write_report, "PAGE")
+    parser.add_argument("--open", action="store_true", help="open the page in a browser")
 
 
-def _add_command(parser: argparse.ArgumentParser, act, target: str, kind=file_name) -> None:
+def _add_files(parser: argparse.ArgumentParser, act, target: str, kind=file_name) -> None:
+    """Add the file to show and the file to write; set the function of the command."""
     parser.add_argument(
         "file",
         type=Path,
         metavar="FILE",
-        help="output (during a run also FILE.nc.partial) or namelist input",
+        help="output (during a run, FILE.nc.partial) or namelist input",
     )
     parser.add_argument("-o", "--output", type=kind, metavar=target, help="file to write")
     parser.set_defaults(act=act)
 
 
 def _add_look_options(parser: argparse.ArgumentParser) -> None:
-    """Add options for quantities of blocks, contacts and arrows, named as in `pictures.draw`."""
+    """Add the options for colours, contacts and arrows, named as arguments of `pictures.draw`."""
     from ..drawing.quantities import ARROWS, COLORINGS, CONTACTS
 
     parser.add_argument("--color", choices=COLORINGS,
         help="colour of blocks (material of an input, displacement of an output)")  # fmt: skip
     parser.add_argument("--contacts", choices=CONTACTS,
-        help="contact forces as arrows or chains, or slip or opening of joints")  # fmt: skip
+        help="draw contact forces as arrows or chains, or slip or opening of joints")  # fmt: skip
     parser.add_argument("--arrows", choices=ARROWS, help="draw arrows at the centroids of blocks")
     parser.add_argument("--deformation", type=ANY, default=1.0, metavar="FACTOR",
-        help="factor on displacements in the picture (1: true to scale)")  # fmt: skip
+        help="factor on the displacements in the picture (1: to scale)")  # fmt: skip
     parser.add_argument("--since", metavar="STAGE",
         help="show displacements and rotations since the end of this stage")  # fmt: skip
     _add_absolute_option(parser)
@@ -103,8 +105,9 @@ def _add_look_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_absolute_option(parser: argparse.ArgumentParser) -> None:
+    """Add the option --absolute."""
     parser.add_argument("--absolute", action="store_true",
-        help="show absolute displacements, not relative to the moving base")  # fmt: skip
+        help="show absolute displacements instead of those relative to the base")  # fmt: skip
 
 
 def _look_arguments(options: argparse.Namespace) -> dict:
@@ -114,6 +117,7 @@ def _look_arguments(options: argparse.Namespace) -> dict:
 
 
 def _draw_picture(options: argparse.Namespace) -> int:
+    """Draw the blocks of an input or output, or the modes of an input, to a file."""
     from ..drawing.pictures import draw
     from ..report.style import save_picture
 
@@ -134,6 +138,7 @@ def _draw_picture(options: argparse.Namespace) -> int:
 
 
 def _show_view(options: argparse.Namespace) -> int:
+    """Write the interactive view of an input or output to a page, and open it."""
     from ..drawing.view import write_view
     from ..facade.page import bars_of
     from ..output.scene import Scene
@@ -157,6 +162,7 @@ def _show_view(options: argparse.Namespace) -> int:
 
 
 def _write_report(options: argparse.Namespace) -> int:
+    """Write the report of an input or output to a page."""
     from ..facade.page import report_page
     from ..report import write_html
 
@@ -168,6 +174,7 @@ def _write_report(options: argparse.Namespace) -> int:
 
 
 def _print_page(file: Path, show: bool) -> None:
+    """Print name and size of a page; open it in a browser if requested."""
     print(f"page: {file} ({file.stat().st_size / 1e6:.2g} MB)")
     if show:
         import webbrowser
@@ -176,6 +183,7 @@ def _print_page(file: Path, show: bool) -> None:
 
 
 def _make_movie(options: argparse.Namespace) -> int:
+    """Write the movie of an output."""
     from ..drawing.movie import write_movie
 
     target = options.output or options.file.with_suffix(".mp4")
@@ -193,7 +201,8 @@ def _make_movie(options: argparse.Namespace) -> int:
 
 
 def _export_output(options: argparse.Namespace) -> int:
+    """Write the VTK files of an output."""
     from ..drawing.vtk import write_vtk
 
-    print(f"ParaView opens {write_vtk(options.file, options.vtk)}")
+    print(f"file for ParaView: {write_vtk(options.file, options.vtk)}")
     return 0

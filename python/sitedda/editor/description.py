@@ -13,7 +13,7 @@ _RANGE = re.compile(rf"({_NUMBER}) to ({_NUMBER})")
 def json_schema() -> dict:
     """Return the JSON schema (draft 2020-12) of an input: groups and their variables.
 
-    A group that may repeat is an array of objects, any other group an object.
+    A group that may repeat is an array of objects; any other group is an object.
     """
     groups = {}
     for group in GROUPS.values():
@@ -35,6 +35,7 @@ def json_schema() -> dict:
 
 
 def _describe_variable(variable: Variable) -> dict:
+    """Return the JSON schema of a variable."""
     one: dict = {"type": _TYPES.get(variable.kind, "string")}
     if variable.kind == "points":
         one = {"type": "number"}
@@ -54,6 +55,7 @@ def _describe_variable(variable: Variable) -> dict:
 
 
 def _value_limits(values: str) -> dict:
+    """Return the limits of a number in JSON schema, from their words in the input schema."""
     if found := _RANGE.fullmatch(values):
         return {"minimum": float(found[1]), "maximum": float(found[2])}
     if found := re.fullmatch(rf"(above|at least) ({_NUMBER})", values):

@@ -18,7 +18,7 @@ _PLACE = r"{file}, group &(\w+) \(line (\d+)\)"
 
 @dataclass(frozen=True)
 class Problem:
-    """An error of an input: line and columns from 0, and the engine's message."""
+    """An error of an input: line and columns (from 0), and the message of the engine."""
 
     line: int
     start: int
@@ -28,7 +28,7 @@ class Problem:
 
 @dataclass(frozen=True)
 class Offer:
-    """A completion: a 'group', 'variable' or 'value', and its meaning."""
+    """A completion: word, kind ('group', 'variable' or 'value') and meaning."""
 
     word: str
     kind: str
@@ -37,7 +37,7 @@ class Offer:
 
 @dataclass(frozen=True)
 class _Position:
-    """Group and variable at a position, and earlier variables of the group."""
+    """Group and variable at a position, earlier variables of the group, and kind of token."""
 
     group: Group | None = None
     variable: Variable | None = None
@@ -94,14 +94,14 @@ def hover(text: str, line: int, column: int) -> str:
 
 
 def problems(text: str, file) -> list[Problem]:
-    """Return the errors of an input as reported by the engine, which stops at the first.
+    """Return the errors of an input; the engine reports only the first one.
 
     Parameters
     ----------
     text : str
         The input, saved or not.
     file : path
-        Its file: other files are named relative to it.
+        File of the input; names of other files are relative to its folder.
     """
     try:
         Simulation(InputOfRun(Path(file), text)).close()
@@ -111,7 +111,7 @@ def problems(text: str, file) -> list[Problem]:
 
 
 def _locate_problem(text: str, message: str, file) -> Problem:
-    """Locate a message at its variable, otherwise at its group or at the first line."""
+    """Return a message with its position: the variable, else the group, else the first line."""
     rows = text.split("\n")
     place = re.search(_PLACE.format(file=re.escape(str(file))), message)
     if place is None:
@@ -127,12 +127,13 @@ def _locate_problem(text: str, message: str, file) -> Problem:
 
 
 def _text_offset(text: str, line: int, column: int) -> int:
+    """Return the index of a character from its line and column, all from 0."""
     rows = text.split("\n")
     return sum(len(row) + 1 for row in rows[:line]) + column
 
 
 def _context_at(text: str, offset: int) -> _Position:
-    """Find group and variable at an offset from the tokens before it."""
+    """Return group and variable at an index of a text, from the tokens before this index."""
     group, variable, given, last = None, None, set(), ""
     for token in _TOKEN.finditer(text):
         if token.start() >= offset:
@@ -156,17 +157,18 @@ def _context_at(text: str, offset: int) -> _Position:
 
 
 def _listable_values(variable: Variable) -> list[str]:
-    """Return the listable values of a variable, as in an input."""
+    """Return the possible values of a variable as text, if it has a finite number of them."""
     if variable.kind == "logical":
         return [".true.", ".false."]
     return re.findall(r"'[^']*'", variable.values) if variable.kind == "word" else []
 
 
 def _variable_summary(variable: Variable) -> str:
+    """Return meaning, kind, unit, values, default and condition of a variable as text."""
     kind = variable.kind + (f", at most {variable.size}" if variable.size else "")
     parts = [f"{variable.meaning} ({kind}{', ' + variable.unit if variable.unit else ''})"]
     parts += [f"values: {variable.values}"] if variable.values else []
     parts += [
         variable.default if variable.default == "required" else f"default: {variable.default}"
     ]
-    return "; ".join(parts + ([f"where {variable.when}"] if variable.when else []))
+    return "; ".join(parts + ([f"if {variable.when}"] if variable.when else []))

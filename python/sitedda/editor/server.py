@@ -20,7 +20,7 @@ _KINDS = {
 
 
 def language_server() -> LanguageServer:
-    """Return a server whose `start_io` serves an editor until the editor ends."""
+    """Return a language server; its method `start_io` serves an editor until the editor ends."""
     server = LanguageServer("sitedda", version())
 
     def publish(uri: str) -> None:
@@ -55,6 +55,7 @@ def language_server() -> LanguageServer:
 
 
 def _make_diagnostic(problem) -> types.Diagnostic:
+    """Convert a `Problem` to a diagnostic of the language server protocol."""
     start = types.Position(problem.line, problem.start)
     end = types.Position(problem.line, problem.end)
     return types.Diagnostic(types.Range(start, end), problem.message,
