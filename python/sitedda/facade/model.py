@@ -27,7 +27,7 @@ class Model(model.Model):  # noqa: D101
         return run(self, output, progress, **changes)
 
     def _repr_html_(self) -> str:
-        """Return groups and a picture for a notebook, or the error if it cannot be drawn."""
+        """Return groups and picture for a notebook; the error if the model cannot be drawn."""
         from .notebook import model_fragment
 
         return model_fragment(self)

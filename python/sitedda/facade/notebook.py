@@ -5,7 +5,7 @@ from ..base.errors import SiteddaError
 from ..report.html import fragment
 from ..report.page import Facts, Part, Picture
 
-_MOST_DRAWN = 3000  # largest number of blocks of a picture, so that a notebook does not wait
+_MOST_DRAWN = 3000  # largest number of blocks that are drawn, so that a notebook does not wait
 
 
 def simulation_fragment(simulation) -> str:
@@ -41,6 +41,7 @@ def model_fragment(model) -> str:
 
 
 def _draw_picture(simulation, blocks: int) -> list[Part]:
+    """Return a picture of a simulation; nothing if it has too many blocks."""
     from ..drawing.pictures import draw
 
     if blocks > _MOST_DRAWN:

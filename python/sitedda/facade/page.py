@@ -23,7 +23,7 @@ from .plot import CAPTIONS, run_picture, shown
 
 _TABLES = (("material", "Materials"), ("joint", "Joints"), ("boundary", "Boundaries"),
            ("motion", "Motions"))  # fmt: skip
-_PICTURES = 1_500_000  # largest size of the view of a page, bytes
+_PICTURES = 1_500_000  # bytes that the pictures of a page need; the view has the rest
 
 
 def report_page(source, report: Report | None = None, discrete=None) -> Page:
@@ -33,7 +33,7 @@ def report_page(source, report: Report | None = None, discrete=None) -> Page:
     ----------
     source : path, Run, Simulation, xarray.Dataset or Scene
     report : Report, optional
-        The check of the model; by default the input that was run is checked.
+        Check of the model; by default, the input that was run is checked.
     discrete : ndarray, optional
         The model's own transfer function for the picture, see `plot.run_picture`.
     """
@@ -43,6 +43,7 @@ def report_page(source, report: Report | None = None, discrete=None) -> Page:
 
 
 def _page_of_run(scene: Scene, report: Report | str, discrete) -> Page:
+    """Return the report of a run: verdict, view, pictures, model, check, energies, input."""
     data = scene.data
     page = Page(scene.title or "Untitled run", _first_paragraph(scene))
     page.add("Verdict", _findings_part(report), *_verdict_parts(scene))
@@ -64,6 +65,7 @@ def _page_of_run(scene: Scene, report: Report | str, discrete) -> Page:
 
 
 def _page_of_model(scene: Scene, report: Report | str) -> Page:
+    """Return the report of a model before its run: check, view, model, input."""
     page = Page(scene.title or "Untitled model", "A model before its run.")
     _add_check_section(page, report)
     page.add("Blocks", view(scene, BUDGET - _PICTURES, "material"))
@@ -74,6 +76,7 @@ def _page_of_model(scene: Scene, report: Report | str) -> Page:
 
 
 def _first_paragraph(scene: Scene) -> str:
+    """Return the sizes of a run, and whether it failed or is incomplete, in one sentence."""
     complete = scene.data.attrs.get("complete", "yes") == "yes"
     words = f"{scene.size_words}, {scene.time[-1]:.4g} s, {scene.frames:,} frames of blocks"
     doubts = Doubt.lines(str(scene.data.attrs.get("doubts", "")))
@@ -82,7 +85,7 @@ def _first_paragraph(scene: Scene) -> str:
 
 
 def _check_input(scene: Scene, source) -> Report | str:
-    """Check the input that was run, or return why this is impossible."""
+    """Return the check of the input that was run, or the error that prevents the check."""
     file = Path(str(scene.data.attrs.get("input_file", "") or source))
     text = str(scene.data.attrs.get("input_text", ""))
     try:
@@ -92,9 +95,9 @@ def _check_input(scene: Scene, source) -> Report | str:
 
 
 def _findings_part(report: Report | str) -> Part:
-    """Return the findings of the check of the model, which precede the run."""
+    """Return verdict and topics of the check of the model as a table."""
     if isinstance(report, str):
-        return Paragraph(f"There is no check of the input: {report}")
+        return Paragraph(f"The input cannot be checked: {report}")
     verdict, _, topics = report.conclusion.removeprefix("verdict: ").partition(": ")
     return Table(["check of the model", "verdict"], [[topics.capitalize(), verdict]])
 
@@ -123,12 +126,13 @@ def bars_of(scene: Scene) -> list[Part]:
     heads, *rows = bars.rows()
     parts: list[Part] = [Table(heads, rows, "How accurate are the results?")]
     if bars.bands:
-        words = "Results of twins so far; in each twin, a block is displaced by 1e-9 of its size."
+        words = "Results of the twins over time; in each, a block is displaced by 1e-9 of its size."
         parts.append(Picture(bars.draw(), words, "bands"))
     return parts
 
 
 def _add_check_section(page: Page, report: Report | str) -> None:
+    """Add the section on the check of the model to a page."""
     if isinstance(report, str):
         page.add("Check", _findings_part(report))
     else:
@@ -136,13 +140,14 @@ def _add_check_section(page: Page, report: Report | str) -> None:
 
 
 def _add_model_section(page: Page, scene: Scene) -> None:
+    """Add the section on the model to a page: picture, counts, groups, slivers."""
     areas = scene.areas()
     vertices = np.diff(scene.first)
     kinds = [one["kind"] for one in scene.boundaries(0)]
     counts = [
         ("blocks", f"{scene.size_words} with {_range_words(vertices)} vertices"),
-        ("areas", f"{_range_words(areas)} m², {number(areas.sum(), 6)} m² together"),
-        ("joints that touch", f"{len(scene.interfaces):,}"),
+        ("areas", f"{_range_words(areas)} m², {number(areas.sum(), 6)} m² in total"),
+        ("edges in contact", f"{len(scene.interfaces):,}"),
         ("fixed points", f"{len(scene.supports()):,}"),
         ("boundaries", ", ".join(kinds).replace("_", " ") or "none"),
         ("measured points", ", ".join(p["name"] for p in scene.points()) or "none"),
@@ -166,13 +171,13 @@ def _add_model_section(page: Page, scene: Scene) -> None:
 
 
 def _range_words(values) -> str:
-    """Return the range of values in words."""
+    """Return the smallest and the largest value as text."""
     low, high = number(values.min()), number(values.max())
     return low if low == high else f"{low} to {high}"
 
 
 def _group_table(scene: Scene, name: str, title: str) -> Table | None:
-    """Tabulate the groups of a name with every variable that differs from its default."""
+    """Tabulate the groups of a kind, with the variables that differ from their default."""
     groups = scene.groups.get(name, [])
     usual = {one.name: one.default.partition(":")[0].strip("'") for one in GROUPS[name].variables}
     given = [k for group in groups for k, v in group.items() if _shorten_value(v) != usual.get(k)]
@@ -188,6 +193,7 @@ def _group_table(scene: Scene, name: str, title: str) -> Table | None:
 
 
 def _shorten_value(value) -> str:
+    """Format a value of the input in at most 80 characters."""
     if isinstance(value, bool):
         return f".{value}.".lower()
     if isinstance(value, float):
@@ -197,6 +203,7 @@ def _shorten_value(value) -> str:
 
 
 def _add_energy_section(page: Page, data) -> None:
+    """Add the section on energies to a page: audit, final and largest values."""
     rows = [
         [name.replace("_", " "), number(float(series[-1])), number(float(abs(series).max()))]
         for name in TERMS
@@ -209,6 +216,7 @@ def _add_energy_section(page: Page, data) -> None:
 
 
 def _add_input_section(page: Page, scene: Scene) -> None:
+    """Add the section on the input to a page: text, records, compiler."""
     text = str(scene.data.attrs.get("input_text", ""))
     most = 400_000
     if len(text) > most:

@@ -32,18 +32,18 @@ if TYPE_CHECKING:
 _MOST_POINTS = 6
 _INCOMING = "incoming: "
 _PERIOD_TICKS = (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5)  # s
-_SAME = 1e-3  # relative difference of motions below which they are drawn as one
-_RESIDUAL = 0.16  # fraction of the height of an energy panel for the residual of the audit
+_SAME = 1e-3  # motions with a smaller relative difference are drawn as one curve
+_RESIDUAL = 0.16  # height of the panel of the audit residual over that of the energy panel
 _LETTER = 0.02  # width of a letter of the name of a stage over the width of a panel
 _SHORT = 0.04  # smallest width of a named stage over the width of a panel
-_TALL = 1.8  # inches, length of a vertical text in a panel
-_SAMPLES = 1500  # largest number of samples of energies
+_TALL = 1.8  # inches, largest length of a vertical text in a panel
+_SAMPLES = 1500  # largest number of drawn samples of energies
 
 
 def draw_spectra(axes: Axes, history, series: dict, looks=None, resolved: float = 0.0) -> None:
-    """Draw response spectra of accelerations (m/s²) by name, low-passed if requested.
+    """Draw response spectra of named accelerations (m/s²), low-passed at `resolved` (Hz) if not 0.
 
-    The low-pass removes impacts of contacts; it is that of the results of the run.
+    The low-pass removes impacts of contacts, as in the results of the run.
     """
     looks = looks or [{"color": color} for color in (BLUE, GREY)]
     for i, ((name, values), look) in enumerate(zip(series.items(), looks, strict=False)):
@@ -59,7 +59,7 @@ def draw_spectra(axes: Axes, history, series: dict, looks=None, resolved: float 
 
 
 def spectrum_axes(axes: Axes) -> None:
-    """Set a logarithmic axis of periods with readable ticks."""
+    """Set a logarithmic axis of periods with ticks at round numbers."""
     axes.set_xscale("log")
     axes.set(xlim=(PERIODS[0], PERIODS[-1]), ylim=(0, None), xlabel="period (s)")
     axes.set_ylabel(f"Sa, {SPECTRUM_DAMPING:.0%} damping (m/s²)")
@@ -83,7 +83,7 @@ def draw_displacements(axes: Axes, scene: Scene, curves) -> None:
 
 
 def draw_profile(axes: Axes, found) -> None:
-    """Draw peak accelerations of run and column and shear-wave velocity over depth.
+    """Draw peak accelerations of run and column, and the shear-wave velocity, over depth.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def draw_budget(axes: Axes, found: Budget) -> None:
     size, unit = in_unit(float(found.given.max(initial=0.0)), "J/m")
     parts = [values[at] / size for values in found.parts.values()]
     axes.stackplot(time, parts, labels=list(found.parts), colors=COLORS, alpha=0.75, lw=0)
-    axes.plot(time, found.given[at] / size, color=INK, lw=1.0, label="given")
+    axes.plot(time, found.given[at] / size, color=INK, lw=1.0, label="supplied")
     end = float(time[-1]) or 1.0
     axes.set(ylabel=f"energy ({unit})", xlim=(0, end), ylim=(0, None))
     axes.tick_params(labelbottom=False)
@@ -134,7 +134,7 @@ def draw_budget(axes: Axes, found: Budget) -> None:
 
 
 def mean_step(history) -> float:
-    """Return the usual time between two samples, s."""
+    """Return the mean time between two samples, s."""
     time = history.time.values
     return float(time[-1] - time[0]) / (len(time) - 1)
 
@@ -142,7 +142,7 @@ def mean_step(history) -> float:
 def draw_ratio(axes: Axes, history, result: Amplification, discrete) -> None:
     """Draw the amplification of the run and of the theory."""
     axes.plot(result.frequency, result.ratio, color=BLUE, lw=1.5, label="this run")
-    # Centres lie on the bins, so that no window is empty, however coarse the spectrum is.
+    # Centres are frequencies of bins, so that each window contains a sample.
     centres = result.frequency[:: max(1, result.frequency.size // 150)]
     curve = smooth_konno_ohmachi(result.frequency, result.ratio, 40.0, centres)
     axes.plot(centres, curve, color=GREY, lw=1.0, label="smoothed, Konno–Ohmachi, b = 40")
@@ -172,9 +172,9 @@ def draw_ratio(axes: Axes, history, result: Amplification, discrete) -> None:
 
 
 def curves_of(scene: Scene) -> list[tuple]:
-    """Return label, displacement (m), acceleration (m/s²) and style of the histories.
+    """Return label, displacement (m), acceleration (m/s²) and style of the curves of a run.
 
-    These are measured points and incoming motions; equal motions are drawn as one.
+    The curves are measured points and incoming motions; equal incoming motions are one curve.
     """
     found: list[tuple] = []
     history = scene.data
@@ -203,7 +203,7 @@ def curves_of(scene: Scene) -> list[tuple]:
 
 
 def mark_stages(axes: Axes, scene: Scene, named: bool = True) -> None:
-    """Mark the start of each stage by a line, with shading and names."""
+    """Shade every second stage, and write the names of stages."""
     starts = scene.stage_starts()
     if not starts:
         return
@@ -221,7 +221,7 @@ def mark_stages(axes: Axes, scene: Scene, named: bool = True) -> None:
 
 
 def _draw_theory(axes: Axes, history: xr.Dataset, result: Amplification) -> None:
-    """Draw the one-dimensional column with the damping of scheme and materials."""
+    """Draw the amplification of the one-dimensional column, damped by scheme and materials."""
     try:
         column = layered_soils(history, result.surface, result.base)[0]
     except ValueError:

@@ -45,21 +45,20 @@ if TYPE_CHECKING:
 _RECORD_UNITS = {"acceleration": "m/s²", "velocity": "m/s", "displacement": "m"}
 _BLOCKS_WIDTH = 3.5  # inches, width of the blocks in a picture with two columns
 _PANEL, _AROUND = 3.4, 0.9  # inches: height of a row; of titles and labels of blocks
-_WORTH = 1e-6  # smaller displacements, over the size, are drawn only under a motion
+_WORTH = 1e-6  # smallest drawn displacement over the size of the model, in runs without motions
 _SURFACE = 4  # smallest number of points for a picture of the amplification along the surface
-_USUAL_FREQUENCIES = (1.0, 10.0)  # Hz, at which damping is reported without a peak
-
+_USUAL_FREQUENCIES = (1.0, 10.0)  # Hz; damping is reported here if there is no amplification peak
 
 CAPTIONS = {
-    "site": "The site: over depth, its motions, response spectra, and amplification with theory.",
-    "surface": "Amplification along the surface by frequency, peaks there, and the model.",
+    "site": "Profile of the site, motions, response spectra, and amplification with theory.",
+    "surface": "Amplification along the surface over frequency, its peaks, and the model.",
     "shake": "The model, its displacements, histories and response spectra.",
-    "forces": "The model, its forces and its displacements.",
+    "forces": "The model, its contact forces and its displacements.",
 }
 
 
 class Shown(NamedTuple):
-    """Purpose of a run ('site', 'surface', 'shake' or 'forces'), with amplification if any."""
+    """Purpose of a run ('site', 'surface', 'shake' or 'forces'), and its amplification, if any."""
 
     kind: str
     scene: Scene
@@ -72,7 +71,7 @@ def shown(source: xr.Dataset | Scene) -> Shown:
     if scene.groups.get("amplification"):
         try:
             return Shown("site", scene, amplifications(scene.data)[0])
-        except (AttributeError, KeyError, ValueError):  # the points do not move
+        except (AttributeError, KeyError, ValueError):  # no amplification: the points do not move
             return Shown("site", scene)
     if along := _surface_of_run(scene):
         return Shown("surface", scene, along)
@@ -85,7 +84,7 @@ def shown(source: xr.Dataset | Scene) -> Shown:
 
 
 def _surface_of_run(scene: Scene) -> Surface | None:
-    """Return the amplification along a surface with enough points, waves and no slip."""
+    """Return the amplification along the surface; None if points are few or joints slip."""
     if movement_limits(scene, "slip", [scene.frames - 1]).high > _WORTH * scene.size:
         return None
     time = scene.data.time.values
@@ -105,9 +104,9 @@ def run_picture(source: xr.Dataset | Scene | Shown, discrete=None) -> Figure:
     Parameters
     ----------
     source : xarray.Dataset, Scene or Shown
-        Of a finished run.
+        Output of a finished run.
     discrete : ndarray, optional
-        The model's own transfer function at the frequencies of its amplification.
+        Exact transfer function of the model at the frequencies of its amplification.
     """
     what = source if isinstance(source, Shown) else shown(source)
     history = what.scene.data
@@ -119,7 +118,7 @@ def run_picture(source: xr.Dataset | Scene | Shown, discrete=None) -> Figure:
 
 
 def _site_picture(scene: Scene, history, result: Amplification, discrete) -> Figure:
-    """Draw profile or blocks, accelerations, response spectra and amplification."""
+    """Draw a site: profile or blocks, accelerations, response spectra and amplification."""
     figure = empty_figure((11, 7.6))
     axes = figure.subplot_mosaic(
         [["profile", "surface"], ["profile", "base"], ["spectra", "ratio"]],
@@ -146,7 +145,7 @@ def _site_picture(scene: Scene, history, result: Amplification, discrete) -> Fig
 
 
 def _draw_general_picture(scene: Scene, history, shaken: bool) -> Figure:
-    """Draw model and forces or displacements, and below histories, spectra and energies."""
+    """Draw the model and its forces or displacements, and below them two panels of curves."""
     last, floor = [scene.frames - 1], rounding(scene)
     least = max(floor["m"], _WORTH * scene.size * (not shaken))
     moved = limits_of(scene, "displacement", last).most > least
@@ -185,7 +184,7 @@ def _draw_general_picture(scene: Scene, history, shaken: bool) -> Figure:
 
 
 def _draw_panel(axes, name: str, scene: Scene, history, curves) -> None:
-    """Draw one of the lower panels that shows no blocks."""
+    """Draw a lower panel: 'curves' (displacements), 'spectra' or 'energies'."""
     if name == "curves":
         draw_displacements(axes, scene, curves)
         mark_stages(axes, scene)
@@ -214,14 +213,14 @@ def _drop_fallen(scene: Scene, curves) -> list[tuple]:
 
 
 def _draw_blocks(axes, scene: Scene, title: str, frame: int, **look) -> BlockPicture:
-    """Draw blocks with a title that names the content of the panel."""
+    """Draw the blocks of a frame under a title; return the picture."""
     picture = BlockPicture(scene, axes=axes, title=title, **look)
     picture.show(frame)
     return picture
 
 
 def _draw_movements(axes, scene: Scene, least: float) -> BlockPicture:
-    """Draw displacements, and slip or opening, whichever is larger, if above `least` (m)."""
+    """Draw displacements, and the larger of slip and opening if it exceeds `least` (m)."""
     last = scene.frames - 1
     slip, gap = (movement_limits(scene, name, [last]).high for name in ("slip", "opening"))
     contacts = "slip" if slip >= gap else "opening"
@@ -232,13 +231,13 @@ def _draw_movements(axes, scene: Scene, least: float) -> BlockPicture:
 
 
 def _draw_title(figure, history, *frequencies: float) -> None:
-    """Draw the title of the run, and below it the damping of the model at frequencies (Hz)."""
+    """Draw the title of a run, and below it the damping of its model at frequencies (Hz)."""
     title = plain(str(history.attrs.get("title", ""))) or "Untitled"
     headline(figure, title, damping_words(history, *(frequencies or _USUAL_FREQUENCIES)))
 
 
 def _draw_accelerations(panels, history, series: dict) -> None:
-    """Draw accelerations in one panel per point, with a common scale."""
+    """Draw accelerations (m/s²) in one panel per point, with a common scale."""
     most = max(float(abs(values).max()) for values in series.values()) or 1.0
     for axes, (name, values), color in zip(panels, series.items(), (BLUE, GREY), strict=False):
         axes.plot(history.time, values, color=color, lw=0.6)
@@ -250,7 +249,7 @@ def _draw_accelerations(panels, history, series: dict) -> None:
 
 
 def _row_height(scene: Scene, pictures: list[BlockPicture]) -> float:
-    """Return the height of a row of pictures of the blocks with their keys, inches."""
+    """Return the height (inches) of a row of pictures of blocks with their keys."""
     width, height = np.subtract(*view_box(scene)[::-1])
     tall = float(np.clip(_BLOCKS_WIDTH * height / width, 1.2, 4.0))
     return max(tall, *(one.keys.down for one in pictures)) + _AROUND + 0.18 * max(
@@ -263,7 +262,7 @@ def record_panels(motion: xr.Dataset, file) -> Path:
     Parameters
     ----------
     motion : xarray.Dataset
-        Of `sitedda.read_record`.
+        Result of `sitedda.read_record`.
     file : path
         Picture to write.
     """

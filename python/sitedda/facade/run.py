@@ -36,14 +36,14 @@ class Run(EndedRun):  # noqa: D101
 
     @cached_property
     def verdict(self):
-        """Return the results in words, a `Verdict`, with the error bars of the output."""
+        """Return the results in words as a `Verdict`, with error bars if the output has them."""
         from ..output.verdict import verdict
         from ..study.error_bars import kept_accuracy
 
         return verdict(self.history, kept_accuracy(self.history.attrs))
 
     def accuracy(self, **options):
-        """Run the input again with smaller steps and stiffer contacts, see `sitedda.accuracy`."""
+        """Estimate error bars by runs with other steps and stiffnesses, see `sitedda.accuracy`."""
         from ..study.error_bars import accuracy, of_linear_run
 
         text = self.history.attrs
@@ -62,7 +62,7 @@ class Run(EndedRun):  # noqa: D101
         return write_view(scene, file or Path("view.html"), below=bars_of(scene), **options)
 
     def widget(self, **options):
-        """Return the interactive view for a notebook; its ``.picked`` is the picked block."""
+        """Return the interactive view for a notebook; ``.picked`` of it is the picked block."""
         from ..drawing.view.widget import ViewWidget
 
         return ViewWidget(self, **options)
@@ -77,7 +77,7 @@ class Run(EndedRun):  # noqa: D101
 
 
 class _OfDataset(Run):
-    """Methods of ``data.sitedda`` for the dataset of an output, as those of a run."""
+    """Accessor ``data.sitedda`` of the dataset of an output, with the methods of a run."""
 
     def __init__(self, data):
         super().__init__(data, data.attrs.get("complete", "yes") == "yes", None, "read again")
@@ -129,8 +129,8 @@ def run(
     file : path
         Namelist input.
     output : path, True, False or None
-        Output file; True: that of the input; False: kept in memory only; None: in memory, unless
-        the input or changes name an ``output.file``.
+        Output file; True: as in the input; False: none, the output remains in memory; None: none,
+        unless the input or changes name an ``output.file``.
     progress : callable, optional
         Called at intervals with the `Simulation`.
     changes, **more
@@ -139,8 +139,8 @@ def run(
     Returns
     -------
     Run
-        Incomplete if it was stopped with Ctrl-C; a file then stays as FILE.partial, and `resume`
-        continues.
+        The run; it is incomplete if it was stopped with Ctrl-C.  Its output file is then
+        FILE.partial, and `resume` continues it.
     """
     changes = dict(changes or {}) | more
     if output is None and (
@@ -178,18 +178,18 @@ def resume(
     Parameters
     ----------
     file : path
-        Namelist input, as it was.
+        Namelist input of the run, unchanged.
     output : path or True
-        Output file, as before; True: that of the input.
+        Output file of the run; True: as in the input.
     progress : callable, optional
         Called at intervals with the `Simulation`.
     changes, **more
-        Variables to change in the input, as they were.
+        Changed variables of the input, the same as in the run.
 
     Raises
     ------
     CheckpointError
-        If no checkpoint is good: damaged, or of another input, version or build.
+        If no checkpoint is usable: each is damaged, or from another input, version or build.
     """
     return _run_or_resume(file, output, progress, dict(changes or {}) | more, resume=True)
 
@@ -197,6 +197,7 @@ def resume(
 def _run_or_resume(
     file, output, progress, changes, resume=False, program=False, light=False
 ) -> Run:
+    """Run or resume an input; with `light`, the history of the run is no xarray dataset."""
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "history.nc" if output is None else output
         with (

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Write a page as a single HTML file that works offline.
 
-All texts are escaped for their context.  The content-security policy of the page permits only its
-own style and script, by their hashes, and pictures within the page.  Network access, forms, frames
+All texts are escaped for their context.  The content-security policy of the page permits only the
+style and script of the page, by their hashes, and embedded pictures.  Network access, forms, frames
 and scripts within texts are blocked.
 """
 
@@ -24,8 +24,8 @@ _NUMBER = re.compile(
 # Modules of the view, in order of their dependencies.
 VIEW_MODULES = ("words", "streams", "model", "painters", "marks", "legend", "chart", "save",
                 "controls", "view", "page")  # fmt: skip
-_LONG = 40  # number of rows above which a table scrolls
-GOOD = ("ok", "reached")  # coloured words in a column of verdicts
+_LONG = 40  # largest number of rows of a table that does not scroll
+GOOD = ("ok", "reached")  # words that are coloured in a column of verdicts
 BAD = ("fail", "FAILS", "not reached")
 MIDDLE = ("warn",)
 
@@ -72,6 +72,7 @@ def fragment(*parts: Part) -> str:
 
 
 def _page_head(title: str, style: str, script: str) -> str:
+    """Return the content of the head of a page, with its content-security policy."""
     scripts = f"'sha256-{_content_hash(script)}'" if script else "'none'"
     policy = (
         f"default-src 'none'; style-src 'sha256-{_content_hash(style)}'; script-src {scripts}; "
@@ -87,22 +88,24 @@ def _page_head(title: str, style: str, script: str) -> str:
 
 
 def _content_hash(text: str) -> str:
+    """Return the hash of a style or script, as in a content-security policy."""
     return base64.b64encode(hashlib.sha256(text.encode("utf-8")).digest()).decode("ascii")
 
 
 def _read_page_file(name: str, folder: str = "report") -> str:
+    """Return the text of a style sheet or script of the package."""
     return files("sitedda").joinpath(folder, name).read_text(encoding="utf-8")
 
 
 def page_style() -> str:
-    """Return the style sheet of pages: colours, then parts."""
+    """Return the style sheet of pages: variables of colours, then rules."""
     from .style import css_variables
 
     return css_variables() + _read_page_file("page.css")
 
 
 def json_for_script(value) -> str:
-    """Return JSON for a script element, so that no text in it can end the element."""
+    """Return a value as JSON for a script element; no text in it can end the element."""
     text = json.dumps(value, ensure_ascii=True, allow_nan=False)
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
@@ -120,12 +123,14 @@ def inline(text: str, markup: bool) -> str:
 
 
 def _format_emphasis(text: str) -> str:
+    """Convert **bold**, *italic* and 10^-3 to HTML."""
     text = re.sub(r"\*\*([^*]+)\*\*", r"<strong>\1</strong>", text)
     text = re.sub(r"(?<![\w*])\*([^*\s][^*]*)\*(?![\w*])", r"<em>\1</em>", text)
     return re.sub(r"\^([-−+]?\d+(?:\.\d+)?)", r"<sup>\1</sup>", text)
 
 
 def _contents_list(sections: list[Section]) -> str:
+    """Return the table of contents as HTML; blank for a single section."""
     if len(sections) < 2:
         return ""
     items = "".join(
@@ -139,12 +144,13 @@ def _contents_list(sections: list[Section]) -> str:
 
 
 def _facts_html(lines: Iterable[tuple[str, str]]) -> str:
+    """Return names and values as a definition list."""
     items = "".join(f"<dt>{escape(name)}</dt><dd>{escape(value)}</dd>" for name, value in lines)
     return f"<dl class='facts'>{items}</dl>" if items else ""
 
 
 class _PartWriter:
-    """Writer of the parts of a page, which counts the views."""
+    """Writer of the parts of a page; it numbers the views."""
 
     def __init__(self):
         self.views = 0
@@ -177,10 +183,12 @@ class _PartWriter:
 
 
 def _subtitle_html(title: str) -> str:
+    """Return the title of a part as a heading; blank without a title."""
     return f"<h3>{escape(title)}</h3>" if title else ""
 
 
 def _listing_html(part: Listing) -> str:
+    """Return a listing as HTML."""
     text = f"<pre>{escape(part.text)}</pre>"
     if part.folded:
         return f"<details><summary>{escape(part.title)}</summary>{text}</details>"
@@ -188,6 +196,7 @@ def _listing_html(part: Listing) -> str:
 
 
 def _picture_html(part: Picture) -> str:
+    """Return a picture as HTML, embedded in the colours for light and for dark screens."""
     dark, light = (
         f"data:{kind};base64,{base64.b64encode(data).decode('ascii')}"
         for kind, data in map(part.encoded, ("dark", "light"))
@@ -202,6 +211,7 @@ def _picture_html(part: Picture) -> str:
 
 
 def _table_html(table: Table) -> str:
+    """Return a table as HTML; columns of numbers are aligned at the right."""
     right = [_are_numeric([row[k] for row in table.rows]) for k in range(len(table.heads))]
     head = "".join(
         f"<th scope='col'{_classes(['n'] if right[k] else [])}>{inline(text, table.markup)}</th>"
@@ -224,6 +234,7 @@ def _table_html(table: Table) -> str:
 
 
 def _cell_html(text: str, head: str, right: bool, judged: bool, markup: bool) -> str:
+    """Return a cell of a table as HTML; verdicts are coloured if `judged`."""
     names = ["n"] if right else []
     text = re.sub(r"(?<![\w.])-(?=\d)|(?<=e)-(?=\d)", "\u2212", text) if right else text
     for name, words in (("good", GOOD), ("bad", BAD), ("middle", MIDDLE)):
@@ -234,17 +245,19 @@ def _cell_html(text: str, head: str, right: bool, judged: bool, markup: bool) ->
 
 
 def _classes(names: list[str]) -> str:
+    """Return the attribute `class` of an element; blank without classes."""
     return f" class='{' '.join(names)}'" if names else ""
 
 
 def _are_numeric(cells: list[str]) -> bool:
-    """Return whether every non-empty cell is a number with at most a short unit."""
+    """Return whether each cell is empty or a number, which may have a short unit."""
     cells = [str(cell).strip() for cell in cells]
     cells = [cell for cell in cells if cell not in ("", "–", "-")]
     return bool(cells) and all(_NUMBER.fullmatch(cell) for cell in cells)
 
 
 def _view_html(view: View, name: str) -> str:
+    """Return the element and the data of an interactive view as HTML."""
     streams = "".join(
         f"<script type='text/plain' id='{name}-{escape(key)}'>{data}</script>"
         for key, data in view.streams.items()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Lay out texts of figures: wrap them, and stack keys in a column beside the axes.
+"""Place the texts of figures: wrap titles, and stack legends in a column beside the axes.
 
 Texts are measured before they are placed, so that they neither overlap nor leave the figure.
 """
@@ -18,24 +18,24 @@ from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar
 from ..base.numbers import number
 from .style import FAINT, INK
 
-_MARGIN = 0.9  # inches left of the axes of a panel
-_SMALL = 8.5  # font size of keys, points
+_MARGIN = 0.9  # inches between the left end of a panel and its axes
+_SMALL = 8.5  # font size of keys (parts of a legend), points
 _LINE = 1.25 / 72  # line height in inches per point of font size
-_BESIDE, _GAP = 0.12, 0.16  # inches beside the axes, and between two keys
-_BAR = (0.15, 1.0)  # inches of a colour bar
+_BESIDE, _GAP = 0.12, 0.16  # inches between axes and keys, and between two keys
+_BAR = (0.15, 1.0)  # width and height of a colour bar, inches
 _ROOM = 1.55  # inches, width of the text of a key
-_HANDLE = 0.4  # inches, width of the sign beside the text of a legend
+_HANDLE = 0.4  # inches, width of the symbol beside the text of a legend
 
 
 def plain(text: str) -> str:
-    """Escape a user's text for matplotlib, which interprets $ as formulas and hides a leading _."""
+    """Escape a user's text for matplotlib, which reads $ as a formula and hides labels with _."""
     text = text.replace("$", r"\$")
     return f"\u200b{text}" if text.startswith("_") else text
 
 
 @lru_cache(maxsize=4096)
 def _line_width(text: str, size: float, bold: bool) -> float:
-    """Return the width of a line in inches."""
+    """Return the width of a line of text, inches."""
     font = FontProperties(size=size, weight="bold" if bold else "normal")
     return RendererAgg(1, 1, 72.0).get_text_width_height_descent(text, font, False)[0] / 72.0
 
@@ -46,14 +46,14 @@ def folded(text: str, room: float, size: float, bold: bool = False, most: int = 
     Parameters
     ----------
     text : str
-        The text of a user; its line breaks are kept.
+        The text; its line breaks are kept.
     room : float
-        Inches of a line.
+        Largest width of a line, inches.
     size : float
-        Points of the letters.
+        Font size, points.
     bold : bool
     most : int
-        Lines.
+        Largest number of lines.
     """
     lines: list[str] = []
     for line in text.split("\n"):
@@ -70,7 +70,7 @@ def folded(text: str, room: float, size: float, bold: bool = False, most: int = 
 
 
 def room_of(axes: Axes) -> float:
-    """Return the width of the panel of axes from their left side on, inches."""
+    """Return the width of a panel to the right of the left side of its axes, inches."""
     wide = axes.figure.bbox.width / axes.figure.dpi
     place = axes.get_subplotspec()
     if place is None:
@@ -89,7 +89,7 @@ def headline(figure: Figure, title: str, words: str = "") -> None:
     ----------
     figure : matplotlib.figure.Figure
     title, words : str
-        As matplotlib reads texts.
+        Texts in the notation of matplotlib, see `plain`.
     """
     room = figure.bbox.width / figure.dpi - 0.4
     title = folded(title, room, 13, True, 2)
@@ -103,14 +103,14 @@ def headline(figure: Figure, title: str, words: str = "") -> None:
 
 
 class Head:
-    """A title above axes with fainter lines below, flush with the left side.
+    """A title above axes and fainter lines below the title, aligned with the left side.
 
     Parameters
     ----------
     axes : matplotlib.axes.Axes
     title : str
     words : sequence of str
-        Texts, of which one is shown at a time; space is reserved for the longest.
+        Texts, one of which is shown at a time; space is reserved for the longest one.
     """
 
     def __init__(self, axes: Axes, title: str, words=("",)):
@@ -127,6 +127,7 @@ class Head:
         self.show(words[0])
 
     def _wrap_words(self, words: str, most: int = 6) -> str:
+        """Wrap a text below the title to the width of the panel."""
         return folded(words, self.room, 9.5, most=most)
 
     def show(self, words: str) -> None:
@@ -149,12 +150,12 @@ def legend_above(axes: Axes, columns: int = 3) -> None:
 
 
 class Keys:
-    """Keys in a column beside axes: colour bars, lengths and signs with their meaning.
+    """Keys in a column beside axes: colour bars, lengths and symbols with their meaning.
 
     Parameters
     ----------
     axes : matplotlib.axes.Axes
-        Its column begins at the upper right corner.
+        Axes; the column begins at their upper right corner.
 
     Attributes
     ----------
@@ -167,7 +168,7 @@ class Keys:
         self.place = axes.figure.dpi_scale_trans + ScaledTranslation(1.0, 1.0, axes.transAxes)
 
     def bar(self, drawn, label: str, locator) -> None:
-        """Add a colour bar of a mappable, with ticks by a locator."""
+        """Add the colour bar of a mappable artist, with the ticks of a locator."""
         words = folded(label, _ROOM + 0.3, _SMALL)
         wide, tall = _BAR
         self.down += (words.count("\n") + 1) * _SMALL * _LINE + 7 / 72 + tall
@@ -200,7 +201,7 @@ class Keys:
         self.down += 6 / 72 + (words.count("\n") + 1) * _SMALL * _LINE + _GAP
 
     def legend(self, handles: list) -> None:
-        """Add signs, each with its label."""
+        """Add symbols, each with its label."""
         labels = [plain(folded(one.get_label(), _ROOM, _SMALL)) for one in handles]
         legend = self.axes.legend(handles, labels, loc="upper left", frameon=False,
                                   fontsize=_SMALL, bbox_to_anchor=(_BESIDE, -self.down),

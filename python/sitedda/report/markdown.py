@@ -8,7 +8,7 @@ from pathlib import Path
 from ..base.files import make_folder, write
 from .page import Bullets, Facts, Listing, Page, Paragraph, Part, Picture, Table, View
 
-_HUES = 64
+_HUES = 64  # number of colours of a picture
 
 
 def write_markdown(page: Page, file, folder: str = "", dpi: float = 110) -> Path:
@@ -19,9 +19,9 @@ def write_markdown(page: Page, file, folder: str = "", dpi: float = 110) -> Path
     page : Page
     file : path
     folder : str
-        Of the pictures, beside the file; made if it is missing.
+        Folder of the pictures, relative to that of the file; created if it is missing.
     dpi : float
-        Of the pictures.
+        Dots per inch of the pictures.
     """
     file = Path(file)
     pictures = file.parent / folder
@@ -34,6 +34,7 @@ def write_markdown(page: Page, file, folder: str = "", dpi: float = 110) -> Path
 
 
 def _part_markdown(part: Part, pictures: Path, folder: str, dpi: float) -> str:
+    """Return a part of a page as Markdown; write its picture to a file."""
     match part:
         case Paragraph():
             return part.text if part.markup else part.text.replace("<", "&lt;")
@@ -55,7 +56,7 @@ def _part_markdown(part: Part, pictures: Path, folder: str, dpi: float) -> str:
 
 
 def _write_picture(part: Picture, file: Path, dpi: float) -> None:
-    """Write a picture as a small PNG with a palette of few colours."""
+    """Write a picture as a small PNG file with a palette of `_HUES` colours."""
     from PIL import Image
 
     with Image.open(io.BytesIO(part.png(dpi))) as picture:
@@ -65,6 +66,7 @@ def _write_picture(part: Picture, file: Path, dpi: float) -> None:
 
 
 def _with_title(title: str, text: str) -> str:
+    """Return a Markdown text under a bold title, if there is one."""
     return f"**{title}**\n\n{text}" if title else text
 
 

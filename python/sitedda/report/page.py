@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_MOST_SVG = 600_000  # characters of an SVG above which a picture becomes a PNG
+_MOST_SVG = 600_000  # largest size of an SVG picture, bytes; larger pictures are PNG
 _DPI = 140
 
 
 @dataclass(frozen=True)
 class Paragraph:
-    """A plain text; with `markup`, `code`, **bold**, *italic* and 10^-3 are interpreted."""
+    """A plain text; `markup` permits `code`, **bold**, *italic* and 10^-3 in it."""
 
     text: str
     markup: bool = False
@@ -26,14 +26,14 @@ class Paragraph:
 
 @dataclass(frozen=True)
 class Facts:
-    """A list of short values with their names; values are not interpreted."""
+    """A list of short values with their names; markup is not interpreted."""
 
     lines: Sequence[tuple[str, str]]
 
 
 @dataclass(frozen=True)
 class Table:
-    """A table of texts; verdicts are coloured in columns headed "verdict" or unheaded.
+    """A table of texts; verdicts are coloured in columns with the head "verdict" or without one.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class Picture:
     figure : matplotlib.figure.Figure
     caption : str
     name : str
-        File name without ending, where pictures are files.
+        File name without ending, if pictures are written to files.
     """
 
     figure: Figure
@@ -85,7 +85,7 @@ class Picture:
     name: str = "picture"
 
     def encoded(self, scheme: str = "light") -> tuple[str, bytes]:
-        """Return media type and bytes: SVG if small, otherwise PNG; restore the light scheme."""
+        """Return media type and bytes of the picture in a colour scheme: SVG if small, else PNG."""
         import matplotlib
 
         from .style import dressed
@@ -115,9 +115,9 @@ class View:
     Attributes
     ----------
     meta : dict
-        Plain values that the script reads.
+        Plain values for the script of the view.
     streams : dict of str
-        Base64 texts.
+        Data arrays as base64 texts.
     """
 
     meta: dict
@@ -136,7 +136,7 @@ class Section:
     title : str
     parts : list
     anchor : str
-        Name of the link to it; made from the title if empty.
+        Name of the link to the section; derived from the title if empty.
     """
 
     title: str

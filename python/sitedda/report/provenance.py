@@ -12,11 +12,11 @@ from ..base.core import commit, version
 
 
 def provenance(**more: str) -> list[tuple[str, str]]:
-    """Return names and values of the provenance after `more`, e.g.  ``input="slope.nml"``."""
+    """Return names and values of the provenance; `more` come first: ``input="slope.nml"``."""
     lines = [(name.replace("_", " "), value) for name, value in more.items() if value]
     program, made_of = f"sitedda {version()}", commit()
     whole = f"{program}, commit {made_of}" if made_of else program
-    said = more.get("computed_by")  # avoids a second line with the same program
+    said = more.get("computed_by")  # the program is not listed twice
     if said not in (whole, program):
         lines.append(("program", program))
     if made_of and said != whole:
@@ -43,6 +43,7 @@ def machine() -> str:
 
 
 def _processor_name() -> str:
+    """Return the name of the processor, followed by a comma; blank if unknown."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
     except OSError:

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The style of all pages and figures: colours of three schemes, layout and saving.
 
-Figures are made and saved on a canvas of their own; the backend of matplotlib is left alone.  They
-are drawn in the colours of the light scheme; `dress` gives them those of another one.  Hues of
-lines are those of Okabe and Ito (2008), which colour-blind readers can distinguish.
+Figures have their own canvas and do not use the backend of matplotlib.  They are drawn in the
+colours of the light scheme, which `dress` replaces by those of another scheme.  Colours of lines
+have the hues of Okabe and Ito (2008), which colour-blind readers can distinguish.
 """
 
 from collections.abc import Iterable
@@ -42,13 +42,13 @@ RED, GREY = FORCE, FAINT
 STONES = ("#dccfb4", "#b4c4d4", "#d3b09a", "#bccbaa", "#c9bad6", "#e6d88f", "#a9adb3", "#9fcac2")
 COMPRESSION, TENSION = "#111111", "#ff2d2d"  # colour of principal stresses, visible on all blocks
 STONE, GROUND, FIELD = STONES[0], STONES[6], GOLD
-EDGE = "#22262b"  # edges of blocks in all schemes, because the faces are the same in all
-RESTING = "#c3c8ce"  # colour of blocks whose value is round-off
+EDGE = "#22262b"  # colour of block edges; in all schemes, because faces do not depend on them
+RESTING = "#c3c8ce"  # colour of blocks whose value is a rounding error
 BOLT, WATER = PURPLE, "#2f7fb8"
 JOINTS = ("#4a4f57", BLUE, ORANGE, GREEN, PINK, GOLD)
-_LAYOUTS, _STAYS = 20, 5e-4  # most layout passes, tolerance of axis positions
+_LAYOUTS, _STAYS = 20, 5e-4  # largest number of layout passes, tolerance of axes positions
 MAGNITUDE, SIGNED = "viridis", "PuOr"
-# From light to strong; lighter than outlines of blocks, and with another hue than `MAGNITUDE`.
+# Colours from light to strong: lighter than block outlines, with other hues than `MAGNITUDE`.
 JOINT_MAP = LinearSegmentedColormap.from_list(
     "joints", ["#ffd9a8", "#ff8c42", "#e5352b", "#a3003f"]
 )
@@ -73,28 +73,28 @@ def new_figure(rows: int = 1, columns: int = 1, size=(9.0, 6.0), **options):
     Parameters
     ----------
     rows, columns : int
-        Of the grid of axes.
+        Numbers of rows and columns of axes.
     size : (float, float)
-        Inches.
+        Width and height, inches.
     **options
-        For `matplotlib.figure.Figure.subplots`; ``height_ratios`` and the like among them.
+        For `matplotlib.figure.Figure.subplots`, for example ``height_ratios``.
     """
     figure = empty_figure(size)
     return figure, figure.subplots(rows, columns, **options)
 
 
 def empty_figure(size) -> Figure:
-    """Create a figure without axes, of a size in inches."""
+    """Create a figure without axes; `size` is width and height in inches."""
     figure = Figure(figsize=size, layout=_RepeatedLayout())
     FigureCanvasAgg(figure)
     return figure
 
 
 class _RepeatedLayout(ConstrainedLayoutEngine):
-    """Constrained layout, repeated until the axes do not move: keys follow axes to scale."""
+    """Constrained layout that is repeated until axes do not move, for axes with equal scales."""
 
     def execute(self, fig) -> None:
-        """Lay a figure out."""
+        """Compute the layout of a figure."""
         before, to_scale = None, any(axes.get_aspect() != "auto" for axes in fig.axes)
         for _ in range(_LAYOUTS if to_scale else 1):
             super().execute(fig)
@@ -147,7 +147,7 @@ def dress(figure: Figure, scheme: str = "light", was: str = "light") -> Figure:
     figure : matplotlib.figure.Figure
     scheme : {'light', 'dark', 'print'}
     was : str
-        The scheme whose colours it has, or none.
+        Present scheme of the figure.
     """
     artists = figure.findobj()
     for axes in artists:
@@ -163,7 +163,7 @@ def dress(figure: Figure, scheme: str = "light", was: str = "light") -> Figure:
 
 
 def _dress_axes(axes, faint: str) -> None:
-    """Style axes: left and lower spine only, titles at the left, legends without a frame."""
+    """Apply the style to axes: two spines only, titles at the left, legends without a frame."""
     bar = hasattr(axes, "_colorbar")
     if not bar:
         right = axes.yaxis.get_ticks_position() == "right"
@@ -186,7 +186,7 @@ def _to_hex(color) -> str:
 
 
 def _recolor(artist, new: dict[str, str]) -> None:
-    """Replace colours of the light scheme in an artist by those of another scheme."""
+    """Replace the colours of an artist by the colours to which `new` maps them."""
 
     def other(color):
         try:
@@ -214,7 +214,7 @@ def _recolor(artist, new: dict[str, str]) -> None:
 
 
 def save_picture(figure, file, reads: Iterable = (), scheme: str = "light", **options) -> Path:
-    """Save a figure of matplotlib, in the format of the ending (PNG if there is none); the file.
+    """Save a figure in the format of the file's ending (PNG if it has none); return the file.
 
     Parameters
     ----------
@@ -224,7 +224,7 @@ def save_picture(figure, file, reads: Iterable = (), scheme: str = "light", **op
         Files that the same command reads.
     scheme : {'light', 'dark', 'print'}
     **options
-        Of ``savefig``.
+        Options of ``savefig``.
     """
     file = Path(file)
     file = file if file.suffix else file.with_name(f"{file.name}.png")
@@ -235,7 +235,7 @@ def save_picture(figure, file, reads: Iterable = (), scheme: str = "light", **op
 
 @contextmanager
 def _fix_layout(figure: Figure, dpi: float | None = None, **_others):
-    """Compute the layout of a figure once for its picture; `savefig` would compute it twice."""
+    """Compute the layout of a figure before `savefig`, which would compute it twice."""
     engine, usual = figure.get_layout_engine(), figure.dpi
     if engine is not None:
         figure.dpi = dpi or usual
@@ -259,7 +259,7 @@ def draw_blocks(axes, polygons, color=STONE, edge=EDGE, alpha=1.0, lw=0.6, **mor
     polygons : sequence of array_like, shape (vertices, 2)
         m.
     color : color or sequence of colors
-        Of the faces, one for all or one for each.
+        Colour of the faces, one for all or one for each.
     edge : color
     alpha : float
         Opacity, 0 … 1.
@@ -283,14 +283,14 @@ def draw_blocks(axes, polygons, color=STONE, edge=EDGE, alpha=1.0, lw=0.6, **mor
 
 
 def bare(axes) -> None:
-    """Remove ticks and frame, for drawings to scale."""
+    """Remove ticks and frame of axes, for drawings to scale."""
     axes.set_xticks([])
     axes.set_yticks([])
     axes.spines[:].set_visible(False)
 
 
 def add_legends(figure: Figure) -> None:
-    """Add a legend to axes with labelled artists that have none yet."""
+    """Add a legend to the axes of a figure that have labelled artists but no legend."""
     for axes in figure.axes:
         if axes.get_legend() is None and axes.get_legend_handles_labels()[0]:
             axes.legend(frameon=False)

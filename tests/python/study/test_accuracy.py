@@ -420,7 +420,7 @@ def test_bands_are_kept_and_shown(write_input, python_program, tmp_path):
     python_program.ok("view", str(output), "--no-open", "-o", str(tmp_path / "v.html"))
     for page in ("o.html", "v.html"):
         text = (tmp_path / page).read_text()
-        assert shown in text and "Results of twins so far" in text
+        assert shown in text and "Results of the twins over time" in text
 
 
 def test_a_study_of_figures_with_bars_knows_their_horizon(write_input):
