@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draw signs outside the blocks along edges with a boundary."""
+"""Draw symbols of boundaries along the edges of blocks, outside the blocks."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,9 +11,9 @@ from ..output.scene import Scene
 from ..report.style import BLUE, GOLD, GREEN, INK
 
 HELD, MOVED, ABSORBS, GOES_ON = INK, BLUE, GREEN, GOLD
-_SPACING, _DEPTH = 0.03, 0.018  # spacing and depth of signs over the size of the model
+_SPACING, _DEPTH = 0.03, 0.018  # spacing and depth of symbols over the size of the model
 _TURN = np.linspace(0.0, 2.0 * np.pi, 13)
-# Label, colour and lines of a sign by kind; coordinates along the edge and outwards, in depths.
+# By kind, label, colour and lines of a symbol; coordinates along the edge and outwards, in depths.
 SIGNS = {
     "fixed": ("fixed", HELD, [[[0.5, 0.0], [-0.2, 1.0]], [[-0.2, 0.0], [-0.9, 1.0]]]),
     "roller": ("roller", HELD, [np.column_stack([np.cos(_TURN), 1 + np.sin(_TURN)]) / 2]),
@@ -47,7 +47,7 @@ def draw_boundaries(axes: Axes, scene: Scene, frame: int) -> list:
     Parameters
     ----------
     axes : matplotlib.axes.Axes
-        With places in m.
+        Axes with coordinates in m.
     scene : Scene
     frame : int
     """
@@ -57,7 +57,7 @@ def draw_boundaries(axes: Axes, scene: Scene, frame: int) -> list:
         words, color, sign = SIGNS.get(kind, (kind, HELD, [[[0.0, 0.0], [0.0, 1.0]]]))
         edges = np.stack([boundary["start"], boundary["end"]], axis=1)
         edges = edges[np.any(edges[:, 0] != edges[:, 1], axis=1)]
-        if not len(edges):  # the blocks of the boundary have been removed
+        if not len(edges):  # a stage has removed the blocks of the boundary
             continue
         if boundary["moved"]:
             held = color == HELD
@@ -75,7 +75,7 @@ def draw_boundaries(axes: Axes, scene: Scene, frame: int) -> list:
 
 
 def _sign_lines(sign, edges, size: float) -> list[np.ndarray]:
-    """Return the lines of all signs along edges (k, 2, 2), each of shape (points, 2), m."""
+    """Return the lines of all symbols along edges (k, 2, 2), m, each of shape (points, 2)."""
     middle = edges.mean(axis=1)
     edges = edges[np.argsort(middle[:, np.argmax(np.ptp(middle, axis=0))], kind="stable")]
     begin, along = edges[:, 0], edges[:, 1] - edges[:, 0]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""An ended run with its history, verdict and pictures."""
+"""A run that has ended, with history, verdict and pictures."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ class EndedRun:
     history : xarray.Dataset
         The whole output, in memory.
     complete : bool
-        False if it was stopped before its duration.
+        False if the run was stopped before its end.
     output : Path or None
-        The output file, if one was kept.
+        The output file, if there is one.
     summary : str
         Summary of the step control.
     """
@@ -77,6 +77,6 @@ class EndedRun:
         return fragment(Facts([head, *self.verdict.lines]))
 
     def __repr__(self) -> str:
-        """One line."""
+        """Return title, state and summary in one line."""
         state = "complete" if self.complete else "incomplete"
         return f"<sitedda.Run {self.history.attrs.get('title', '')!r}, {state}: {self.summary}>"

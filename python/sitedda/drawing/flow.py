@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draw water in joints: line width by pressure, dotted if not full, and arrows of flux."""
+"""Draw water in joints: line width by pressure, dots for unsaturated joints, arrows of flux."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,7 +10,7 @@ from ..base.numbers import shown
 from ..output.scene import Scene
 from ..report.style import PAPER, WATER
 
-_LEAST = 0.05  # fraction of the largest flux below which no arrow is drawn
+_LEAST = 0.05  # smallest flux with an arrow, as fraction of the largest flux
 
 
 def draw_flow(axes: Axes, scene: Scene, frame: int) -> list:
@@ -38,7 +38,7 @@ def draw_flow(axes: Axes, scene: Scene, frame: int) -> list:
 
 
 def key_of_flow(scene: Scene, frame: int) -> list:
-    """Return the handle of the legend."""
+    """Return the legend handle of water in joints, in a list; none without &flow."""
     if len(scene.water_lines[0]) == 0:
         return []
     most = float(scene.water(frame)[0].max())

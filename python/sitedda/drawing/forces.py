@@ -11,22 +11,23 @@ from ..output.scene import Scene
 from ..report.style import BLUE, FORCE, INK, PAPER
 from .quantities import limits, quantity
 
-_LEAST = 0.005  # fraction of the largest force below which a force is not drawn
+_LEAST = 0.005  # smallest drawn force as fraction of the force scale
 _LONGEST = 0.09  # longest arrow over the size of the model
 _WIDEST = 7.0  # width of the widest link of a chain, points
-_CHAIN_KEYS = (1.0, 0.5, 0.2)  # fractions of the scale that the legend shows
+_CHAIN_KEYS = (1.0, 0.5, 0.2)  # forces in the legend as fractions of the force scale
 
 
 def force_lines(scene: Scene, frame: int, vertices) -> tuple[np.ndarray, np.ndarray]:
-    """Return resultants between neighbours: positions (m) and vectors (N/m), each (k, 2)."""
+    """Return contact forces between neighbours: positions (m) and forces (N/m), each (k, 2)."""
     places, force, _, _ = resultants(scene, frame, vertices)
     return places, force
 
 
 def resultants(scene: Scene, frame: int, vertices) -> tuple[np.ndarray, ...]:
-    """Return positions of contacts, forces on the first block, pairs, and compression.
+    """Return the resultant contact force of each pair of neighbours.
 
-    Places (k, 2), m; vectors (k, 2), N/m; blocks (k, 2); bool (k,).
+    Position (k, 2), m; force on the first block (k, 2), N/m; blocks (k, 2); whether it is
+    compressive (k,).
     """
     contacts = scene.contacts(frame)
     _, normal = scene.contact_points(frame, contacts)
@@ -48,19 +49,19 @@ def resultants(scene: Scene, frame: int, vertices) -> tuple[np.ndarray, ...]:
 
 
 def force_scale(scene: Scene, frames) -> float:
-    """Return the force of the longest arrow and widest link in some frames, N/m."""
+    """Return the force (N/m) that the longest arrow or the widest link represents, for frames."""
     sizes = [np.linalg.norm(force_lines(scene, f, scene.vertices(f))[1], axis=1) for f in frames]
     sizes = np.concatenate([np.zeros(1), *sizes])
     return limits(sizes, np.ones(len(sizes))).usual
 
 
 def arrow_length(scene: Scene) -> float:
-    """Return the length of the longest arrow, m: about a block, at most part of the model."""
+    """Return the length of the longest arrow, m, from the sizes of blocks and model."""
     return min(0.8 * float(np.sqrt(np.median(scene.areas()))), _LONGEST * scene.size)
 
 
 def draw_forces(axes: Axes, scene: Scene, frame: int, vertices, most: float) -> list:
-    """Draw two opposed arrows at each contact of neighbours; return the artists."""
+    """Draw two opposed arrows at the contact force of each pair of neighbours; return artists."""
     places, force = force_lines(scene, frame, vertices)
     size = np.linalg.norm(force, axis=1)
     seen = size > _LEAST * most
@@ -72,7 +73,7 @@ def draw_forces(axes: Axes, scene: Scene, frame: int, vertices, most: float) -> 
 
 
 def _draw_quiver(axes: Axes, places, arrows, pivot: str, color: str):
-    """Draw arrows of equal width with a length proportional to the value."""
+    """Draw arrows (k, 2), m, of equal width at positions (k, 2), m; return the artist."""
     look = {"edgecolor": PAPER, "linewidth": 0.4, "width": 2.2 / 72, "units": "inches"}
     look |= {"headwidth": 3.4, "headlength": 3.6, "headaxislength": 3.4, "minlength": 0.6}
     return axes.quiver(*places.T, *arrows.T, angles="xy", scale_units="xy", scale=1.0,
@@ -80,7 +81,7 @@ def _draw_quiver(axes: Axes, places, arrows, pivot: str, color: str):
 
 
 def scale_arrow(length: float, most: float, unit: str, words: str) -> tuple[float, str]:
-    """Return a length (m) and the round value that it represents; `length` represents `most`."""
+    """Return length (m) and label of an arrow for a round value; `length` represents `most`."""
     size, name = in_unit(most, unit)
     power = 10.0 ** np.floor(np.log10(most / size))
     value = max(step * power for step in (1, 2, 5) if step * power <= most / size * (1 + 1e-9))
@@ -88,7 +89,7 @@ def scale_arrow(length: float, most: float, unit: str, words: str) -> tuple[floa
 
 
 def draw_chains(axes: Axes, scene: Scene, frame: int, factor: float, vertices, most: float) -> list:
-    """Draw lines between centroids through contacts, with a width by force; return artists."""
+    """Draw lines from centroid to centroid through contacts, wider for larger forces."""
     places, force, blocks, presses = resultants(scene, frame, vertices)
     size = np.linalg.norm(force, axis=1)
     seen = size > _LEAST * most
@@ -107,7 +108,7 @@ def draw_chains(axes: Axes, scene: Scene, frame: int, factor: float, vertices, m
 
 
 def chain_key(most: float) -> list:
-    """Return legend handles of widths that represent forces."""
+    """Return legend handles of the line widths that represent forces."""
     words = [shown(share * most, "N/m") for share in _CHAIN_KEYS]
     words[0] = f"contact force, compression {words[0]}"
     return [
@@ -118,7 +119,7 @@ def chain_key(most: float) -> list:
 
 
 def movement_scale(scene: Scene, name: str, frames, since: int = 0) -> float:
-    """Return displacement (m) or velocity (m/s) of the longest arrow of some frames."""
+    """Return the displacement (m) or velocity (m/s) that the longest arrow represents."""
     values = np.stack([quantity(scene, name, frame, since) for frame in frames])
     return limits(values, scene.areas()).usual
 

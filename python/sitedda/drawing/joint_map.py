@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draw slip and opening of joints by width and colour, with the sense of large slips."""
+"""Draw slip and opening of joints by width and colour, and the direction of large slips."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,15 +10,15 @@ from ..output.scene import Scene
 from ..report.style import INK, JOINT_MAP, PAPER
 from .quantities import MOVEMENTS, Limits
 
-_LEAST = 0.03  # fraction of the scale below which slip or opening is not drawn
+_LEAST = 0.03  # smallest drawn slip or opening as fraction of the scale
 _THIN, _WIDE = 0.5, 4.6  # smallest and largest width of a line, points
 _HALO = 1.2  # margin around the widest line, points
-_SENSES, _LEAST_SENSE = 24, 0.2  # most pairs of half-arrows, least slip over the scale
+_SENSES, _LEAST_SENSE = 24, 0.2  # largest number of half-arrow pairs; their least slip over scale
 _LEAST_LENGTH = 0.02  # smallest length of a joint with half-arrows over the size of the model
 
 
 def joint_lines(scene: Scene, frame: int, factor: float) -> np.ndarray:
-    """Return the present interfaces, shape (k, 2, 2), which move with their first blocks."""
+    """Return the ends of interfaces in a frame, shape (k, 2, 2), m; they move with first blocks."""
     faces, ends = scene.interfaces, []
     for places in (faces.start, faces.end):
         now = scene.carried(faces.first, places, frame)
@@ -28,7 +28,7 @@ def joint_lines(scene: Scene, frame: int, factor: float) -> np.ndarray:
 
 def draw_movements(axes: Axes, scene: Scene, name: str, frame: int, factor: float,
                    scale: Limits) -> list:  # fmt: skip
-    """Draw joints that have slipped or opened, the largest on top; return the artists."""
+    """Draw joints that have slipped or opened, the largest movement on top; return artists."""
     movement = scene.joint_movement(frame)[list(MOVEMENTS).index(name)]
     placed = scale.share(movement)
     seen = np.flatnonzero(placed > _LEAST)
@@ -47,7 +47,7 @@ def draw_movements(axes: Axes, scene: Scene, name: str, frame: int, factor: floa
 
 
 def _draw_slip_arrows(axes: Axes, scene: Scene, frame: int, lines, seen, share) -> list:
-    """Draw half-arrows on both sides of the joints with the largest slip."""
+    """Draw half-arrows on both sides of the joints with the largest slip; return artists."""
     along = lines[:, 1] - lines[:, 0]
     length = np.linalg.norm(along, axis=1)
     chosen = (share[seen] > _LEAST_SENSE) & (length > _LEAST_LENGTH * scene.size)
@@ -57,7 +57,7 @@ def _draw_slip_arrows(axes: Axes, scene: Scene, frame: int, lines, seen, share) 
     unit = along[chosen] / length[chosen, None]
     across = np.column_stack([unit[:, 1], -unit[:, 0]])  # normal into the second block
     reach = np.minimum(0.3 * length[chosen], 0.03 * scene.size)[:, None]
-    # Slip of the second block against the first, in the direction of the edge of the first.
+    # Slip of the second block relative to the first, positive along the edge of the first.
     sense = scene.joint_sense(frame)[seen[chosen], None]
     middle, barbs = lines[chosen].mean(axis=1), []
     for side in (1.0, -1.0):

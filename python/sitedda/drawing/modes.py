@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Mode shapes of a model as frames that pictures and the view show."""
+"""Mode shapes of a model as frames for pictures and the interactive view."""
 
 from collections.abc import Sequence
 
@@ -15,19 +15,19 @@ from ..report.layout import Head, headline, plain
 from ..report.style import dress, empty_figure
 from .pictures import BlockPicture, view_box
 
-_FRAMES = 24  # frames of a period
+_FRAMES = 24  # number of frames per period
 REACH = 0.06  # largest displacement of a mode over the size of the model
 _COUNT = Range(1, 50, whole=True)
-_WIDTH = 3.6  # size of the picture of a mode, inches
+_WIDTH = 3.6  # width of the picture of a mode, inches
 
 
 def mode_scene(source, count: int = 3, contacts: str = "auto") -> tuple[Scene, Modes]:
-    """Return a scene with a period of each of the lowest modes, one stage per mode.
+    """Return a scene with one period of each of the lowest modes, one stage per mode.
 
     Parameters
     ----------
     source : path or Simulation
-        Of a model.
+        Model.
     count : int
     contacts : str
         See `sitedda.modes`.
@@ -35,7 +35,7 @@ def mode_scene(source, count: int = 3, contacts: str = "auto") -> tuple[Scene, M
     Returns
     -------
     Scene
-        Frame 0 is the model; the largest displacement of each mode is 6 % of the size of the model.
+        Frame 0 is the model at rest; the largest displacement of a mode is 6 % of the model size.
     Modes
     """
     count = int(_COUNT.check("count", count))
@@ -54,7 +54,7 @@ def mode_scene(source, count: int = 3, contacts: str = "auto") -> tuple[Scene, M
 
 
 def _make_scene(model: Scene, q: np.ndarray, found: Modes) -> Scene:
-    """Return a scene of the model with block coordinates, shape (frames, blocks, 6)."""
+    """Return a scene of a model with given block coordinates, shape (frames, blocks, 6)."""
     keep = [n for n in ("block", "block_material", "edge_joint", "block_body", "edge_welded",
                         "vertex_block") if n in model.data]  # fmt: skip
     frames = len(q)
@@ -84,7 +84,7 @@ def _make_scene(model: Scene, q: np.ndarray, found: Modes) -> Scene:
 
 
 def mode_words(found: Modes) -> list[str]:
-    """Describe each mode: number, frequency, damping and larger effective mass."""
+    """Return number, frequency, damping and larger effective mass of each mode as text."""
     words = []
     for i, (frequency, damping) in enumerate(zip(found.frequency, found.damping, strict=True)):
         axis = int(np.argmax(found.effective_mass[i]))
@@ -106,7 +106,7 @@ def draw_modes(
     only : sequence of int, optional
         Indices of the drawn modes, from 0 (all).
     words : sequence of str, optional
-        A title for each, up to its first comma, and what follows it (`mode_words`).
+        Title and description of each mode, separated by a comma (`mode_words`).
     """
     scene, found = mode_scene(source, count, contacts)
     only = range(len(found.frequency)) if only is None else only

@@ -22,8 +22,8 @@ from ..output.scene import Scene
 from ..report.style import dress
 from .pictures import BlockPicture
 
-_WIDTH = 1280  # pixels, about
-_HUES = 256  # largest number of pictures per second of a GIF
+_WIDTH = 1280  # width of a movie, pixels
+_HUES = 256  # number of colours of each picture of a GIF
 
 
 def write_movie(
@@ -48,7 +48,7 @@ def write_movie(
     fps : float
         Pictures a second.
     seconds : float
-        That it lasts; the frames nearest to evenly spread times are shown.
+        Duration of the movie; it shows the frames nearest to evenly spaced times.
     progress : bool
         Show a progress bar.
     scheme : {'light', 'dark', 'print'}
@@ -60,18 +60,18 @@ def write_movie(
     Raises
     ------
     ValueError
-        If a number is not in its range.
+        If a number is out of range.
     InputError
-        If there is no second frame, or the ending of the file is another.
+        If there is no second frame, or the file has another ending.
     OutputError
-        If there is no ffmpeg, or it fails.
+        If ffmpeg is missing or fails.
     """
     fps, seconds = PICTURES_A_SECOND.check("fps", fps), SECONDS.check("seconds", seconds)
     ANY.check("deformation", look.get("deformation", 1.0))
     scene = Scene.of(source, absolute)
     file = Path(file)
     if scene.frames < 2:
-        raise InputError("a movie needs two frames or more; give &output a block_interval")
+        raise InputError("a movie needs two or more frames; give a block_interval in &output")
     kind = file.suffix.lower()
     if kind not in (".gif", ".mp4"):
         raise InputError(f"{file}: a movie is .mp4 or .gif")
@@ -101,7 +101,7 @@ def chosen_frames(scene: Scene, most: int) -> list[int]:
 
 
 def _draw_frames(scene: Scene, frames, scheme: str, look: dict) -> Iterator[np.ndarray]:
-    """Yield pictures, shape (height, width, 3), 8 bits; equal frames are drawn once."""
+    """Yield pictures, shape (height, width, 3), 8 bits; a repeated frame is drawn once."""
     look = look | {"color": look.get("color") or "displacement", "frames": frames}
     shown = BlockPicture(scene, **look)
     shown.show(frames[0])  # the layout reserves space for the keys
@@ -118,13 +118,13 @@ def _draw_frames(scene: Scene, frames, scheme: str, look: dict) -> Iterator[np.n
             shown.show(frame)
             dress(figure, scheme)
             canvas.draw()
-            figure.set_layout_engine("none")  # the layout of the first frame is kept
+            figure.set_layout_engine("none")  # all frames have the layout of the first frame
             picture, last = np.array(canvas.buffer_rgba())[..., :3].copy(), frame
         yield picture
 
 
 def _write_gif(file: Path, pictures, fps: float) -> None:
-    """Write a GIF with a palette per picture; equal successive pictures are merged."""
+    """Write a GIF with a palette per picture; merge equal successive pictures."""
     images, durations, last = [], [], None
     for picture in pictures:
         if picture is last:
@@ -138,6 +138,7 @@ def _write_gif(file: Path, pictures, fps: float) -> None:
 
 
 def _write_mp4(file: Path, pictures, fps: float, program: str) -> None:
+    """Write an MP4: pass the pictures to a process of ffmpeg."""
     process = None
     try:
         for picture in pictures:
@@ -155,7 +156,7 @@ def _write_mp4(file: Path, pictures, fps: float, program: str) -> None:
             last = "".join(message.splitlines()[-1:])
             raise OSError(f"ffmpeg {ends}" + (f": {last}" if last else ""))
     finally:
-        if process and process.poll() is None:  # ffmpeg still runs after an error or a signal
+        if process and process.poll() is None:  # ffmpeg is running after an error or a signal
             process.kill()
             process.wait()
 
@@ -163,6 +164,7 @@ def _write_mp4(file: Path, pictures, fps: float, program: str) -> None:
 def _start_ffmpeg(
     program: str, file: Path, width: int, height: int, fps: float
 ) -> subprocess.Popen:
+    """Start ffmpeg, which reads raw pictures from its standard input; return the process."""
     command = [
         *(program, "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"),
         *("-s", f"{width}x{height}", "-r", f"{fps:g}", "-i", "-", "-an", "-c:v", "libx264"),
@@ -177,7 +179,7 @@ def ffmpeg() -> str:
     Raises
     ------
     OutputError
-        If there is neither.
+        If both are missing.
     """
     found = shutil.which("ffmpeg")
     if found:
@@ -186,8 +188,7 @@ def ffmpeg() -> str:
         return importlib.import_module("imageio_ffmpeg").get_ffmpeg_exe()
     except (ImportError, RuntimeError) as trouble:
         raise MissingLibrary(
-            "an MP4 needs ffmpeg: install it, or pip install 'sitedda[movie]'; "
-            "a .gif needs nothing more"
+            "an MP4 needs ffmpeg: install it, or pip install 'sitedda[movie]'; or write a .gif"
         ) from trouble
 
 

@@ -72,8 +72,8 @@ __all__ = ["BlockPicture", "deformed", "draw", "force_lines", "view_box"]
 
 BROKEN = 4  # state of a bolt
 _MOST_DRAWN_OUTLINES = 30000
-_MOST_LABELS = 24  # size of the marks of measured points
-_NAME = 2.0  # inches, size of a name beside a point or above a picture
+_MOST_LABELS = 24  # largest number of measured points with names
+_NAME = 2.0  # inches, largest width of a name beside a point or above a picture
 _APART = 0.13  # smallest distance between ticks over the length of a colour bar
 _AROUND = 1.1  # inches above and below the axes for titles and labels
 
@@ -98,41 +98,41 @@ def draw(
     source : path, Run, Simulation, xarray.Dataset or Scene
         A namelist input, an output, a Model, Simulation or Run.
     time : float, optional
-        s; the nearest frame is drawn.  Default: the last one.
+        s; the nearest frame is drawn.  Default: the last frame.
     color : str, optional
         Quantity that colours the blocks: 'material', 'displacement', 'displacement_x',
         'displacement_y', 'velocity', 'rotation', 'compression', 'tension', 'stress_error' or
-        'plastic_strain'; by compression and tension, cells of bodies have crosses of their
+        'plastic_strain'; for compression and tension, cells of bodies have crosses of their
         principal stresses.  Default: material for a model, displacement for an output.
     contacts : {'force', 'chain', 'slip', 'opening'}, optional
-        Resultant contact forces of neighbours, as arrows that meet where they touch or as chains
-        from centroid to centroid, or slip or opening of the joints since the start.
+        Contact forces between neighbours, as arrows that meet at the contact or as chains from
+        centroid to centroid; or slip or opening of the joints since the start.
     deformation : float
         Factor on the displacements of the picture.
     axes : matplotlib.axes.Axes, optional
-        Axes to draw in; by default those of a new figure.
+        Axes to draw in; by default the axes of a new figure.
     legend : bool
         Draw a legend outside the axes.
     stage : str, optional
         Use a frame of this stage; all static stages may have the same time.
     arrows : {'displacement', 'velocity'}, optional
-        Of the centroids.
+        Quantity of the centroids that arrows show.
     since : str, optional
-        Displacements and rotations are those since the end of this stage.
+        Show displacements and rotations since the end of this stage.
     absolute : bool
-        Displacements are not relative to the base of a model that is shaken.
+        Show absolute displacements, not relative to the base of a shaken model.
 
     Returns
     -------
     matplotlib.axes.Axes
-        ``axes.figure.savefig(file)`` writes it.
+        ``axes.figure.savefig(file)`` writes the picture.
 
     Raises
     ------
     ValueError
-        If `color`, `contacts` or `arrows` is not one of the above, or `deformation` no number.
+        If `color`, `contacts` or `arrows` is unknown, or `deformation` is not a number.
     InputError
-        If there is no such stage.
+        If the stage does not exist.
     """
     scene = Scene.of(source, absolute)
     picture = BlockPicture(scene, color, contacts, deformation, axes, legend, (), arrows, since)
@@ -149,14 +149,14 @@ class BlockPicture:
     color, contacts, deformation, axes, legend, arrows, since
         See `draw`.
     frames : sequence of int, optional
-        Frames that will be shown: colours and view are those of all of them.
+        Frames that will be shown; colour scale and view include all of them.
     title : str, optional
-        In place of that of the model.
+        Replaces the title of the model.
 
     Attributes
     ----------
     keys : Keys
-        Beside the axes, from the first frame on.
+        Keys beside the axes, once the first frame is drawn.
     """
 
     def __init__(
@@ -182,15 +182,15 @@ class BlockPicture:
         self.blocks = self.head = None
         self.keys = Keys(self.axes)
         self.limits = self.movement = Limits(0.0, 0.0, 0.0)
-        self.rests: list[str] = []  # smaller values are round-off and are not drawn
-        self.force = self.arrow = 0.0  # scale of forces, N/m; of arrows, m or m/s
+        self.rests: list[str] = []  # notes on values that are rounding errors and are not drawn
+        self.force = self.arrow = 0.0  # scale of forces, N/m; scale of arrows, m or m/s
         self.bars: list[tuple] = []
-        self.lengths: list[tuple] = []  # length of arrows, and the value that it represents
+        self.lengths: list[tuple] = []  # length of an arrow, m, and label with its value
         self.lines: list = []
-        self.stress = 0.0  # largest stress of cells of bodies, Pa, for crosses
+        self.stress = 0.0  # largest stress in cells of bodies, Pa; scale of stress crosses
 
     def show(self, frame: int) -> None:
-        """Replace the drawn frame by another."""
+        """Draw a frame in place of the present one."""
         scene = self.scene
         vertices = deformed(scene, frame, self.deformation)
         if self.blocks is None:
@@ -210,6 +210,7 @@ class BlockPicture:
         self.head.show(self._text_with_notes(frame))
 
     def _draw_first_frame(self, frame: int, vertices) -> None:
+        """Draw all that later frames retain: blocks, boundaries, view, title and keys."""
         scene, axes = self.scene, self.axes
         frames = some_of(self.frames) or [frame]
         if scene.frames > 1 and (frame or self.frames) and scene.blocks <= _MOST_DRAWN_OUTLINES:
@@ -238,7 +239,7 @@ class BlockPicture:
         dress(axes.figure)
 
     def _stack_keys(self, handles: list) -> None:
-        """Place colour bars, lengths and signs below each other."""
+        """Place colour bars, arrow lengths and symbols below each other, beside the axes."""
         for drawn, label, unit, span in self.bars:
             self.keys.bar(drawn, f"{label} ({unit})", _scale_ticks(span))
         for length, words in self.lengths:
@@ -250,7 +251,7 @@ class BlockPicture:
         """Draw the blocks in their colours; return handles for the legend."""
         scene, edge = self.scene, _line_width(self.scene)
         look = {"edgecolors": EDGE, "linewidths": edge}
-        if scene.welded.any():  # faces within bodies are faint; outlines of bodies are drawn above
+        if scene.welded.any():  # faces within bodies are thin; body outlines are drawn over them
             look = {"edgecolors": EDGE, "linewidths": 0.3 * edge}
         outlines = _present_polygons(scene, frame, vertices)
         drawn = self.blocks = PolyCollection(outlines, joinstyle="round", zorder=2, **look)
@@ -279,7 +280,7 @@ class BlockPicture:
         return []
 
     def _prepare_marks(self, frames: list[int]) -> list:
-        """Set scales of contacts and arrows over frames; return handles for the legend."""
+        """Set the scales of contact forces, joints and arrows for frames; return legend handles."""
         scene, kind = self.scene, self.contacts
         handles = []
         if kind in ("force", "chain"):
@@ -305,7 +306,7 @@ class BlockPicture:
         return handles
 
     def _prepare_movements(self, frames: list[int]) -> None:
-        """Set the scale of slip or opening and its colour bar, unless all values are rounding."""
+        """Set scale and colour bar of slip or opening, unless all values are rounding errors."""
         kind = MOVEMENTS[self.contacts]
         self.movement = movement_limits(self.scene, self.contacts, frames)
         if self.movement.most <= self.rounding["m"]:
@@ -317,7 +318,7 @@ class BlockPicture:
         self.bars.append((ScalarMappable(_scale_norm(span), JOINT_MAP), kind.label, unit, span))
 
     def _draw_marks(self, frame: int, vertices) -> list:
-        """Draw forces, joints and arrows of a frame."""
+        """Draw contact forces, joint movements and arrows of a frame; return the artists."""
         axes, scene, found = self.axes, self.scene, []
         if self.contacts == "force":
             found = draw_forces(axes, scene, frame, vertices, self.force)
@@ -332,7 +333,7 @@ class BlockPicture:
         return found
 
     def _text_with_notes(self, frame: int) -> str:
-        """Return the text on the picture, with notes on blocks out of view and large values."""
+        """Return the text above a frame, with notes on rounding errors and the largest value."""
         lines = [_picture_text(self.scene, frame, self.deformation), *self.rests]
         if self.scene.origin and (self.arrows == "displacement" or "displacement" in self.color):
             lines.append(f"displacements {self.scene.origin}")
@@ -348,12 +349,12 @@ class BlockPicture:
 
 
 def _shorten_name(name: str) -> str:
-    """Shorten a name to leave space for others."""
+    """Cut a name to the width `_NAME`, to leave space for other texts."""
     return folded(name, _NAME, 9.5, most=1)
 
 
 def _scale_norm(span: Limits) -> Normalize:
-    """Return the norm of matplotlib that maps values to a colour scale."""
+    """Return the matplotlib norm that maps values to positions on a colour scale, 0 … 1."""
     if span.usual == span.most:
         return Normalize(span.low, span.high)
     values, places = span.nodes
@@ -362,7 +363,7 @@ def _scale_norm(span: Limits) -> Normalize:
 
 
 def _scale_ticks(span: Limits):
-    """Return ticks: round values on a linear scale, otherwise ends of the scale and its parts."""
+    """Return the tick locator of a colour scale: round values if linear, else ends of its parts."""
     if span.usual == span.most:
         return MaxNLocator(5, min_n_ticks=3)
     values, places = span.nodes
@@ -390,12 +391,12 @@ def _make_figure(scene: Scene) -> Figure:
 
 
 def _line_width(scene: Scene) -> float:
-    """Return the line width of the sides of blocks, points."""
+    """Return the line width of block edges, points; thinner for many blocks."""
     return 0.7 if scene.blocks < 600 else 0.35 if scene.blocks < 6000 else 0.15
 
 
 def _draw_body_outlines(axes: Axes, scene: Scene, frame: int, vertices) -> list:
-    """Draw outlines of bodies and of other blocks, and cracks of bodies and joints."""
+    """Draw outlines of bodies and damage of faces and joints in a frame; return the artists."""
     width, found = _line_width(scene), []
     if scene.welded.any():
         shown = ~scene.welded & ~scene.removed(frame)[scene.owner]
@@ -414,13 +415,13 @@ def _draw_body_outlines(axes: Axes, scene: Scene, frame: int, vertices) -> list:
 
 
 def _present_polygons(scene: Scene, frame: int, vertices) -> list[np.ndarray]:
-    """Return the polygons of the blocks without those that stages have removed."""
+    """Return the polygons of all blocks; polygons of removed blocks are NaN."""
     gone = scene.removed(frame)[scene.owner]
     return scene.split(np.where(gone[:, None], np.nan, vertices) if gone.any() else vertices)
 
 
 def _draw_joints(axes: Axes, scene: Scene, frame: int, factor: float) -> list:
-    """Draw the joints between blocks, coloured by the joint that the contacts use."""
+    """Draw the joints between blocks in the colours of their &joint; return legend handles."""
     faces = scene.interfaces
     if len(faces) == 0 or len(scene.joint_names) < 2:
         return []
@@ -436,7 +437,7 @@ def _draw_joints(axes: Axes, scene: Scene, frame: int, factor: float) -> list:
 
 
 def _draw_bolts(axes: Axes, scene: Scene, frame: int) -> list:
-    """Draw bolts with a line width by force, broken ones dashed; return the artists."""
+    """Draw bolts, wider for larger forces and dotted if broken; return the artists."""
     bolts = scene.bolts(frame)
     most = max((abs(one["force"]) for one in bolts if np.isfinite(one["force"])), default=0.0)
     drawn = []
@@ -451,7 +452,7 @@ def _draw_bolts(axes: Axes, scene: Scene, frame: int) -> list:
 
 
 def _bolt_legend(scene: Scene, frame: int) -> list:
-    """Return the legend handle of the bolts."""
+    """Return the legend handle of the bolts, in a list; none without bolts."""
     bolts = scene.bolts(frame)
     if not bolts:
         return []
@@ -500,7 +501,7 @@ def _draw_water(axes: Axes, scene: Scene) -> list:
 
 
 def load_arrows(scene: Scene) -> list[tuple]:
-    """Return tail and tip of the arrow of each load, m, and the size of the load, N/m."""
+    """Return tail and tip (m) of the arrow of each load, and the size of the load (N/m)."""
     loads = scene.loads()
     sizes = [float(np.hypot(load["fx"], load["fy"])) for load in loads]
     reach = 0.12 * scene.size / (max(sizes, default=0.0) or 1.0)
@@ -510,6 +511,7 @@ def load_arrows(scene: Scene) -> list[tuple]:
 
 
 def _draw_loads(axes: Axes, scene: Scene) -> list:
+    """Draw loads as arrows; return their legend handle, in a list."""
     arrows = load_arrows(scene)
     if not arrows:
         return []
@@ -521,6 +523,7 @@ def _draw_loads(axes: Axes, scene: Scene) -> list:
 
 
 def _draw_slivers(axes: Axes, scene: Scene) -> list:
+    """Draw circles around slivers; return their legend handle, in a list."""
     thin = scene.slivers()
     if len(thin) == 0:
         return []
@@ -530,7 +533,7 @@ def _draw_slivers(axes: Axes, scene: Scene) -> list:
 
 
 def view_box(scene: Scene, vertices=None) -> tuple[np.ndarray, np.ndarray]:
-    """Return the range of a picture, m: the first frame, and blocks up to half its size away."""
+    """Return two corners of a picture, m: first frame, and vertices up to half its size away."""
     low, high = scene.box
     margin = 0.04 * scene.size
     if vertices is not None:
@@ -543,6 +546,7 @@ def view_box(scene: Scene, vertices=None) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _set_view(axes: Axes, scene: Scene, vertices) -> None:
+    """Set the ranges and labels of axes for given vertices, shape (k, 2), m."""
     low, high = view_box(scene, vertices)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", anchor="NW")
     axes.set_xlabel("x (m)", color=INK)
@@ -551,7 +555,7 @@ def _set_view(axes: Axes, scene: Scene, vertices) -> None:
 
 
 def _picture_text(scene: Scene, frame: int, deformation: float) -> str:
-    """Return the text on the picture: time, blocks, factor, and blocks out of view."""
+    """Return time, number of blocks, factor of displacements and lost blocks as text."""
     parts = [scene.size_words]
     if not scene.before:
         parts.insert(0, f"t = {scene.time[frame]:.4g} s")
@@ -567,5 +571,6 @@ def _picture_text(scene: Scene, frame: int, deformation: float) -> str:
 
 
 def _shorten_list(names: list[str], most: int) -> str:
+    """Return up to `most` names, and the number of the others, as text."""
     more = len(names) - most
     return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")

@@ -12,27 +12,27 @@ from matplotlib.transforms import Bbox
 
 from ..report.style import PAPER, POINT
 
-# Permitted positions of a name beside its point, in radii of its mark: offset, alignment.  Closer
-# positions are tried first.
+# Permitted positions of a name beside its point: offset in radii of the mark, and alignment.
+# Positions close to the point are tried first.
 _SIDES = [(1.5 * x, 1.2 * y, "left" if x > 0 else "right", "bottom" if y > 0 else "top")
           for y, x in product((1, -1), (1, -1))] + [
     (0, 2.2, "center", "bottom"), (0, -2.2, "center", "top"),
     (2.2, 0, "left", "center"), (-2.2, 0, "right", "center"),
 ]  # fmt: skip
-_RINGS = (1.0, 3.0, 5.0, 8.0, 12.0)  # factors on these offsets; all but 1 need a line
+_RINGS = (1.0, 3.0, 5.0, 8.0, 12.0)  # factors on these offsets; a line is drawn for factors above 1
 _RADIUS = 4.0  # radius of a mark, points
 
 
 class PointNames(Artist):
-    """Names that are placed when the picture is drawn, because its scale is known only then.
+    """Names of points, placed when the picture is drawn, because the scale is unknown before.
 
     Parameters
     ----------
     axes : matplotlib.axes.Axes
     names : sequence of str
-        As matplotlib reads texts.
+        Names in the notation of matplotlib.
     places : array_like, shape (points, 2)
-        m.
+        Positions of the points, m.
     marked : array_like, shape (k, 2)
         Positions of marks that no name may cover, m.
     """
@@ -52,7 +52,7 @@ class PointNames(Artist):
         axes.add_artist(self)
 
     def draw(self, renderer) -> None:
-        """Place each name at its first free position inside; hide it if there is none."""
+        """Place each name at its first free position within the axes; hide it if none is free."""
         reach = _RADIUS * renderer.points_to_pixels(1.0)
         marks = self.axes.transData.transform(self.marked)
         taken = [Bbox([at - reach, at + reach]) for at in marks]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Quantities that colour blocks, joints and forces: names, units, limits, rounding."""
+"""Quantities that colour blocks and joints: names, units, limits of scales, rounding errors."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,9 +8,9 @@ import numpy as np
 
 from ..output.scene import OWN_QUANTITIES, Scene, principal_stresses
 
-_SHARE = 0.01  # fraction of the area that may lie beyond the usual range of a scale
-_FAR = 1.5  # largest values up to this factor times the usual range extend the range
-_USUAL = 0.7  # fraction of the colour scale of a sign for its usual range
+_SHARE = 0.01  # fraction of the area whose values may exceed the usual range of a scale
+_FAR = 1.5  # if the largest value is at most this factor times the usual range, the scale is linear
+_USUAL = 0.7  # fraction of the colours of each sign that show its usual range
 _ROUNDING, _STILL = 100 * np.finfo(float).eps, 1e-9  # fractions as in `dda_rest_bound`
 _GRAVITY = 9.81  # m/s²
 
@@ -22,12 +22,12 @@ class Quantity:
     Attributes
     ----------
     name : str
-        In the option, and in the view.
+        Name in options and in the view.
     label : str
-        At its colour bar, without the unit.
+        Label of the colour bar, without the unit.
     unit : str
     signed : bool
-        Its colours are those of both signs.
+        Whether the colour scale has positive and negative values.
     """
 
     name: str
@@ -59,7 +59,7 @@ ARROWS = ("displacement", "velocity")
 
 
 def quantity(scene: Scene, name: str, frame: int, since: int = 0) -> np.ndarray:
-    """Return a quantity of the blocks, shape (blocks,); movements since another frame."""
+    """Return a quantity of the blocks, shape (blocks,); displacements are since another frame."""
     if name.startswith("displacement"):
         moved = scene.displacement(frame) - scene.displacement(since)
         axis = {"x": 0, "y": 1}.get(name[-1] if "_" in name else "")
@@ -77,13 +77,13 @@ def quantity(scene: Scene, name: str, frame: int, since: int = 0) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Limits:
-    """Range of a scale that includes all values and is coarser beyond the usual values.
+    """Limits of a scale that includes all values, but is coarser above the usual values.
 
     Attributes
     ----------
     low, high : float
     usual : float
-        End of the usual part, for both signs; the larger end if the scale is linear.
+        Largest usual value, for both signs; equal to `most` if the scale is linear.
     """
 
     low: float
@@ -92,16 +92,16 @@ class Limits:
 
     @property
     def most(self) -> float:
-        """Return the larger end by absolute value."""
+        """Return the largest absolute value of the scale."""
         return max(abs(self.low), abs(self.high))
 
     def over(self, size: float) -> "Limits":
-        """Return the limits in a unit of that size."""
+        """Return the limits in a unit of a given size."""
         return Limits(self.low / size, self.high / size, self.usual / size)
 
     @property
     def nodes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return values between which the scale is linear, and their positions, 0 … 1."""
+        """Return the values between which the scale is linear, and their positions, 0 … 1."""
         inner = (one for one in (-self.usual, 0.0, self.usual) if self.low < one < self.high)
         values = np.array([self.low, *inner, self.high])
         sizes = abs(values)
@@ -118,9 +118,9 @@ class Limits:
 
 
 def limits(values, weights, signed: bool = False) -> Limits:
-    """Return limits of all values; the usual part omits at most 1 % of the area.
+    """Return the limits of values; at most 1 % of the area exceeds the usual range.
 
-    This holds for all frames together and for the last frame.
+    This is true for all frames together and for the last frame.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ def limits(values, weights, signed: bool = False) -> Limits:
     weights : ndarray, shape (things,)
         Areas of the blocks (m²), lengths of the joints (m).
     signed : bool
-        Whether both signs have the same limit.
+        Whether the limits are symmetric to 0.
     """
     values = np.atleast_2d(values)
     sizes = np.broadcast_to(weights, values.shape)
@@ -147,7 +147,7 @@ def limits(values, weights, signed: bool = False) -> Limits:
 
 
 def _usual_limit(values, weights) -> float:
-    """Return the usual upper limit of weighted values; not negative."""
+    """Return the value that a fraction `_SHARE` of the weights exceeds; at least 0."""
     order = np.argsort(-values)
     beyond = np.cumsum(weights[order])
     at = int(np.searchsorted(beyond, _SHARE * beyond[-1], side="right"))
@@ -171,10 +171,10 @@ def movement_limits(scene: Scene, name: str, frames: Sequence[int]) -> Limits:
 
 
 def rounding(scene: Scene) -> dict[str, float]:
-    """Return the largest values that count as round-off, by unit.
+    """Return the largest values that are treated as rounding errors, by unit.
 
-    Without a motion, positions are accurate to 1e-9 of the size of the model; with a motion, to
-    this fraction of the displacement, or to the rounding of positions.
+    Without a motion, the error of positions is 1e-9 of the size of the model; with a motion, it is
+    1e-9 of the largest displacement or 100 times the machine precision, whichever is larger.
     """
     said = str(scene.data.attrs.get("verdict", ""))
     share = _STILL
@@ -196,7 +196,7 @@ def rounding(scene: Scene) -> dict[str, float]:
 
 
 def some_of(frames: Sequence[int], most: int = 40) -> list[int]:
-    """Return a sample of frames, with the first and the last."""
+    """Return at most `most` evenly spaced frames, including the first and the last."""
     frames = sorted(set(frames))
     if len(frames) <= most:
         return frames

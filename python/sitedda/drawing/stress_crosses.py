@@ -9,12 +9,12 @@ from matplotlib.lines import Line2D
 from ..output.scene import Scene, principal_stresses
 from ..report.style import COMPRESSION, TENSION
 
-_REACH = 0.85  # length of the largest stress over the root of the area of a cell
-_LEAST = 0.02  # fraction of the largest stress below which an arm is a point
+_REACH = 0.85  # length of the arm of the largest stress over the square root of the cell area
+_LEAST = 0.02  # smallest drawn stress as fraction of the largest stress
 
 
 def largest_stress(scene: Scene, frames) -> float:
-    """Return the largest absolute principal stress in the cells of some frames, Pa."""
+    """Return the largest absolute principal stress in cells of bodies over frames, Pa."""
     cells = scene.body > 0
     most = 0.0
     for frame in frames:
@@ -24,7 +24,7 @@ def largest_stress(scene: Scene, frames) -> float:
 
 
 def draw_crosses(axes: Axes, scene: Scene, frame: int, factor: float, scale: float) -> list:
-    """Draw arms along the principal directions of cells with large stresses.
+    """Draw the principal stresses of cells as arms along the principal directions.
 
     Parameters
     ----------
@@ -32,9 +32,9 @@ def draw_crosses(axes: Axes, scene: Scene, frame: int, factor: float, scale: flo
     scene : Scene
     frame : int
     factor : float
-        On the displacements of the picture.
+        Factor on the displacements of the picture.
     scale : float
-        Stress of an arm over 85 % of a cell, Pa.
+        Stress whose arm is 85 % of a cell long, Pa.
 
     Returns
     -------
@@ -58,7 +58,7 @@ def draw_crosses(axes: Axes, scene: Scene, frame: int, factor: float, scale: flo
 
 
 def key_of_crosses(largest: str) -> list:
-    """Return the legend of the arms; `largest` is the largest stress with its unit."""
+    """Return the legend handles of the arms; `largest` is the largest stress with its unit."""
     text = f"compression of cells,\nlargest stress {largest}"
     return [
         Line2D([], [], color=COMPRESSION, lw=1.2, label=text),

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Write outputs for ParaView: blocks, contacts and bolts of frames as .vtp, times as .pvd.
 
-VTK's XML PolyData with appended raw data, deflated, written with numpy alone.
+The files are VTK's XML PolyData with appended, deflated raw data, written with numpy alone.
 """
 
 import csv
@@ -16,7 +16,7 @@ from ..base.files import make_folder, write, written
 from ..output.scene import Scene, principal_stresses
 
 _TYPES = {"f8": "Float64", "i8": "Int64", "i4": "Int32"}
-_BLOCK = 1 << 20  # number of bytes that are deflated together
+_BLOCK = 1 << 20  # largest number of bytes that are deflated together
 
 
 class PolyData:
@@ -25,10 +25,10 @@ class PolyData:
     Parameters
     ----------
     points : ndarray, shape (k, 2)
-        m; z is 0.
+        Positions, m; z is 0.
     kind : {'Polys', 'Lines', 'Verts'}
     connectivity, offsets : ndarray of int
-        Points of the cells in sequence, and the end index of each cell.
+        Points of all cells in sequence, and the index at which each cell ends.
     """
 
     def __init__(self, points, kind: str, connectivity, offsets):
@@ -56,6 +56,7 @@ class PolyData:
             stream.write(b"\n</AppendedData>\n</VTKFile>\n")
 
     def _piece_xml(self, appended: list[bytes]) -> str:
+        """Return the elements of fields and geometry; append the numbers of their arrays."""
         counts = {kind: 0 for kind in ("Verts", "Lines", "Strips", "Polys")}
         counts[self.kind] = len(self.offsets)
         numbers = " ".join(f'NumberOf{kind}="{count}"' for kind, count in counts.items())
@@ -76,7 +77,7 @@ class PolyData:
 
 
 def _array_xml(name: str, values, appended: list[bytes]) -> str:
-    """Return the element of an array and append its numbers."""
+    """Return the XML element of an array, and append its numbers to `appended`."""
     values = np.ascontiguousarray(values)
     kind = values.dtype.newbyteorder("<").str[1:]
     parts = 1 if values.ndim == 1 else values.shape[1]
@@ -89,7 +90,7 @@ def _array_xml(name: str, values, appended: list[bytes]) -> str:
 
 
 def _compress_blocks(data: bytes) -> bytes:
-    """Return deflated blocks after their count, size, last size and deflated sizes."""
+    """Return data as deflated blocks, after a head: count, size, last size, deflated sizes."""
     blocks = [zlib.compress(data[i : i + _BLOCK], 6) for i in range(0, len(data), _BLOCK)]
     last = len(data) % _BLOCK
     head = np.array([len(blocks), _BLOCK, last, *map(len, blocks)], dtype="<u8")
@@ -97,7 +98,7 @@ def _compress_blocks(data: bytes) -> bytes:
 
 
 def _text_xml(name: str, texts: list[str]) -> str:
-    """Return texts as an ASCII array of character codes, each text ended by 0."""
+    """Return the XML element of texts: ASCII array of character codes, 0 after each text."""
     codes = b"".join(text.encode("utf-8", "replace") + b"\0" for text in texts)
     return (
         f'<Array type="String" Name={quoteattr(name)} NumberOfTuples="{len(texts)}" '
@@ -111,7 +112,7 @@ def _remove_illegal_characters(text: str) -> str:
 
 
 def blocks_of(scene: Scene, frame: int) -> PolyData:
-    """Return blocks as polygons with their data."""
+    """Return the blocks of a frame as polygons with their data."""
     count = len(scene.owner)
     data = PolyData(scene.vertices(frame), "Polys", np.arange(count), scene.first[1:])
     stress, now = scene.stress(frame), scene.coordinates(frame)
@@ -144,7 +145,7 @@ def blocks_of(scene: Scene, frame: int) -> PolyData:
 
 
 def contacts_of(scene: Scene, frame: int) -> PolyData:
-    """Return contacts as lines along their force; open ones, without force, as points."""
+    """Return the contacts of a frame as lines along their forces; open contacts are points."""
     contacts = scene.contacts(frame)
     places, normal = scene.contact_points(frame, contacts)
     along = np.column_stack([-normal[:, 1], normal[:, 0]])
@@ -172,7 +173,7 @@ def contacts_of(scene: Scene, frame: int) -> PolyData:
 
 
 def joints_of(scene: Scene, frame: int) -> PolyData:
-    """Return segments shared by two blocks, which move with the first, with their movement."""
+    """Return the interfaces between blocks as lines that move with the first block, with data."""
     faces = scene.interfaces
     slip, opening = scene.joint_movement(frame)
     ends = [scene.carried(faces.first, places, frame) for places in (faces.start, faces.end)]
@@ -197,7 +198,7 @@ def _to_3d(vectors: np.ndarray) -> np.ndarray:
 
 
 def bolts_of(scene: Scene, frame: int) -> PolyData:
-    """Return the present bolts as lines through all their points."""
+    """Return the bolts of a frame as lines through their points, with data."""
     bolts = scene.bolts(frame)
     points = np.vstack([np.empty((0, 2)), *(one["places"] for one in bolts)])
     ends = np.cumsum([len(one["places"]) for one in bolts], dtype=int)
@@ -217,8 +218,8 @@ def write_vtk(source, folder) -> Path:
     ----------
     source : path, Run, Simulation, xarray.Dataset or Scene
     folder : path
-        Created if missing; receives ``blocks.pvd``, ``contacts.pvd``, ``joints.pvd``, of models
-        with bolts ``bolts.pvd``, and their frames; of measured points ``points.csv``.
+        Created if missing; receives ``blocks.pvd``, ``contacts.pvd``, ``joints.pvd``,
+        ``bolts.pvd`` if there are bolts, their frames, and ``points.csv`` for measured points.
 
     Returns
     -------
@@ -245,7 +246,7 @@ def write_vtk(source, folder) -> Path:
 
 
 def _history_table(scene: Scene) -> str:
-    """Return histories of the measured points as a table, one line per sample."""
+    """Return the histories of the measured points as CSV, one line per sample."""
     columns = {"time (s)": scene.data["time"].values}
     for name, unit in (("displacement", "m"), ("velocity", "m/s"), ("acceleration", "m/s²")):
         for i, point in enumerate(map(str, scene.data["point"].values)):
@@ -260,6 +261,7 @@ def _history_table(scene: Scene) -> str:
 
 
 def _write_collection(file: Path, title: str, entries: list[str]) -> None:
+    """Write a .pvd file, whose entries name the files of the frames with their times."""
     words = escape(_remove_illegal_characters(title)).replace("--", "- -")
     text = (
         f'<?xml version="1.0"?>\n<!-- {words} -->\n<VTKFile type="Collection" version="0.1" '

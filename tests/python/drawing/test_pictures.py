@@ -635,7 +635,7 @@ def test_stages_are_marked_and_removed_blocks_are_gone(write_input):
     assert scene.removed(low).sum() == 0 and scene.removed(dig).sum() == 1
     assert int(run.history.frame_stage[dig + 1]) > int(run.history.frame_stage[dig])
     assert scene.frame_at(0.0, "dig") > low
-    with pytest.raises(sitedda.InputError, match="no frame of a stage 'digging'"):
+    with pytest.raises(sitedda.InputError, match="stage 'digging' has no frame"):
         run.draw(stage="digging")
     axes = run.draw(color="velocity")
     paths = axes.collections[-1].get_paths()

@@ -454,7 +454,7 @@ def test_two_runs_have_one_cursor_and_a_difference_only_where_they_agree(run, op
     page.evaluate("blockViews[0].draw()")
     assert "at rest" in page.locator(".legend").first.inner_text()  # no difference at all
     assert page.complaints == []
-    with pytest.raises(sitedda.InputError, match="no difference of 3 and 4 blocks"):
+    with pytest.raises(sitedda.InputError, match="runs of 3 and 4 blocks have no difference"):
         write_view(run, tmp_path / "x.html", other=shaken_grid(4, 5), difference=True)
 
 

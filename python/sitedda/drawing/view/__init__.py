@@ -24,8 +24,8 @@ from .encode import NOT_FULL, encode_histories
 from .encode import encode as encoded
 
 BUDGET = 25_000_000  # largest size of a page, bytes
-_REST = 600_000  # bytes reserved for everything except frames and forces
-_STOPS = 33  # number of steps of a colour map
+_REST = 600_000  # bytes reserved for all content except frames and forces
+_STOPS = 33  # number of colours of a colour map
 
 
 def view(source, budget: int = BUDGET, color: str | None = None) -> View:
@@ -35,9 +35,9 @@ def view(source, budget: int = BUDGET, color: str | None = None) -> View:
     ----------
     source : path, Run, Simulation, xarray.Dataset or Scene
     budget : int
-        Largest size in bytes: frames are thinned to it, and the page states that.
+        Largest size in bytes; if necessary, frames are omitted, and the page states this.
     color : str, optional
-        Initial colours, see `pictures.draw`.
+        Quantity of the initial colours, see `pictures.draw`.
     """
     scene = Scene.of(source)
     found = encoded(scene, budget - _REST)
@@ -70,7 +70,7 @@ def view(source, budget: int = BUDGET, color: str | None = None) -> View:
 
 
 def _find_scales(scene: Scene) -> dict:
-    """Return the quantities with their limits over all frames and their rounding."""
+    """Return quantities, limits over all frames, rounding errors and the force scale."""
     frames = some_of(range(scene.frames)) if not scene.before else []
     absent = set(OWN_QUANTITIES) - set(scene.own_quantities)
     shown = [one for one in QUANTITIES.values() if one.name not in absent]
@@ -97,7 +97,7 @@ def names_of(*scenes: Scene) -> list[str]:
 
 
 def check_alike(one: Scene, other: Scene) -> None:
-    """Reject scenes whose difference is meaningless.
+    """Raise InputError for two scenes whose difference is meaningless.
 
     Raises
     ------
@@ -108,16 +108,16 @@ def check_alike(one: Scene, other: Scene) -> None:
         pairs = zip(one.names, other.names, strict=False)
         apart = next((pair for pair in pairs if pair[0] != pair[1]), None)
         words = f"{apart[0]!r} is not {apart[1]!r}" if apart else "one has more"
-        raise InputError(f"no difference of {one.blocks} and {other.blocks} blocks: {words}; "
-                         "show them beside each other")  # fmt: skip
+        raise InputError(f"runs of {one.blocks} and {other.blocks} blocks have no difference: "
+                         f"{words}; show them side by side")  # fmt: skip
     if one.frames != other.frames or not np.allclose(one.time, other.time, rtol=1e-9):
-        raise InputError(f"no difference of {one.frames} frames up to {one.time[-1]:g} s and "
-                         f"{other.frames} up to {other.time[-1]:g} s: their times differ; show "
-                         "them beside each other")  # fmt: skip
+        raise InputError(f"runs have no difference if times differ: {one.frames} frames up to "
+                         f"{one.time[-1]:g} s, {other.frames} frames up to {other.time[-1]:g} s; "
+                         "show them side by side")  # fmt: skip
 
 
 def _color_stops(shades) -> list[list[int]]:
-    """Return a colour map as steps of red, green, blue."""
+    """Return `_STOPS` colours of a colour map as red, green and blue, 0 … 255."""
     return (255 * shades(np.linspace(0, 1, _STOPS))[:, :3]).round().astype(int).tolist()
 
 
@@ -141,13 +141,13 @@ def view_page(
     ----------
     source : path, Run, Simulation, xarray.Dataset or Scene
     budget : int
-        Bytes.
+        Largest size of the page, bytes.
     color : str, optional
         See `view`.
     other : like `source`, optional
-        Shown beside it.
+        Second run, shown beside the first.
     difference : bool
-        Whether to colour the first by its values minus those of the other.
+        Whether to colour the first run by its values minus the values of the second.
     below : sequence of Part
         Text below the blocks.
     absolute : bool

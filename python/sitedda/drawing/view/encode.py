@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Encode the frames of a scene as compressed streams of small whole numbers.
 
-A first-order block needs six numbers a frame: displacement of the centroid (2), rotation and
-strains (3) since the first frame.  They are rounded to a quantum that keeps every vertex within
-10⁻⁵ of the size of the model.  Their differences in time are zigzag-coded, split into planes of
-bytes and deflated.  Browsers can inflate the streams (`DecompressionStream`).
+A block needs six numbers per frame: displacement of the centroid (2), rotation and strains (3)
+since the first frame.  They are rounded so that the error of each vertex is below 10⁻⁵ of the size
+of the model.  Their differences in time are zigzag-coded, split into planes of bytes and deflated.
+Browsers can inflate the streams (`DecompressionStream`).
 """
 
 import base64
@@ -18,15 +18,16 @@ from ...output.energies import budget
 from ...output.scene import Scene, principal_stresses
 from ..quantities import rounding
 
-POSITION, ROTATION, STRAIN = 0.6e-5, 0.4e-5, 0.2e-5  # quanta over the model size at a vertex
-_FINE = 32767  # steps of a quantity stored in 16 bits
+# Rounding steps of displacement, and of displacement by rotation and by strain, over model size.
+POSITION, ROTATION, STRAIN = 0.6e-5, 0.4e-5, 0.2e-5
+_FINE = 32767  # number of steps of a quantity that is stored in 16 bits
 _COARSE = 255  # number of colour steps in large models
-_PLACES = 101  # number of positions along an edge, both ends included
-_LEAST_STEPS = 500  # steps of the smallest scale of displacements
+_PLACES = 101  # number of positions along an edge, including both ends
+_LEAST_STEPS = 500  # smallest number of rounding steps of displacements in large models
 _SAMPLE = 12  # number of frames from which the total size is estimated
 _LEVEL = 6  # level of deflate
-_MOST_LINES = 8  # largest number of samples of a chart
-NOT_FULL = 2  # state of a channel of water
+_MOST_LINES = 8  # largest number of curves of a chart
+NOT_FULL = 2  # state of a water channel that is not full
 
 
 @dataclass
@@ -51,7 +52,7 @@ class Encoded:
     def put_array(self, name: str, values, kind: str) -> None:
         """Add an array of a little-endian type, such as ``'<f4'``."""
         kind = np.dtype(kind)
-        if kind.kind == "f":  # lost blocks get the largest number
+        if kind.kind == "f":  # infinite positions of lost blocks become the largest number
             values = np.clip(values, -np.finfo(kind).max, np.finfo(kind).max)
         self.put(name, zlib.compress(np.ascontiguousarray(values, dtype=kind).tobytes(), _LEVEL))
 
@@ -70,9 +71,9 @@ class Channel:
     name : str
     values : ndarray, shape (frames, things)
     quantum : float
-        Of the values, or of their roots.
+        Rounding step of the values, or of their roots.
     root : bool
-        Whether signed roots are stored, which keep digits of small values beside peaks.
+        Whether signed square roots are stored, which resolve small values better.
     """
 
     name: str
@@ -82,13 +83,13 @@ class Channel:
 
     @classmethod
     def rooted(cls, name: str, values: np.ndarray, steps: int) -> "Channel":
-        """Return a channel that stores square roots in `steps` steps up to the largest."""
+        """Return a channel of square roots that are rounded to `steps` steps."""
         quantum = float(np.sqrt(abs(values).max(initial=0.0))) / steps or 1.0
         return cls(name, values, quantum, True)
 
     @property
     def whole(self) -> np.ndarray:
-        """Return the values in quanta."""
+        """Return the values (or roots) as numbers of quanta."""
         values = self.values
         if self.root:
             values = np.sign(values) * np.sqrt(abs(values))
@@ -96,7 +97,7 @@ class Channel:
 
 
 def planes(steps: np.ndarray) -> tuple[bytes, int]:
-    """Encode whole numbers, shape (frames, things), by zigzag as planes of bytes."""
+    """Return whole numbers (frames, things), zigzag-coded, as byte planes, and their count."""
     zigzag = ((steps << 1) ^ (steps >> 31)).astype("<u4")
     width = max(1, (int(zigzag.max(initial=0)).bit_length() + 7) // 8)
     split = zigzag.view(np.uint8).reshape(*zigzag.shape, 4)[..., :width]
@@ -106,7 +107,8 @@ def planes(steps: np.ndarray) -> tuple[bytes, int]:
 def encode(scene: Scene, budget: int) -> Encoded:
     """Encode a scene for the view, within a limit of characters.
 
-    If the data do not fit, contact forces are omitted first, then frames, evenly.
+    If the data exceed the limit, colours become coarse, then frames are omitted at even intervals.
+    Contact forces are omitted if they exceed the remaining space.
     """
     result = Encoded()
     _add_model(result, scene)
@@ -139,7 +141,7 @@ def encode(scene: Scene, budget: int) -> Encoded:
 
 
 def _stage_frames(scene: Scene, frames: np.ndarray) -> list[list]:
-    """Return the names of the stages, and the last frame of each."""
+    """Return the name of each stage and the index of its last frame."""
     names = str(scene.data.attrs.get("stages", "")).split("\n")
     if "frame_stage" not in scene.data or len(names) < 2:
         return []
@@ -149,7 +151,7 @@ def _stage_frames(scene: Scene, frames: np.ndarray) -> list[list]:
 
 
 def _find_removals(scene: Scene, frames: np.ndarray) -> list[list[int]]:
-    """Return removed blocks, and the first frame without each."""
+    """Return each removed block and the index of the first frame without it."""
     if not scene.removed(scene.frames - 1).any():
         return []
     gone = np.stack([scene.removed(f) for f in frames])
@@ -182,7 +184,7 @@ def _add_model(result: Encoded, scene: Scene) -> None:
 
 
 def motion_channels(scene: Scene, frames: np.ndarray, lean: bool) -> list[Channel]:
-    """Return channels: displacement, rotation, strains; then speed and stresses for colours."""
+    """Return displacements, rotations, strains, speeds and stresses of blocks as channels."""
     start = scene.coordinates(0)
     moved = np.stack([scene.coordinates(f) for f in frames]) - start
     _stop_lost_blocks(moved, scene)
@@ -212,7 +214,7 @@ def motion_channels(scene: Scene, frames: np.ndarray, lean: bool) -> list[Channe
 
 
 def _stop_lost_blocks(moved: np.ndarray, scene: Scene) -> None:
-    """Fix blocks far outside the first view at the position where they left it."""
+    """Fix each lost block at its last position within reach of the first view."""
     low, high = scene.box
     reach = 2.0 * scene.size
     centre = scene.coordinates(0)[:, :2] - 0.5 * (low + high)
@@ -223,6 +225,7 @@ def _stop_lost_blocks(moved: np.ndarray, scene: Scene) -> None:
 
 
 def _add_channels(result: Encoded, channels: list[Channel], key: str) -> None:
+    """Add the streams of channels, and their description under a key."""
     described = []
     for channel in channels:
         whole = channel.whole
@@ -235,7 +238,7 @@ def _add_channels(result: Encoded, channels: list[Channel], key: str) -> None:
 
 
 def _estimate_size(scene: Scene, lean: bool) -> float:
-    """Estimate the characters of a frame from a few consecutive frames in the middle."""
+    """Estimate the characters per frame from consecutive frames in the middle of the run."""
     first = max(0, (scene.frames - _SAMPLE) // 2)
     frames = np.arange(first, min(scene.frames, first + _SAMPLE))
     total = 0
@@ -247,7 +250,7 @@ def _estimate_size(scene: Scene, lean: bool) -> float:
 
 
 def _add_bolts_and_water(result: Encoded, scene: Scene, frames: np.ndarray) -> None:
-    """Add bolts and channels of water: values and states over the frames."""
+    """Add the bolts and the water channels, with their values and states in the frames."""
     bolts = scene.bolt_routes()
     water = [(np.repeat(block, 2), ends) for block, ends in zip(*scene.water_lines, strict=True)]
     result.meta["lines"] = {}
@@ -275,16 +278,16 @@ def _bolt_forces(scene: Scene, routes: list, frame: int) -> np.ndarray:
 
 
 def _water_pressures(scene: Scene, frame: int) -> np.ndarray:
-    """Return pressures (Pa) of channels, and 1 if full, otherwise 2, shape (2, channels)."""
+    """Return pressures (Pa) and states of water channels, shape (2, channels)."""
     pressure, full, _ = scene.water(frame)
     return np.array([np.clip(pressure, 0, None), np.where(full, 1, NOT_FULL)])
 
 
 def _add_contacts(result: Encoded, scene: Scene, frames: np.ndarray, room: int) -> None:
-    """Add the forces of all contacts ever closed, over the frames; none if too many.
+    """Add the forces of all contacts that close in a frame; none if they exceed `room` characters.
 
     A contact is a vertex, an edge, and the position of the contact point in hundredths of the edge
-    after the vertex.
+    that begins at the vertex.
     """
     found = [scene.contacts(f) for f in frames]
     vertices = len(scene.owner)
@@ -299,8 +302,8 @@ def _add_contacts(result: Encoded, scene: Scene, frames: np.ndarray, room: int) 
     result.meta["pairs"] = 0
     if len(pairs) == 0:
         return
-    # Two bytes per pair and frame are needed before deflation: more than a few times the remaining
-    # space cannot fit.
+    # Each pair and frame needs two bytes before deflation; the factor 3 is an optimistic ratio of
+    # deflation.
     if len(pairs) * len(frames) > 3 * room:
         result.meta["no_forces"] = "contact forces would not fit into the file"
         return
@@ -325,7 +328,7 @@ def _add_contacts(result: Encoded, scene: Scene, frames: np.ndarray, room: int) 
 
 
 def encode_histories(result: Encoded, scene: Scene, most: int = 1500) -> None:
-    """Add histories of measured points and energies for the charts."""
+    """Add the charts of histories: displacements and accelerations of points, energies."""
     data = scene.data
     if scene.before or data.sizes.get("time", 0) < 3:
         result.meta["charts"] = []
@@ -365,7 +368,7 @@ def encode_histories(result: Encoded, scene: Scene, most: int = 1500) -> None:
 
 
 def thinned(values: np.ndarray, most: int) -> np.ndarray:
-    """Return indices of first, smallest and largest sample of most/3 bins, and of the last."""
+    """Return the indices of first, smallest and largest sample in most/3 bins, and the last."""
     n = len(values)
     if n <= most:
         return np.arange(n)

@@ -9,18 +9,18 @@ import traitlets
 from ...report.html import to_html
 from . import view_page
 
-_BUDGET = 5_000_000  # largest size in bytes that a notebook stores
+_BUDGET = 5_000_000  # largest size of the view in a notebook, bytes
 
 
 class ViewWidget(anywidget.AnyWidget):
-    """The view of a run; picked block and time are synchronised with Python.
+    """The interactive view of a run; picked block and time are synchronised with Python.
 
     Attributes
     ----------
     picked : str
-        Name of the picked block, or of the two blocks of a joint; empty without one.
+        Name of the picked block, or names of both blocks of the picked joint; empty if none.
     time : float
-        Time of the frame that is shown, s.
+        Time of the shown frame, s.
     """
 
     _esm = files(__package__).joinpath("widget.js").read_text(encoding="utf-8")
@@ -29,5 +29,5 @@ class ViewWidget(anywidget.AnyWidget):
     time = traitlets.Float(0.0).tag(sync=True)
 
     def __init__(self, source, **options):
-        """Encode the frames; the arguments are those of `view_page`."""
+        """Encode the frames of a source; for the arguments see `view_page`."""
         super().__init__(page=to_html(view_page(source, **{"budget": _BUDGET} | options)))
