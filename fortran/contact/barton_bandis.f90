@@ -2,9 +2,9 @@
 !> Barton–Bandis joint: hyperbolic closure, and shear strength from roughness and wall strength.
 !>
 !> Normal stress σ = k_ni x/(1 − x/V_m), with the potential k_ni V_m [−V_m ln(1 − x/V_m) − x] and
-!> the slope k_ni (1 − x/V_m)⁻².  Shear strength σ tan[φ_r + JRC log₁₀(JCS/σ)], its angle between
-!> φ_r (σ ≥ JCS) and 70° [Barton and Choubey, 1977; Bandis, Lumsden and Barton, 1983].  Beyond 100
-!> JCS, more than any joint wall can support, the stress follows the tangent of the hyperbola.
+!> the slope k_ni (1 − x/V_m)⁻².  Shear strength σ tan[φ_r + JRC log₁₀(JCS/σ)]; the bracket is
+!> limited to φ_r … 70° [Barton and Choubey, 1977; Bandis, Lumsden and Barton, 1983].  Beyond
+!> 100 JCS, more than any joint wall can support, the stress follows the tangent of the hyperbola.
 !> Stress and slope then exist at any closure, and rounding of coordinates has little effect.
 module dda_barton_bandis
    use dda_kinds, only: wp, pi
@@ -17,7 +17,7 @@ module dda_barton_bandis
    public :: barton_bandis_type, new_barton_bandis, closure_of_joint
 
    real(wp), parameter :: steepest = 70.0_wp      !< angle of the shear strength, degrees
-   real(wp), parameter :: most_stress = 100.0_wp  !< over JCS, at the end of the hyperbola
+   real(wp), parameter :: most_stress = 100.0_wp  !< stress at the end of the hyperbola over JCS
    real(wp), parameter :: small = 1.0e-2_wp       !< x/V_m below which a series is more accurate
    real(wp), parameter :: mega = 1.0e6_wp, milli = 1.0e-3_wp
 
@@ -55,10 +55,10 @@ contains
 
    !> Compute missing closure parameters from the strength of the rock.
    pure subroutine check_and_derive(law, joint, shear_ratio, wrong)
-      class(barton_bandis_type), intent(in) :: law  !< of the joint
+      class(barton_bandis_type), intent(in) :: law  !< law of the joint
       type(joint_type), intent(inout) :: joint      !< input of the law
       real(wp), intent(in) :: shear_ratio           !< k_n/k_s
-      character(len=:), allocatable, intent(out) :: wrong  !< what is wrong; blank: nothing
+      character(len=:), allocatable, intent(out) :: wrong  !< error message, blank if none
 
       wrong = ''
       associate (stiffness => joint%normal_stiffness, closure => joint%max_closure)
@@ -72,7 +72,7 @@ contains
       end associate
    end subroutine check_and_derive
 
-   !> Compute initial stiffness k_ni, Pa/m, and largest closure V_m, m, from joint indices.
+   !> Compute the initial stiffness k_ni and the largest closure V_m from joint indices.
    !> The formulas of Bandis, Lumsden and Barton (1983) are in MPa/mm and mm.
    !> The aperture is a_j = JRC/5 (0.2 σ_c/JCS − 0.1) mm.
    pure subroutine closure_of_joint(roughness, wall_strength, rock_strength, stiffness, max_closure)
@@ -80,7 +80,7 @@ contains
       real(wp), intent(in) :: wall_strength  !< JCS, Pa
       real(wp), intent(in) :: rock_strength  !< σ_c, Pa
       real(wp), intent(out) :: stiffness     !< k_ni, Pa/m; may be negative
-      real(wp), intent(out) :: max_closure   !< V_m, m; likewise
+      real(wp), intent(out) :: max_closure   !< V_m, m; may be negative
       real(wp) :: aperture, ratio
 
       aperture = roughness/5.0_wp*(0.2_wp*rock_strength/wall_strength - 0.1_wp)
@@ -94,8 +94,8 @@ contains
 
    !> Closure at the end of the hyperbola, m.
    pure real(wp) function last_closure(law, state) result(last)
-      class(barton_bandis_type), intent(in) :: law !< of the joint
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(barton_bandis_type), intent(in) :: law !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state of the contact
       real(wp) :: force
 
       force = most_stress*law%wall_strength*state%length
@@ -104,8 +104,8 @@ contains
 
    !> Normal force, N/m; beyond the end of the hyperbola it follows the tangent.
    pure real(wp) function normal_force(law, state, closure) result(force)
-      class(barton_bandis_type), intent(in) :: law !< of the joint
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(barton_bandis_type), intent(in) :: law !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state of the contact
       real(wp), intent(in) :: closure              !< m
       real(wp) :: x
 
@@ -116,8 +116,8 @@ contains
 
    !> Slope of the normal force, N/m.
    pure real(wp) function tangent(law, state, closure)
-      class(barton_bandis_type), intent(in) :: law !< of the joint
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(barton_bandis_type), intent(in) :: law !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state of the contact
       real(wp), intent(in) :: closure              !< m
       real(wp) :: x
 
@@ -127,8 +127,8 @@ contains
 
    !> Closure for a given normal force, m.
    pure real(wp) function closure(law, state, force)
-      class(barton_bandis_type), intent(in) :: law !< of the joint
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(barton_bandis_type), intent(in) :: law !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state of the contact
       real(wp), intent(in) :: force                !< compression positive, N/m
 
       real(wp) :: beyond
@@ -142,8 +142,8 @@ contains
 
    !> Potential of the normal force, J per metre of thickness.
    pure real(wp) function stored(law, state, closure) result(energy)
-      class(barton_bandis_type), intent(in) :: law !< of the joint
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(barton_bandis_type), intent(in) :: law !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state of the contact
       real(wp), intent(in) :: closure              !< m
       real(wp) :: x, u, beyond
 
@@ -165,8 +165,8 @@ contains
 
    !> Largest shear force, N/m.
    pure real(wp) function strength(law, state, normal_force)  ! total
-      class(barton_bandis_type), intent(in) :: law !< of the joint
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(barton_bandis_type), intent(in) :: law !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state of the contact
       real(wp), intent(in) :: normal_force         !< compression positive, N/m
       real(wp) :: angle
 
@@ -180,7 +180,7 @@ contains
 
    !> Divide the shear strength by a reduction factor.
    pure function reduced_strengths(law, joint, factor) result(strengths)
-      class(barton_bandis_type), intent(in) :: law  !< of the joint
+      class(barton_bandis_type), intent(in) :: law  !< law of the joint
       type(joint_type), intent(in) :: joint         !< input of the law
       real(wp), intent(in) :: factor                !< above 0
       type(strength_type), allocatable :: strengths(:)

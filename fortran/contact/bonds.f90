@@ -11,14 +11,14 @@ module dda_bonds
    private
    public :: bond_contacts
 
-   real(wp), parameter :: touching = 1.0e-6_wp    !< gap of touching edges over their length
+   real(wp), parameter :: touching = 1.0e-6_wp    !< largest gap of touching edges over their length
 
 contains
 
-   !> Bond each touching contact along parallel edges over its tributary length of their overlap.
+   !> Bond each touching contact of parallel edges over its tributary length.
    !>
-   !> Under a joint law, other touching contacts also begin with their peak strength.
-   !> The exception is a strength that includes cohesion or tension.
+   !> If a joint has a law but neither cohesion nor tension, its touching contacts begin at peak
+   !> strength.
    subroutine bond_contacts(contacts, blocks, laws)
       type(contacts_type), intent(inout) :: contacts  !< first list of the run
       type(blocks_type), intent(in) :: blocks         !< blocks in their first state

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Find the faces of the cells of bodies with a tolerance in O(n), and the pairs of cells that have
-!> no contact with each other.
+!> Find the faces between cells of bodies, with a tolerance, in O(n); also find the pairs of joined
+!> cells, between which no contact is possible.
 module dda_cell_faces
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -13,8 +13,8 @@ module dda_cell_faces
    private
    public :: find_faces, find_gap, part_cells
 
-   real(wp), parameter :: same_place = 1.0e-6_wp  !< fraction of the smaller radius
-   real(wp), parameter :: near = 0.1_wp  !< fraction of the smaller radius: nearer cells are joined
+   real(wp), parameter :: same_place = 1.0e-6_wp  !< tolerance over the smaller radius
+   real(wp), parameter :: near = 0.1_wp  !< largest gap of joined cells over the smaller radius
 
 contains
 
@@ -22,7 +22,7 @@ contains
    !> Pairs of cells are marked as joined if they share a face or a corner, or nearly touch.
    subroutine find_faces(blocks, welds)
       type(blocks_type), intent(inout) :: blocks  !< blocks with bodies; `joined` is set
-      type(weld_type), allocatable, intent(out) :: welds(:)  !< of all bodies
+      type(weld_type), allocatable, intent(out) :: welds(:)  !< faces of all bodies
       type(neighbours_type) :: found
       integer, allocatable :: joined(:,:)
       integer :: p, n, pairs
@@ -58,13 +58,12 @@ contains
       blocks%joined = joined(2, order)
    end subroutine store_joined_pairs
 
-   !> Find the cells that intact faces no longer connect; they can touch each other.
-   !> Two cells stay joined if a path of faces connects them.
-   !> The cells of that path must be joined to both of them.
+   !> Allow contacts between cells that are no longer connected by a path of intact faces.
+   !> Only cells that are joined to both cells of a pair can belong to its path.
    subroutine part_cells(blocks, first, welds)
       type(blocks_type), intent(inout) :: blocks  !< blocks whose lists are replaced
       type(blocks_type), intent(in) :: first  !< blocks with the lists of all initially joined cells
-      type(weld_type), intent(in) :: welds(:)     !< of all bodies
+      type(weld_type), intent(in) :: welds(:)     !< faces of all bodies
       type(weld_type), allocatable :: holding(:)
       integer, allocatable :: start(:), face(:), joined(:,:)
       integer :: a, i, n
@@ -89,9 +88,9 @@ contains
    pure logical function is_path_of_faces(first, holding, start, face, pair)
       type(blocks_type), intent(in) :: first  !< blocks with the lists of all initially joined cells
       type(weld_type), intent(in) :: holding(:)  !< intact faces
-      integer, intent(in) :: start(:), face(:)   !< first face of each cell, and faces by cells
-      integer, intent(in) :: pair(2)             !< joined cells
-      integer, parameter :: most = 64            !< cells of the path
+      integer, intent(in) :: start(:), face(:)   !< start of each cell in `face`; faces by cells
+      integer, intent(in) :: pair(2)             !< two joined cells
+      integer, parameter :: most = 64            !< largest number of cells of a path
       integer :: list(most), at, found, k, next
 
       list(1) = pair(1)
@@ -127,10 +126,10 @@ contains
 
    !> Append the faces of two cells.
    subroutine add_faces(blocks, a, b, welds, n)
-      type(blocks_type), intent(in) :: blocks  !< at the start
+      type(blocks_type), intent(in) :: blocks  !< blocks at the start
       integer, intent(in) :: a, b              !< cells of a body
       type(weld_type), allocatable, intent(inout) :: welds(:)  !< entries 1 … n count
-      integer, intent(inout) :: n              !< faces
+      integer, intent(inout) :: n              !< number of faces
       type(weld_type), allocatable :: more(:)
       real(wp) :: small, low, high
       integer :: e, f
@@ -154,10 +153,10 @@ contains
    !> Find the interval of edge e along which edge f runs in the opposite direction.
    !> Unit: m from the first vertex of e; the interval is empty if the edges do not touch.
    pure subroutine find_overlap(blocks, e, f, small, low, high)
-      type(blocks_type), intent(in) :: blocks  !< at the start
+      type(blocks_type), intent(in) :: blocks  !< blocks at the start
       integer, intent(in) :: e, f              !< edges, given by their first vertices
-      real(wp), intent(in) :: small            !< m, no distance
-      real(wp), intent(out) :: low, high       !< m
+      real(wp), intent(in) :: small            !< smaller distances count as zero, m
+      real(wp), intent(out) :: low, high       !< ends of the interval, m
       real(wp) :: from(2), to(2), normal(2)
 
       low = 0.0_wp
@@ -201,7 +200,7 @@ contains
 
    !> .true. if two cells of a body touch or nearly touch.
    pure logical function are_near(blocks, a, b)
-      type(blocks_type), intent(in) :: blocks  !< at the start
+      type(blocks_type), intent(in) :: blocks  !< blocks at the start
       integer, intent(in) :: a, b              !< cells of a body
       real(wp) :: reach
 

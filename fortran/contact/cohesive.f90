@@ -8,7 +8,7 @@
 !> - linearly, (1 − D) λ = (λ_f − λ)/(λ_f − 1), up to λ_f;
 !> - exponentially, (1 − D) λ = exp[−(λ − 1)/m], m = (λ_f − 1)/2,
 !>
-!> where λ_f = G/e, and e is the energy of the bond at λ = 1, so that the dissipated energy is G.
+!> where λ_f = G/e, and e is the energy of the bond at λ = 1.  The dissipated energy is then G.
 !> In mixed mode the parts of e satisfy G_n/G_I + G_s/G_II = 1.  For each ratio of the modes the
 !> dissipated energy is a function of D, g(D) = ∫ e λ(D)² dD.
 module dda_cohesive
@@ -22,10 +22,10 @@ module dda_cohesive
    private
    public :: cohesive_type, new_cohesive, spent_bounds
 
-   integer, parameter :: spent_bounds(2) = [4, 5] !< memory columns: bounds of the dissipated energy
+   integer, parameter :: spent_bounds(2) = [4, 5] !< columns of bounds of the dissipated energy
 
-   real(wp), parameter :: nothing = 1.0e-6_wp  !< fraction of the strength after softening
-   integer, parameter :: most_steps = 60       !< iterations of Newton's method, which is monotone
+   real(wp), parameter :: nothing = 1.0e-6_wp  !< smaller fractions of the strength count as zero
+   integer, parameter :: most_steps = 60       !< iterations of Newton's method (monotone)
 
    !> Strength and fracture energies.
    type, extends(joint_law_type) :: cohesive_type
@@ -68,10 +68,10 @@ contains
 
    !> Reject fracture energies that do not exceed the elastic energy of the joint at its strength.
    pure subroutine check_and_derive(law, joint, shear_ratio, wrong)
-      class(cohesive_type), intent(in) :: law   !< of the joint
+      class(cohesive_type), intent(in) :: law   !< law of the joint
       type(joint_type), intent(inout) :: joint  !< input of the law
       real(wp), intent(in) :: shear_ratio       !< k_n/k_s, if the joint does not set its own
-      character(len=:), allocatable, intent(out) :: wrong  !< what is wrong; blank: nothing
+      character(len=:), allocatable, intent(out) :: wrong  !< error message, blank if none
       real(wp) :: shear_stiffness
 
       wrong = ''
@@ -91,25 +91,25 @@ contains
 
    contains
 
-      !> Text if an energy does not exceed that stored at the strength.
+      !> Message if a fracture energy does not exceed the elastic energy at the strength.
       pure function brittle_text(name, energy, strength, stiffness) result(words)
-         character(len=*), intent(in) :: name                !< name of the energy's variable
+         character(len=*), intent(in) :: name                !< variable of the energy
          real(wp), intent(in) :: energy, strength, stiffness !< N/m, Pa, Pa/m
          character(len=:), allocatable :: words
 
          words = ''
          if (energy <= 0.5_wp*strength**2/stiffness) words = name//' = '//to_text(energy)// &
             ' N/m is not above the energy stored at the strength, '// &
-            to_text(0.5_wp*strength**2/stiffness)//' N/m: it would break at once; raise it, '// &
-            'or the stiffness per area'
+            to_text(0.5_wp*strength**2/stiffness)//' N/m: the joint would break at once; raise '// &
+            'the fracture energy, or the stiffness per area'
       end function brittle_text
 
    end subroutine check_and_derive
 
    !> Largest shear force of the contact in parallel with the bond, N/m.
    pure real(wp) function strength(law, state, normal_force)  ! total
-      class(cohesive_type), intent(in) :: law      !< of the joint
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(cohesive_type), intent(in) :: law      !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state of the contact
       real(wp), intent(in) :: normal_force         !< compression positive, N/m
 
       strength = law%friction*max(normal_force, 0.0_wp)
@@ -118,7 +118,7 @@ contains
    !> Divide tan φ, c, T and both fracture energies by a reduction factor.
    !> Openings and slips at failure do not change.
    pure function reduced_strengths(law, joint, factor) result(strengths)
-      class(cohesive_type), intent(in) :: law  !< of the joint
+      class(cohesive_type), intent(in) :: law  !< law of the joint
       type(joint_type), intent(in) :: joint    !< input of the law
       real(wp), intent(in) :: factor           !< above 0
       type(strength_type), allocatable :: strengths(:)
@@ -132,15 +132,15 @@ contains
 
    !> Largest tension of an undamaged bond, N/m.
    pure real(wp) function tension(law, state)  ! total
-      class(cohesive_type), intent(in) :: law      !< of the joint
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(cohesive_type), intent(in) :: law      !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state of the contact
 
       tension = law%strengths(1)*state%length
    end function tension
 
    !> Damage at an opening and a slip, never less than the earlier damage.
    pure real(wp) function damage(law, opening, slip, before)
-      class(cohesive_type), intent(in) :: law  !< of the joint
+      class(cohesive_type), intent(in) :: law  !< law of the joint
       real(wp), intent(in) :: opening, slip    !< m; negative: closed
       real(wp), intent(in) :: before           !< damage so far
       type(mixture_type) :: mixture
@@ -159,7 +159,7 @@ contains
 
    !> Fracture energy, N/m, dissipated between two damages in the mode of an opening and a slip.
    pure real(wp) function spent(law, opening, slip, from, to)
-      class(cohesive_type), intent(in) :: law  !< of the joint
+      class(cohesive_type), intent(in) :: law  !< law of the joint
       real(wp), intent(in) :: opening, slip    !< m
       real(wp), intent(in) :: from, to         !< damage
       type(mixture_type) :: mixture
@@ -173,7 +173,7 @@ contains
 
    !> Energy of the bond minus that of the parallel contact, without friction, N/m.
    pure real(wp) function bond_energy(law, opening, slip) result(energy)
-      class(cohesive_type), intent(in) :: law  !< of the joint
+      class(cohesive_type), intent(in) :: law  !< law of the joint
       real(wp), intent(in) :: opening, slip    !< m
 
       energy = 0.5_wp*(law%normal_stiffness*max(opening, 0.0_wp)**2 + law%shear_stiffness*slip**2)
@@ -181,7 +181,7 @@ contains
 
    !> Compute λ, λ_f and e for an opening and a slip.
    pure type(mixture_type) function mixed_mode(law, opening, slip) result(mixture)
-      class(cohesive_type), intent(in) :: law  !< of the joint
+      class(cohesive_type), intent(in) :: law  !< law of the joint
       real(wp), intent(in) :: opening, slip    !< m
       real(wp) :: parts(2), onset(2), shares(2)
 
@@ -196,9 +196,9 @@ contains
       mixture%ultimate = 1.0_wp/dot_product(shares, onset/law%energies)
    end function mixed_mode
 
-   !> Dissipated fraction g(D)/e.
+   !> Return the dissipated energy g(D) as a fraction of e.
    pure real(wp) function dissipated_fraction(law, ultimate, damage) result(share)
-      class(cohesive_type), intent(in) :: law  !< of the joint
+      class(cohesive_type), intent(in) :: law  !< law of the joint
       real(wp), intent(in) :: ultimate, damage
       real(wp) :: m, measure, left
 
@@ -212,10 +212,10 @@ contains
       share = 1.0_wp + 2*m*(1.0_wp - left) - measure*left
    end function dissipated_fraction
 
-   !> Solve λ + m ln λ = 1 − m ln(1 − D), exponential softening, by Newton's method.
+   !> Solve λ + m ln λ = 1 − m ln(1 − D) for λ (exponential softening) by Newton's method.
    pure real(wp) function measure_at_damage(m, damage) result(measure)
-      real(wp), intent(in) :: m       !< of the softening
-      real(wp), intent(in) :: damage  !< below 1
+      real(wp), intent(in) :: m       !< parameter of the softening
+      real(wp), intent(in) :: damage  !< D < 1
       real(wp) :: off
       integer :: i
 

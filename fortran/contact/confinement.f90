@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Initial contact forces from the initial stress of the ground: the input geometry is loaded.
+!> Initial contact forces from the initial stress: the input geometry is the loaded geometry.
 !>
 !> A touching contact has N = −n·σn L and s = t·σn L; L is its tributary length and σ is the mean of
-!> both blocks' stresses at its position.  Its normal spring is free of force at the gap `offset`,
-!> for which it exerts N at the start.
+!> both blocks' stresses at the contact.  Its normal spring has zero force at the gap `offset`,
+!> chosen so that the force is N at the start.
 module dda_confinement
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -15,7 +15,7 @@ module dda_confinement
    private
    public :: confine_contacts
 
-   real(wp), parameter :: touching = 1.0e-6_wp    !< gap of touching edges over their length
+   real(wp), parameter :: touching = 1.0e-6_wp    !< largest gap of touching edges over their length
 
 contains
 
@@ -23,7 +23,7 @@ contains
    pure subroutine confine_contacts(contacts, blocks, laws, gradient, crushed)
       type(contacts_type), intent(inout) :: contacts  !< first list of the run
       type(blocks_type), intent(in) :: blocks         !< blocks in their first state
-      type(laws_type), intent(in) :: laws             !< of the joints
+      type(laws_type), intent(in) :: laws             !< laws of the joints
       real(wp), intent(in) :: gradient(:,:)           !< [2,blocks] ∂σx/∂y and ∂σy/∂y, Pa/m
       integer, intent(out) :: crushed  !< a contact whose law cannot exert its force, else 0
       real(wp) :: traction(2), normal, length, closure

@@ -2,13 +2,13 @@
 !> Contacts: a vertex of one block on an edge of another, with springs and a history.
 !>
 !> Lists are rebuilt every step from geometry; the history of a contact (state, shear stretch, bond)
-!> is transferred from the list of the last step.  Two thirds of the variables are needed within a
-!> step only; the two lists share their memory, which `hand_over` moves from list to list.
+!> is transferred from the list of the last step.  Two thirds of the variables are needed only
+!> within a step; `hand_over` moves the memory of these variables from the old list to the new one.
 !>
-!> A new variable is declared in `contacts_type` and named in `for_each_kept` if the next step needs
-!> it, else in `for_each_of_step` and `hand_over`; these reserve, compact and serialise it.  History
-!> that is transferred to the next list is also named in `copy_history`.  The memory of a joint law
-!> is in columns of `memory` that the law declares, see `column_type` in dda_joint_law.
+!> To add a variable, declare it in `contacts_type`.  Name it in `for_each_kept` if the next step
+!> needs the variable, else in `for_each_of_step` and `hand_over`.  If it is history for the next
+!> list, name it in `copy_history` too.  A joint law stores its variables in columns of `memory`
+!> that it declares, see `column_type` in dda_joint_law.
 module dda_contact
    use dda_growth, only: grow
    use dda_kinds, only: wp
@@ -23,13 +23,13 @@ module dda_contact
    integer, parameter :: contact_stick = 2  !< normal and shear spring
 
    ! Action of the springs of a contact in this step, see dda_contact_damping.
-   integer, parameter :: not_damped = 0     !< as springs alone
-   integer, parameter :: is_damped = 1      !< with dashpots
+   integer, parameter :: not_damped = 0     !< springs without dashpots
+   integer, parameter :: is_damped = 1      !< springs with dashpots
    integer, parameter :: is_struck = 2      !< impact law: struck in this step
    integer, parameter :: is_carried = 3     !< impact law: one of the two blocks is struck
    integer, parameter :: is_lifted = 4      !< impact law: opened, retains part of the force
 
-   integer, parameter :: spare = 64         !< memory is reserved for one extra contact per 64
+   integer, parameter :: spare = 64         !< one spare place per 64 contacts is allocated
 
    !> List of contacts as structure of arrays; entries 1 … n are used.
    type :: contacts_type
@@ -40,7 +40,7 @@ module dda_contact
       ! unsaved, set before it is used: gap_change, slip_change
       integer :: n = 0
       ! Identity
-      integer, allocatable :: vertex(:)    !< touching vertex; for a point between corners, an edge
+      integer, allocatable :: vertex(:)    !< touching vertex; edge of a point between corners
       integer, allocatable :: edge(:)          !< touched edge, given by its first vertex
       integer, allocatable :: corner(:)        !< vertex of a contact of two corners, else 0
       integer, allocatable :: block_v(:)       !< block that owns the vertex
@@ -58,7 +58,7 @@ module dda_contact
       logical, allocatable :: bonded(:)        !< bond with cohesion and tension is intact
       logical, allocatable :: was_bonded(:)    !< bonded at the start of the step
       logical, allocatable :: was_closed(:)    !< the normal spring acted at the start of the step
-      !> signed distance at which the normal spring is free of force, m: ≤ 0, or from initial stress
+      !> signed distance at zero normal force, m: > 0 only with initial stress
       real(wp), allocatable :: offset(:)
       real(wp), allocatable :: stretch(:)      !< elastic stretch of the shear spring, m
       ! Only in models with multipliers, or with joints that can lose strength
@@ -66,7 +66,7 @@ module dda_contact
       logical :: with_strengths = .false.
       real(wp), allocatable :: multiplier(:)   !< multiplier of the augmented Lagrangian, N/m
       real(wp), allocatable :: bond_length(:)  !< bonded length, m
-      !> (force − strength)/strength of a bond
+      !> overload of a bond, (force − strength)/strength
       real(wp), allocatable :: strength_ratio(:)
       ! History and linearised normal force, only in models with joint laws
       logical :: with_laws = .false.
@@ -80,19 +80,19 @@ module dda_contact
       !> [2,n] slopes: of the normal force −dN/dgap, and of the shear force if sticking, N/m
       real(wp), allocatable :: tangent(:,:)
       real(wp), allocatable :: line(:,:)       !< [2,n] tangent forces at zero gap and stretch, N/m
-      !> [2,n] rise per slip of a contact that slides and is lifted by slip: assumed; in K̂.  Its
-      !> normal force acts along gap − rise × slip; `slide_force` is the rest of friction
+      !> [2,n] rise per unit of slip of a sliding contact that slip lifts: assumed value; value in
+      !> K̂.  The normal force acts along gap − rise × slip; `slide_force` is the remaining friction
       real(wp), allocatable :: tilt(:,:)
-      real(wp) :: time_step = 0.0_wp           !< Δt of this step, s; 0: in static steps
-      ! The same, if a law depends on the direction of slip
+      real(wp) :: time_step = 0.0_wp           !< Δt of this step, s; 0 in static steps
+      ! Only in models with a law that depends on the direction of slip
       logical :: with_net_slip = .false.
       real(wp), allocatable :: acting_damage(:) !< damage of the acting bond, else 1
       real(wp), allocatable :: slider(:)       !< friction force without the bond
-      !> slip first returns to zero net slip in this step: assumed; by the law at the solution
+      !> slip passes zero net slip in this step: as assumed; by the law at the solution
       logical, allocatable :: past_centre(:), trial_past_centre(:)
       ! Damping and impacts, only in models with such joints
       logical :: with_damping = .false.
-      integer, allocatable :: damping(:)  !< one of the constants above: not_damped, is_damped, …
+      integer, allocatable :: damping(:)  !< not_damped, is_damped, … (see above)
       real(wp), allocatable :: rate(:,:)       !< [2,n] initial rates of gap and slip, m/s
       real(wp), allocatable :: lead(:)         !< lead, s: the spring acts at gap + lead × rate
       real(wp), allocatable :: spring_gap(:)   !< gap + lead × rate at the start of the step, m
@@ -103,19 +103,19 @@ module dda_contact
       ! Open–close iteration: assumed forces, and the response to the solution d
       real(wp), allocatable :: slide_force(:)  !< assumed shear force while sliding, N/m
       real(wp), allocatable :: slip_sign(:)    !< assumed sign of the shear force while sliding
-      !> [2,n] springs and forces at d = 0 that replace those of the states, N/m, see
+      !> [2,n] springs and forces at d = 0, N/m, which replace those of the contact states in
       !> dda_static_relaxation; else not allocated
       real(wp), allocatable :: imposed_spring(:,:), imposed_force(:,:)
       !> frozen friction bounds, N/m, see dda_friction_bounds; else not allocated
       real(wp), allocatable :: held_bound(:)
-      !> retained stiffness: fraction of the shear spring of a sliding contact, or of the normal
-      !> spring of an open one
+      !> fraction of stiffness retained in K̂: of the shear spring if sliding, of the normal spring
+      !> if open
       real(wp), allocatable :: retained(:)
       real(wp), allocatable :: retained_at(:)  !< slip or gap at which the retained force is zero, m
       real(wp), allocatable :: spring(:,:)     !< [2,n] normal and shear stiffness in K̂, N/m
       real(wp), allocatable :: free_force(:,:) !< [2,n] assumed normal and shear force at d = 0, N/m
-      integer, allocatable :: close_count(:)   !< number of closings in the iteration of this step
-      integer, allocatable :: trial_state(:)   !< state at the solution by the law
+      integer, allocatable :: close_count(:)   !< number of closings in this step's iteration
+      integer, allocatable :: trial_state(:)   !< state by the law at the solution
       !> largest difference between assumed and computed force, N/m
       real(wp), allocatable :: force_residual(:)
       real(wp), allocatable :: new_gap(:)      !< gap at the end of the step, linear in d, m
@@ -126,14 +126,14 @@ module dda_contact
       real(wp), allocatable :: shear_force(:)  !< shear force against slip of the vertex, N/m
    end type contacts_type
 
-   !> An operation that is applied to every variable of a list, see `for_each_variable`.
+   !> An operation on every variable of a list, see `for_each_variable`.
    type, abstract :: operation_type
    contains
       procedure(apply_operation), deferred :: apply
    end type operation_type
 
    abstract interface
-      !> Apply the operation to one variable: exactly one of the array arguments is present.
+      !> Apply the operation to one variable, the array argument that is present.
       subroutine apply_operation(operation, integers, logicals, reals, columns)
          import :: operation_type, wp
          class(operation_type), intent(inout) :: operation
@@ -146,7 +146,7 @@ module dda_contact
 
    !> Operation that enlarges the arrays.
    type, extends(operation_type) :: growth_type
-      integer :: capacity  !< contacts
+      integer :: capacity  !< wanted number of contacts
    contains
       procedure :: apply => grow_variable
    end type growth_type
@@ -162,8 +162,8 @@ contains
 
    !> Apply an operation to every variable of a list, in the order of the checkpoint.
    subroutine for_each_variable(contacts, operation)
-      type(contacts_type), intent(inout) :: contacts            !< list operated on
-      class(operation_type), intent(inout) :: operation  !< operation that is applied to each array
+      type(contacts_type), intent(inout) :: contacts            !< list of contacts
+      class(operation_type), intent(inout) :: operation  !< operation on each array
 
       call for_each_kept(contacts, operation)
       call for_each_of_step(contacts, operation)
@@ -171,8 +171,8 @@ contains
 
    !> Apply an operation to the variables that the next step needs.
    subroutine for_each_kept(contacts, operation)
-      type(contacts_type), intent(inout) :: contacts            !< list operated on
-      class(operation_type), intent(inout) :: operation  !< operation that is applied to each array
+      type(contacts_type), intent(inout) :: contacts            !< list of contacts
+      class(operation_type), intent(inout) :: operation  !< operation on each array
 
       call operation%apply(integers=contacts%vertex)
       call operation%apply(integers=contacts%edge)
@@ -203,8 +203,8 @@ contains
 
    !> Apply an operation to the variables that are needed within a step only.
    subroutine for_each_of_step(contacts, operation)
-      type(contacts_type), intent(inout) :: contacts            !< list operated on
-      class(operation_type), intent(inout) :: operation  !< operation that is applied to each array
+      type(contacts_type), intent(inout) :: contacts            !< list of contacts
+      class(operation_type), intent(inout) :: operation  !< operation on each array
 
       call operation%apply(integers=contacts%pair)
       call operation%apply(reals=contacts%gap)
@@ -236,8 +236,8 @@ contains
 
    !> Apply an operation to the variables of damping and impacts.
    subroutine for_each_of_damping(contacts, operation)
-      type(contacts_type), intent(inout) :: contacts            !< list operated on
-      class(operation_type), intent(inout) :: operation  !< operation that is applied to each array
+      type(contacts_type), intent(inout) :: contacts            !< list of contacts
+      class(operation_type), intent(inout) :: operation  !< operation on each array
 
       call operation%apply(integers=contacts%damping)
       call operation%apply(columns=contacts%rate)
@@ -311,9 +311,9 @@ contains
    !> stretch is copied without change.  Arrays are copied one by one: most contacts retain their
    !> order, long ranges are copied at once.
    pure subroutine copy_history(new, first, last, old, from)
-      type(contacts_type), intent(inout) :: new  !< list that receives
+      type(contacts_type), intent(inout) :: new  !< list that receives the history
       integer, intent(in) :: first, last         !< range in `new`
-      type(contacts_type), intent(in) :: old     !< list of the step before
+      type(contacts_type), intent(in) :: old     !< list of the last step
       integer, intent(in) :: from                !< start of the range in `old`
       integer :: to
 
@@ -344,7 +344,7 @@ contains
       if (allocated(contacts%new_gap)) capacity = size(contacts%new_gap)
    end function capacity_of
 
-   !> Reserve memory for at least `wanted` contacts; present contacts are retained.
+   !> Reserve memory for at least `wanted` contacts and keep the present contacts.
    subroutine reserve(contacts, wanted)
       type(contacts_type), intent(inout) :: contacts  !< list to enlarge
       integer, intent(in) :: wanted                   !< contacts
@@ -392,7 +392,7 @@ contains
 
    !> Compact one variable of a list to the selected contacts.
    subroutine filter_variable(operation, integers, logicals, reals, columns)
-      class(filter_type), intent(inout) :: operation                 !< which contacts stay
+      class(filter_type), intent(inout) :: operation                 !< selected contacts
       integer, allocatable, intent(inout), optional :: integers(:)   !< [capacity]
       logical, allocatable, intent(inout), optional :: logicals(:)   !< [capacity]
       real(wp), allocatable, intent(inout), optional :: reals(:)     !< [capacity]

@@ -2,20 +2,19 @@
 !> Dashpots and impact law: action of an unbonded contact in a step if its joint has a `restitution`
 !> or a `damping`.
 !>
-!> Each is an affine change of the gap and the stretch on which the springs act,
+!> Each makes the gap and the stretch that act on the springs an affine function of the true ones,
 !>
 !>     acting gap = gap₀ + gain·(gap₁ − gap₀) + shift ,   N = max(0, −k_n × acting gap) ,
 !>
-!> so that laws, open–close iteration and line search do not change, and the potential is still
-!> convex.
+!> Laws, open–close iteration and line search then need no change, and the potential stays convex.
 !>
 !> *Damped*: the spring acts at z = gap + lead × velocity of the gap, lead = (1 − χ)Δt, and z₁ = z₀
 !> + Δt × velocity at the end: backward Euler in z, with roots 0, 0 for stiff contacts.  Supports
-!> have the same dashpot; here its force is never tensile.  A `damping` adds a dashpot on the
+!> have the same dashpot; at contacts its force is never tensile.  A `damping` adds a dashpot on the
 !> velocity at the end.  *Struck*: the velocity of the gap at the end is at least `target`.
-!> *Carried*: the velocity is at least 0, in addition to the present contact force; sticking
-!> contacts do not slip.  *Lifted*: the contact opens, and its force acts for the fraction of the
-!> step before the impact.
+!> *Carried*: this velocity is at least 0, and the present contact force acts too; sticking contacts
+!> do not slip.  *Lifted*: the contact opens; its force acts during the part of the step before the
+!> impact.
 module dda_contact_damping
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -29,16 +28,16 @@ module dda_contact_damping
    public :: losses_type, damp_contacts, find_static_forces, strike, carry, lift, is_approached, &
       softness_of, spring_energy, losses_of
 
-   !> fraction of the displacement of a step: a contact with less penetration is closing, not static
+   !> a closing contact with less penetration, over the approach in a step, has just touched
    real(wp), parameter :: just_touched = 0.25_wp
-   !> stiffness of the impact law over M/(χΔt²): its inverse is the relative velocity error
+   !> stiffness of the impact law over M/(χΔt²), the inverse of the relative velocity error
    real(wp), parameter :: rigidity = 1.0e5_wp
 
    !> Energy of a contact at the end of a step, and its losses in the step, J per metre.
    type :: losses_type
-      real(wp) :: stored = 0.0_wp       !< in its springs
-      real(wp) :: friction = 0.0_wp     !< by slip
-      real(wp) :: damping = 0.0_wp      !< in dashpots
+      real(wp) :: stored = 0.0_wp       !< energy in the springs
+      real(wp) :: friction = 0.0_wp     !< loss by slip
+      real(wp) :: damping = 0.0_wp      !< loss in dashpots
       real(wp) :: impact = 0.0_wp       !< loss in impacts, including their friction
       real(wp) :: algorithmic = 0.0_wp  !< loss by the time integration
    end type losses_type
@@ -70,7 +69,7 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the next step
-      integer, intent(in) :: first, last  !< of the range
+      integer, intent(in) :: first, last  !< first and last contact
       integer :: c
 
       do c = first, last
@@ -143,17 +142,17 @@ contains
 
    !> Strike a contact: require a velocity of its gap of at least `target` at the end of the step.
    !>
-   !> A contact that only closes its gap in this step, target = −z₀/Δt, receives the fraction α = 1
-   !> − target/v⁻ of an impact that leaves Tᵀv⁺.  Friction is that of the whole impact, so the slip
-   !> ends at (1 − α) of its velocity.  The next step applies the rest; for any α both steps
-   !> together have the effect of a single step.
+   !> If the contact only closes its gap in this step (target = −z₀/Δt), the fraction α = 1 −
+   !> target/v⁻ of the impact acts in this step and the rest in the next one.  The slip velocity is
+   !> reduced to (1 − α) of its value.  The two steps together have the effect of one impact for any
+   !> α.
    pure subroutine strike(contacts, laws, blocks, step, c, target)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present step
       integer, intent(in) :: c  !< number of the contact
-      real(wp), intent(in) :: target  !< m/s
+      real(wp), intent(in) :: target  !< least velocity of the gap at the end, m/s
       real(wp) :: gain, left
 
       gain = rigid_gain(contacts, laws, blocks, step, c)
@@ -165,7 +164,7 @@ contains
          - gain*displacement_in_step(step, contacts%rate(:, c), [target, left*contacts%rate(2, c)])
    end subroutine strike
 
-   !> Carry a closed contact of a struck block: it retains its force and does not yield.
+   !> Carry a closed contact of a struck block: keep its force and let it neither close nor slip.
    pure subroutine carry(contacts, laws, blocks, step, c)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -181,7 +180,7 @@ contains
          0.0_wp] - gain*displacement_in_step(step, contacts%rate(:, c), 0.0_wp)
    end subroutine carry
 
-   !> Lift a contact that the impact opens: its force acts for a fraction of the step.
+   !> Lift a contact that the impact opens: apply its force for a fraction of the step.
    pure subroutine lift(contacts, laws, c, share)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -194,7 +193,7 @@ contains
          - contacts%gap(c), (share - 1.0_wp)*contacts%stretch(c)]
    end subroutine lift
 
-   !> Displacement of a coordinate in a step between two velocities, m.
+   !> Displacement of a coordinate in a step, from the velocities at its start and end, m.
    elemental real(wp) function displacement_in_step(step, first, last) result(way)
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: first, last  !< velocities at start and end of the step, m/s
@@ -216,8 +215,8 @@ contains
 
    !> Inverse of the effective mass of both blocks along the contact normal, 1/kg per metre.
    pure real(wp) function softness_of(contacts, blocks, c) result(softness)
-      type(contacts_type), intent(in) :: contacts  !< any list
-      type(blocks_type), intent(in) :: blocks      !< in any state
+      type(contacts_type), intent(in) :: contacts  !< list of contacts
+      type(blocks_type), intent(in) :: blocks      !< blocks
       integer, intent(in) :: c                     !< number of the contact
       type(rows_type) :: rows
 
@@ -228,7 +227,7 @@ contains
 
    !> Inverse of the effective mass of one block, for rigid motions.
    pure real(wp) function inverse_mass_along(inertia, row) result(softness)
-      real(wp), intent(in) :: inertia(4)  !< as in `blocks_type`
+      real(wp), intent(in) :: inertia(4)  !< see `blocks_type`
       real(wp), intent(in) :: row(6)      !< ∂gap/∂q
 
       softness = sum(row(1:2)**2)/inertia(1) + row(3)**2/(inertia(2) + inertia(3))

@@ -9,7 +9,7 @@ module dda_contact_geometry
    private
    public :: candidate_type, set_contacts, set_point, on_edge
 
-   !> A contact that detection has found, not yet in a list.
+   !> A contact found by detection that is not yet in a list.
    type :: candidate_type
       integer :: vertex   !< vertex that touches
       integer :: edge     !< touched edge, given by its first vertex
@@ -21,9 +21,9 @@ contains
 
    !> Append candidates to the list as contacts, from position `first` on.
    !>
-   !> ∂gap/∂q is exact for the edge block's material point at the foot; in ∂slip/∂q its rotation
-   !> acts at the vertex, so that the pair of shear forces has no moment.  The lever arm of the
-   !> normal force is the same for both blocks.
+   !> ∂gap/∂q is exact for the material point of the edge block at the foot.  ∂slip/∂q uses the
+   !> vertex as lever arm of both blocks, so that the pair of shear forces has no moment.  The lever
+   !> arm of the normal force is the same for both blocks.
    pure subroutine set_contacts(contacts, first, blocks, n, candidate)
       type(contacts_type), intent(inout) :: contacts   !< list with capacity for the candidates
       integer, intent(in) :: first                     !< position of the first candidate
@@ -58,12 +58,12 @@ contains
       end do
    end subroutine set_contacts
 
-   !> Set the geometry of contact c between a material point of an edge (its `vertex`) and an edge.
+   !> Set the geometry of contact c between an edge and a material point of another edge, `vertex`.
    pure subroutine set_point(contacts, c, blocks, fraction)
-      type(contacts_type), intent(inout) :: contacts  !< list
+      type(contacts_type), intent(inout) :: contacts  !< list of contacts
       integer, intent(in) :: c                        !< number of the contact
       type(blocks_type), intent(in) :: blocks         !< present geometry
-      real(wp), intent(in) :: fraction                !< fraction of the edge before the point
+      real(wp), intent(in) :: fraction                !< position as a fraction of the edge
       real(wp) :: here(2), from(2)
 
       associate (e => contacts%edge(c), f => contacts%vertex(c), i => contacts%block_v(c), &
@@ -85,8 +85,8 @@ contains
    !> Position of a point on the edge between two vertices.
    pure function on_edge(vertices, first, last, fraction) result(point)
       real(wp), intent(in) :: vertices(:,:)  !< [2,vertices] m
-      integer, intent(in) :: first, last     !< two of them
-      real(wp), intent(in) :: fraction       !< fraction of the edge before the point
+      integer, intent(in) :: first, last     !< first and last vertex of the edge
+      real(wp), intent(in) :: fraction       !< position as a fraction of the edge
       real(wp) :: point(2)
 
       point = vertices(:, first) + (vertices(:, last) - vertices(:, first))*fraction

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Gap and slip of a contact, and their gradients in the coordinates q of its blocks.
 !>
-!> Of each row nᵀT and tᵀT (T: `shape_matrix` of dda_blocks) a list stores only the entries of the
-!> rotation and of the two axial strains.  The entries of the translation are n and t = (−n₂, n₁),
-!> and those of the shear strain follow from those of the axial strains.
+!> Each row is nᵀT or tᵀT (T: `shape_matrix` of dda_blocks).  A list stores only the entries of the
+!> rotation and of the two axial strains: the translation has the entries n and t = (−n₂, n₁), and
+!> the entry of the shear strain follows from the axial ones.
 module dda_contact_gradients
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type
@@ -23,13 +23,13 @@ module dda_contact_gradients
 
 contains
 
-   !> Store the entries of a material point: those of θ, ε_x and ε_y along n, then along t.
+   !> Store the entries of θ, ε_x and ε_y of a material point, first along n, then along t.
    pure subroutine set_gradient(axes, offset, reference, normal, gradient)
       real(wp), intent(in) :: axes(2, 2)    !< R(θ) of the block
       real(wp), intent(in) :: offset(2)     !< lever arm of the forces, m
-      real(wp), intent(in) :: reference(2)  !< m, reference offset ρ
+      real(wp), intent(in) :: reference(2)  !< reference offset ρ of the point, m
       real(wp), intent(in) :: normal(2)     !< outward normal n of the edge
-      real(wp), intent(out) :: gradient(6)  !< m, as stored
+      real(wp), intent(out) :: gradient(6)  !< stored entries, m
       real(wp) :: x, y
 
       x = axes(1, 1)*normal(1) + axes(2, 1)*normal(2)
@@ -87,7 +87,7 @@ contains
    pure subroutine measure_range(contacts, d, first, last)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
-      integer, intent(in) :: first, last  !< of the range
+      integer, intent(in) :: first, last  !< first and last contact
       real(wp) :: change(2)
       integer :: c
 
@@ -98,7 +98,7 @@ contains
       end do
    end subroutine measure_range
 
-   !> Add the forces of contact c on its blocks: N normal − T shear on that of the vertex.
+   !> Add the forces of contact c on its blocks; the block of the vertex receives N n − T t.
    pure subroutine add_forces(contacts, c, normal_force, shear_force, on_v, on_e)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c                     !< number of the contact
@@ -119,7 +119,7 @@ contains
    pure function relative_motion(contacts, c, of_v, of_e) result(change)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c                     !< number of the contact
-      real(wp), intent(in) :: of_v(6), of_e(6)     !< rows for the blocks of vertex and edge
+      real(wp), intent(in) :: of_v(6), of_e(6)     !< changes of the blocks of vertex and edge
       real(wp) :: change(2)
 
       associate (normal => contacts%normal(:, c), gradient_v => contacts%gradient_v(:, c), &
@@ -131,9 +131,9 @@ contains
       end associate
    end function relative_motion
 
-   !> Scalar product, written out so that the compiler does not gather operands in registers.
+   !> Scalar product, written out because the compiler would otherwise gather the operands.
    pure real(wp) function scalar_product(a, b)
-      real(wp), intent(in) :: a(6), b(6)  !< six numbers of a block
+      real(wp), intent(in) :: a(6), b(6)  !< six values of a block
 
       scalar_product = a(1)*b(1) + a(2)*b(2) + a(3)*b(3) + a(4)*b(4) + a(5)*b(5) + a(6)*b(6)
    end function scalar_product
@@ -141,7 +141,7 @@ contains
    !> Row nᵀT of a material point.
    pure function normal_row(normal, gradient) result(row)
       real(wp), intent(in) :: normal(2)    !< outward normal n of the edge
-      real(wp), intent(in) :: gradient(6)  !< as stored
+      real(wp), intent(in) :: gradient(6)  !< stored entries, m
       real(wp) :: row(6)
 
       row = [normal(1), normal(2), gradient(1), gradient(2), gradient(3), &
@@ -151,7 +151,7 @@ contains
    !> Row tᵀT of a material point.
    pure function shear_row(normal, gradient) result(row)
       real(wp), intent(in) :: normal(2)    !< outward normal n of the edge; t = (−n₂, n₁)
-      real(wp), intent(in) :: gradient(6)  !< as stored
+      real(wp), intent(in) :: gradient(6)  !< stored entries, m
       real(wp) :: row(6)
 
       row = [-normal(2), normal(1), gradient(4), gradient(5), gradient(6), &

@@ -2,23 +2,23 @@
 !> Joint material of each contact, determined from the edges that touch.
 !>
 !> Each edge of a block has a joint.  A contact lies on the touched edge, and on the more nearly
-!> parallel one of the two edges at its vertex; the weaker one of the two joints governs
+!> parallel one of the two edges at its vertex; the weaker one of these two joints governs
 !> (`weaker_joint`).  If both edges at the vertex make the same angle with the
 !> touched edge, the weakest of the three joints governs.  The result depends neither on the order
 !> of the blocks nor on which of two touching faces has the vertex.
 !>
-!> A closed contact retains its joint, as part of its history, until other edges clearly touch:
+!> A closed contact retains its joint in these cases:
 !>
 !> - while it is bonded;
-!> - on the other edge at the vertex, until the angle of that edge is more than twice that of the
-!>   nearer one: a block that rocks on a corner changes its joint once, when it topples;
-!> - on the neighbour of the touched edge, while the vertex is within the corner that the two edges
-!>   share: if it slides, within twice the penetration; if it sticks, within the size of the corner.
+!> - if it is the joint of the other edge at the vertex, until the angle of that edge is more than
+!>   twice the smaller angle: a block that rocks on a corner changes its joint once, as it topples;
+!> - if it is the joint of the neighbour of the touched edge, while the vertex is near their common
+!>   corner: within twice the penetration if it slides, within the size of the corner if it sticks.
 !>
-!> A vertex that slides further thus gets the joint of the new edge.  If a vertex only vibrates
-!> about the end of an edge, or if its vertex–vertex test alternates between two edges, its joint
-!> does not change.  If an edge continues another one straight on, the touched edge is the one that
-!> contains the foot.
+!> A vertex that slides further thus gets the joint of the new edge.  The joint does not change if
+!> a vertex only vibrates about the end of an edge, or if its vertex–vertex test alternates between
+!> two edges.  Of two edges in one straight line, the touched edge is the one that contains the
+!> foot.
 module dda_contact_joints
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -31,12 +31,12 @@ module dda_contact_joints
    private
    public :: set_joints
 
-   real(wp), parameter :: same_angle = 1.0e-6_wp  !< difference of equal sines
+   real(wp), parameter :: same_angle = 1.0e-6_wp  !< largest difference of sines that count as equal
    real(wp), parameter :: straight = 0.9986_wp    !< cosine of 3°
 
 contains
 
-   !> Set the joints of all contacts.  On entry `joint` is that of the history, or 0.
+   !> Set the joints of all contacts.  On entry `joint` is the joint in the last step, or 0.
    subroutine set_joints(contacts, blocks, laws, detection)
       type(contacts_type), intent(inout) :: contacts  !< with history
       type(blocks_type), intent(in) :: blocks         !< present geometry
@@ -61,7 +61,7 @@ contains
       type(blocks_type), intent(in) :: blocks         !< present geometry
       type(laws_type), intent(in) :: laws             !< strengths of the joint materials
       type(detection_type), intent(in) :: detection   !< penetrations and sizes of corners
-      integer, intent(in) :: first, last              !< contacts
+      integer, intent(in) :: first, last              !< first and last contact
       integer :: c
 
       do c = first, last
@@ -77,7 +77,7 @@ contains
       end do
    end subroutine set_joints_range
 
-   !> Joint of a contact, from the touching edges and its history.
+   !> Joint of contact c, from the touching edges and the joint in the last step.
    pure integer function governing_joint(contacts, c, blocks, laws, detection) result(joint)
       type(contacts_type), intent(in) :: contacts    !< with history
       integer, intent(in) :: c                       !< contact
@@ -136,7 +136,7 @@ contains
       integer, intent(in) :: c                     !< contact
       type(blocks_type), intent(in) :: blocks      !< present geometry
       integer, intent(out) :: edge(2)              !< edges, given by their first vertices
-      real(wp), intent(out) :: sine(2)  !< sine of their angles with the touched edge, ≥ 0
+      real(wp), intent(out) :: sine(2)  !< sines of their angles with the touched edge, ≥ 0
       integer :: k
 
       edge = [contacts%vertex(c), blocks%previous(contacts%vertex(c))]

@@ -1,14 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Contacts between the corners of an overlap, for joints with more than two contact points.
 !>
-!> A point is a material point of one of the two edges, at its fraction of the overlap; its `vertex`
-!> is the number of that edge.  The points belong to the shorter edge, so that they move with a
-!> block that slides on a longer one.  A point is not moved while it is bonded, or while the overlap
-!> has changed by less than a hundredth of its length.  A new point begins with the history of the
-!> nearest contact of its overlap, so that the stress continues when an overlap becomes long enough
-!> for points.
+!> A point is a material point of the shorter edge at a given fraction of the overlap; its `vertex`
+!> is the number of that edge.  The point therefore moves with a block that slides on a longer one.
+!> A point is not moved while it is bonded, or while the overlap has changed by less than a
+!> hundredth of its length.  A new point begins with the history of the nearest contact of its
+!> overlap, which keeps the stress continuous.
 !>
-!> If the edge continues straight on, the overlap ends without a corner; a point is placed there.
+!> Where an edge continues in a straight line, the overlap ends without a corner and has a point.
 module dda_contact_points
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -21,25 +20,25 @@ module dda_contact_points
    private
    public :: point_list_type, add_points, move_points
 
-   real(wp), parameter :: same = 1.0e-2_wp  !< fraction of an overlap: smaller moves are ignored
+   real(wp), parameter :: same = 1.0e-2_wp  !< smaller moves, over the overlap, are ignored
 
    !> A list of contacts with its points, before their geometry is computed.
    type :: point_list_type
       integer :: n = 0                                   !< contacts
-      integer :: pair = 1                                !< first contact of the present near pair
+      integer :: pair = 1  !< first contact of the near pair being processed
       type(candidate_type), allocatable :: candidate(:)  !< [n]
       integer, allocatable :: point(:)                   !< [n] 0: corner
-      real(wp), allocatable :: fraction(:)  !< [n] fraction of the edge before the point
+      real(wp), allocatable :: fraction(:)  !< [n] position as a fraction of the edge
    end type point_list_type
 
 contains
 
    !> Insert the points of all overlaps after the corners of the same pair of blocks.
    subroutine add_points(list, contacts, blocks, laws, distance)
-      type(point_list_type), intent(inout) :: list    !< memory
-      type(contacts_type), intent(inout) :: contacts  !< corners alone, without history
+      type(point_list_type), intent(inout) :: list    !< list; its memory is reused
+      type(contacts_type), intent(inout) :: contacts  !< contacts at corners, without history
       type(blocks_type), intent(in) :: blocks         !< present geometry
-      type(laws_type), intent(in) :: laws             !< numbers of points
+      type(laws_type), intent(in) :: laws             !< numbers of points of the joints
       real(wp), intent(in) :: distance                !< largest distance of a listed contact, m
       integer :: first, last, c
 
@@ -77,11 +76,11 @@ contains
    !> Add the points of the overlap between the touched edge of corner c and an edge at the corner.
    !> Points that another corner has added are not added again.
    subroutine add_overlap(list, contacts, c, own, blocks, laws, distance)
-      type(point_list_type), intent(inout) :: list  !< receives them
-      type(contacts_type), intent(in) :: contacts   !< corners
-      integer, intent(in) :: c, own                 !< contact; edge at its vertex
+      type(point_list_type), intent(inout) :: list  !< receives the points
+      type(contacts_type), intent(in) :: contacts   !< contacts at corners
+      integer, intent(in) :: c, own                 !< contact; edge that ends at its vertex
       type(blocks_type), intent(in) :: blocks       !< present geometry
-      type(laws_type), intent(in) :: laws           !< numbers of points
+      type(laws_type), intent(in) :: laws           !< numbers of points of the joints
       real(wp), intent(in) :: distance              !< largest distance of a listed contact, m
       type(overlap_type) :: overlap
       real(wp) :: fraction
@@ -103,11 +102,11 @@ contains
       end do
    end subroutine add_overlap
 
-   !> Sort two edges: the longer one is the touched edge; the points lie on the shorter one.
+   !> Sort two edges by length: the longer one is touched, the shorter one has the points.
    pure subroutine sort_edges(blocks, a, b, touched, own)
       type(blocks_type), intent(in) :: blocks  !< reference shapes
       integer, intent(in) :: a, b              !< edges
-      integer, intent(out) :: touched, own     !< the same
+      integer, intent(out) :: touched, own     !< longer edge, shorter edge
       real(wp) :: length(2)
 
       length = [norm2(blocks%reference(:, blocks%next(a)) - blocks%reference(:, a)), &
@@ -122,7 +121,7 @@ contains
    !> Fraction of the edge length at which point i of n lies.
    pure real(wp) function point_fraction(overlap, n, i) result(fraction)
       type(overlap_type), intent(in) :: overlap  !< overlap of the edge with another edge
-      integer, intent(in) :: n, i                !< points, number of one
+      integer, intent(in) :: n, i                !< number of points; number of this point
 
       fraction = overlap%from + node(n, i)*(overlap%to - overlap%from)
    end function point_fraction
@@ -131,7 +130,7 @@ contains
    pure real(wp) function point_distance(blocks, e, f, fraction) result(distance)
       type(blocks_type), intent(in) :: blocks  !< present geometry
       integer, intent(in) :: e, f              !< edges
-      real(wp), intent(in) :: fraction         !< fraction of f before the point
+      real(wp), intent(in) :: fraction         !< position as a fraction of f
       real(wp) :: from(2)
 
       from = on_edge(blocks%vertex, f, blocks%next(f), fraction) - blocks%vertex(:, e)
@@ -143,7 +142,7 @@ contains
       type(point_list_type), intent(inout) :: list    !< receives a contact
       type(candidate_type), intent(in) :: candidate   !< vertex and edge
       integer, intent(in) :: point                    !< number in the overlap; 0: corner
-      real(wp), intent(in) :: fraction                !< fraction of the edge before the point
+      real(wp), intent(in) :: fraction                !< position as a fraction of the edge
       type(candidate_type), allocatable :: longer(:)
 
       list%n = list%n + 1
@@ -159,11 +158,11 @@ contains
       list%fraction(list%n) = fraction
    end subroutine append_point
 
-   !> Place all points on their overlaps, with histories and geometry.
+   !> Set the position, history and geometry of all points.
    pure subroutine move_points(contacts, blocks, laws, matched)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, with history
       type(blocks_type), intent(in) :: blocks         !< present geometry
-      type(laws_type), intent(in) :: laws             !< numbers of points
+      type(laws_type), intent(in) :: laws             !< numbers of points of the joints
       logical, intent(in) :: matched(:)               !< [n] contacts with a history
       type(overlap_type) :: overlap
       real(wp) :: fresh, moved
@@ -189,7 +188,7 @@ contains
       end do
    end subroutine move_points
 
-   !> Copy the history of the nearest contact of the same overlap that has one.
+   !> Copy a history from the nearest contact of the same overlap with a history.
    pure subroutine copy_nearest_history(contacts, c, blocks, laws, matched)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       integer, intent(in) :: c                        !< point without a history
@@ -223,7 +222,7 @@ contains
          laws%columns%of_contact)
    end subroutine copy_nearest_history
 
-   !> Fraction of edge f at which contact k in its overlap with edge e lies; huge if it is in none.
+   !> Position of contact k as a fraction of edge f; huge if it is not on the overlap of e and f.
    pure real(wp) function contact_fraction(contacts, k, blocks, e, f) result(fraction)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: k                     !< number of the contact

@@ -2,10 +2,10 @@
 !> Continuously yielding joint [Cundall and Hart, 1984; Lemos, 1987]: shear stress approaches a
 !> bounding strength τ_m = σ tan φ_m, which decreases with damage.
 !>
-!> Slip s du has dτ = F k_s du, F = (1 − sτ/τ_m)/(1 − r): elastic at a reversal, where r becomes
-!> sτ/τ_m, at most 0.75.  Its inelastic part du_p = (1 − F) du wears the roughness R,
-!> dφ_m = −(φ_m − φ)/R du_p, so that φ_m = φ + (φ_m0 − φ) exp(−u_p/R).  In a step, at the φ_m of its
-!> start, F integrates to sτ = τ_m − (τ_m − sτ_0) exp[−k_s|Δu|/(τ_m (1 − r))].
+!> Slip s du changes the stress by dτ = F k_s du, F = (1 − sτ/τ_m)/(1 − r).  At a reversal r is set
+!> to sτ/τ_m, at most 0.75, so that the response is elastic.  The inelastic part du_p = (1 − F) du
+!> wears the roughness R: dφ_m = −(φ_m − φ)/R du_p, φ_m = φ + (φ_m0 − φ) exp(−u_p/R).  With φ_m at
+!> its value at the start of a step, sτ = τ_m − (τ_m − sτ_0) exp[−k_s|Δu|/(τ_m (1 − r))].
 module dda_continuously_yielding
    use dda_kinds, only: wp, pi
    use dda_joint_law, only: column_type, joint_law_type, joint_state_type, reduced_angle, &
@@ -16,10 +16,10 @@ module dda_continuously_yielding
    private
    public :: continuously_yielding_type, new_continuously_yielding
 
-   integer, parameter :: reversal = 3, way = 4        !< columns: r; sign of the last slip
+   integer, parameter :: reversal = 3, way = 4  !< columns of r and of the sign of the last slip
    real(wp), parameter :: most_reversal = 0.75_wp     !< largest r, as published
-   real(wp), parameter :: round_off = 1.0e-9_wp     !< relative force change that is no reversal
-   real(wp), parameter :: most_share = 1.25_wp  !< fraction of the strength: largest lag of a stress
+   real(wp), parameter :: round_off = 1.0e-9_wp  !< smaller relative force changes are no reversal
+   real(wp), parameter :: most_share = 1.25_wp  !< largest initial stress over the strength
 
    !> Friction angles, rad, and roughness.
    type, extends(joint_law_type) :: continuously_yielding_type
@@ -50,22 +50,22 @@ contains
 
    !> Check that the strength decreases with damage.
    pure subroutine check_and_derive(law, joint, shear_ratio, wrong)
-      class(continuously_yielding_type), intent(in) :: law  !< of the joint
+      class(continuously_yielding_type), intent(in) :: law  !< law of the joint
       type(joint_type), intent(inout) :: joint              !< input of the law
       real(wp), intent(in) :: shear_ratio                   !< k_n/k_s
-      character(len=:), allocatable, intent(out) :: wrong   !< what is wrong; blank: nothing
+      character(len=:), allocatable, intent(out) :: wrong   !< error message, blank if none
 
       wrong = ''
       if (joint%initial_friction_angle < joint%friction_angle) &
          wrong = 'initial_friction_angle = '//to_text(joint%initial_friction_angle)// &
          ' is below friction_angle = '//to_text(joint%friction_angle)// &
-         ', to which slip wears the joint'
+         ', the angle of the worn joint'
    end subroutine check_and_derive
 
    !> Friction angle φ_m, rad.
    pure real(wp) function angle(law, state)
-      class(continuously_yielding_type), intent(in) :: law  !< of the joint
-      type(joint_state_type), intent(in) :: state           !< of the contact
+      class(continuously_yielding_type), intent(in) :: law  !< law of the joint
+      type(joint_state_type), intent(in) :: state           !< state of the contact
 
       angle = law%friction + (law%initial - law%friction) &
          *exp(-state%memory(slip_path)/law%roughness)
@@ -73,8 +73,8 @@ contains
 
    !> Bounding strength, N/m.
    pure real(wp) function strength(law, state, normal_force)  ! total
-      class(continuously_yielding_type), intent(in) :: law  !< of the joint
-      type(joint_state_type), intent(in) :: state           !< of the contact
+      class(continuously_yielding_type), intent(in) :: law  !< law of the joint
+      type(joint_state_type), intent(in) :: state           !< state of the contact
       real(wp), intent(in) :: normal_force                  !< compression positive, N/m
 
       strength = tan(angle(law, state))*max(normal_force, 0.0_wp)
@@ -82,7 +82,7 @@ contains
 
    !> Divide tan φ and tan φ_m0 by a reduction factor.
    pure function reduced_strengths(law, joint, factor) result(strengths)
-      class(continuously_yielding_type), intent(in) :: law  !< of the joint
+      class(continuously_yielding_type), intent(in) :: law  !< law of the joint
       type(joint_type), intent(in) :: joint                 !< input of the law
       real(wp), intent(in) :: factor                        !< above 0
       type(strength_type), allocatable :: strengths(:)
@@ -94,7 +94,7 @@ contains
 
    !> Compute the shear force at the end of a step, and its slope.
    pure subroutine slip_curve(law, state, normal_force, stretch, shear_force, tangent)
-      class(continuously_yielding_type), intent(in) :: law  !< of the joint
+      class(continuously_yielding_type), intent(in) :: law  !< law of the joint
       type(joint_state_type), intent(in) :: state           !< state at the start of the step
       real(wp), intent(in) :: normal_force                  !< ≥ 0, N/m
       real(wp), intent(in) :: stretch  !< stretch of the shear spring without slip, m
@@ -116,7 +116,7 @@ contains
       tangent = max(0.0_wp, k_s*(1.0_wp - share)*left/(1.0_wp - ratio))
    end subroutine slip_curve
 
-   !> Value of r for slip in a direction, from a stress given as a fraction of τ_m.
+   !> Return r for slip in a direction, from the stress as a fraction of τ_m.
    pure real(wp) function stress_ratio(state, direction, share)
       type(joint_state_type), intent(in) :: state  !< state at the start of the step
       real(wp), intent(in) :: direction, share
@@ -125,10 +125,10 @@ contains
       if (direction*state%memory(way) < 0.0_wp) stress_ratio = min(most_reversal, share)
    end function stress_ratio
 
-   !> Shear force at the start of a step over the strength, with its sign.
-   !> It may exceed a strength that decreases by slip or normal force; a large excess is removed.
+   !> Shear force at the start of a step over the strength, with its sign, within ± `most_share`.
+   !> It may exceed 1 if the strength has decreased by slip or normal force.
    pure real(wp) function initial_fraction(law, state, normal_force) result(share)
-      class(continuously_yielding_type), intent(in) :: law  !< of the joint
+      class(continuously_yielding_type), intent(in) :: law  !< law of the joint
       type(joint_state_type), intent(in) :: state           !< state at the start of the step
       real(wp), intent(in) :: normal_force                  !< > 0, N/m
 
@@ -139,8 +139,8 @@ contains
    !> Update the state after an inelastic slip.
    pure type(joint_state_type) function state_after_slip(law, state, slip, &
       shear_force) result(after)
-      class(continuously_yielding_type), intent(in) :: law  !< of the joint
-      type(joint_state_type), intent(in) :: state           !< before
+      class(continuously_yielding_type), intent(in) :: law  !< law of the joint
+      type(joint_state_type), intent(in) :: state           !< state before the slip
       real(wp), intent(in) :: slip                          !< slip with sign, m
       real(wp), intent(in) :: shear_force  !< shear force at the end of the step, N/m
       real(wp) :: change, bound

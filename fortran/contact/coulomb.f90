@@ -2,9 +2,9 @@
 !> Coulomb joint: friction N tan φ, and a brittle bond with cohesion c L and tension T L, which
 !> fails suddenly.
 !>
-!> If all joints of a model are of this kind and contacts are at corners only, the state of a
-!> contact is its stretch and bond, and `respond` computes its forces.  General code would make
-!> steps 1.2 times (15 layers) to 1.7 times (a static wall of 1,000 bricks) as long.
+!> If all joints have this law and contacts are at corners only, the state of a contact is its
+!> stretch and bond, and `respond` computes its forces.  The code for general laws would take 1.2
+!> times (15 layers) to 1.7 times (a static wall of 1,000 bricks) as long per step.
 module dda_coulomb
    use dda_kinds, only: wp, pi
    use dda_contact, only: contact_open, contact_slide, contact_stick
@@ -19,14 +19,14 @@ module dda_coulomb
    type, extends(joint_law_type) :: coulomb_type
       real(wp) :: friction = 0.0_wp   !< tan φ
       real(wp) :: cohesion = 0.0_wp   !< cohesion before the bond breaks, Pa
-      real(wp) :: tensile = 0.0_wp    !< tensile strength before, Pa
+      real(wp) :: tensile = 0.0_wp    !< tensile strength before the bond breaks, Pa
    contains
       procedure :: strength
       procedure :: reduced_strengths
       procedure :: tension
    end type coulomb_type
 
-   !> Data of one contact without a state.
+   !> Data of one contact under Coulomb's law, which has no further state.
    type :: coulomb_contact_type
       real(wp) :: normal_stiffness    !< k_n, N/m per metre of thickness
       real(wp) :: shear_stiffness     !< k_s, N/m per metre of thickness
@@ -51,8 +51,8 @@ contains
 
    !> Largest shear force, N/m.
    pure real(wp) function strength(law, state, normal_force)  ! total
-      class(coulomb_type), intent(in) :: law       !< of the joint
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(coulomb_type), intent(in) :: law       !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state of the contact
       real(wp), intent(in) :: normal_force         !< compression positive, N/m
 
       strength = law%friction*max(normal_force, 0.0_wp) &
@@ -61,7 +61,7 @@ contains
 
    !> Divide tan φ, c and T by a reduction factor.
    pure function reduced_strengths(law, joint, factor) result(strengths)
-      class(coulomb_type), intent(in) :: law  !< of the joint
+      class(coulomb_type), intent(in) :: law  !< law of the joint
       type(joint_type), intent(in) :: joint   !< input of the law
       real(wp), intent(in) :: factor          !< above 0
       type(strength_type), allocatable :: strengths(:)
@@ -73,17 +73,17 @@ contains
 
    !> Largest tension of a bonded contact, N/m.
    pure real(wp) function tension(law, state)  ! total
-      class(coulomb_type), intent(in) :: law       !< of the joint
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(coulomb_type), intent(in) :: law       !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state of the contact
 
       tension = (1.0_wp - state%memory(weakened))*law%tensile*state%length
    end function tension
 
-   !> Forces of a contact without a state, at a gap and a trial elastic stretch of its shear spring.
+   !> Forces of a contact at a gap and a trial elastic stretch of its shear spring.
    !>
-   !> Components are assigned one by one, because reads from a structure that was just copied stall.
+   !> Components are assigned one by one, because reading a structure right after copying it stalls.
    pure subroutine respond(law, gap, trial_stretch, response)
-      type(coulomb_contact_type), intent(in) :: law  !< of the contact
+      type(coulomb_contact_type), intent(in) :: law  !< law of the contact
       real(wp), intent(in) :: gap, trial_stretch     !< m
       type(response_type), intent(out) :: response   !< state and forces
       real(wp) :: trial
@@ -105,7 +105,7 @@ contains
          response%shear_force = sign(response%bound, trial)
       end if
       response%slider = response%shear_force
-      ! positive if tension exceeds the strength or shear the bound
+      ! positive if the tension exceeds its strength or the shear force its bound
       if (law%bonded) response%strength_ratio = max(-response%normal_force - law%tension_force, &
          abs(response%shear_force) - response%bound)/max(law%tension_force, law%cohesion_force, &
          tiny(1.0_wp))

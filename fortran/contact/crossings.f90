@@ -2,11 +2,11 @@
 !> Corners across a crossing of joints.
 !>
 !> At a crossing of joints, such as four blocks of a lattice or three at a step of its surface,
-!> opposite blocks share a corner but no face.  No length of joint belongs to such a pair, but its
-!> coinciding corners could touch in the direction of either joint.  A spring across the joint
-!> that slips would lock it.  Such corners therefore have no contact while they are nearer than
-!> their size.  A block that slides farther over a crossing touches the edge of the opposite block,
-!> with the gap offset by its present penetration.
+!> opposite blocks share a corner but no face.  Such a pair has no joint length, but its coinciding
+!> corners could touch in the direction of either joint, and a spring across a slipping joint would
+!> lock it.  Such corners therefore have no contact until their distance exceeds their size.  A
+!> block that slides farther over a crossing touches the edge of the opposite block, with the gap
+!> offset by the penetration at that time.
 module dda_crossings
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -16,17 +16,17 @@ module dda_crossings
    private
    public :: most_across, find_crossings, part_corners, forget_parted
 
-   integer, parameter :: most_across = 3        !< most opposite corners of a vertex (six triangles)
-   real(wp), parameter :: touching = 1.0e-6_wp  !< gap or overlap of touching edges over length
+   integer, parameter :: most_across = 3        !< most corners opposite a vertex (six triangles)
+   real(wp), parameter :: touching = 1.0e-6_wp  !< gap or overlap that counts as zero over length
 
 contains
 
    !> Find corners across a crossing and mark their contacts.
-   !> They are connected through touching faces of other blocks, but have no common face.
+   !> Their blocks have no common face; touching faces of other blocks connect them.
    pure subroutine find_crossings(contacts, blocks, across, marked)
       type(contacts_type), intent(in) :: contacts   !< first list of the run
       type(blocks_type), intent(in) :: blocks       !< blocks in their first state
-      integer, intent(inout) :: across(:,:)         !< [most_across,vertices] vertices, else 0
+      integer, intent(inout) :: across(:,:)  !< [most_across,vertices] opposite vertices, else 0
       logical, intent(out) :: marked(:)             !< [n] contacts of opposite corners
       logical :: joined(contacts%n), face(contacts%n)
       integer :: node(size(across, 2)), room(2), c
@@ -52,7 +52,7 @@ contains
       end do
    end subroutine find_crossings
 
-   !> Number the nodes at which touching faces connect corners, and assign them to vertices.
+   !> Assign a node number to each vertex; touching faces give coinciding corners the same node.
    pure subroutine number_nodes(contacts, joined, node)
       type(contacts_type), intent(in) :: contacts  !< first list of the run
       logical, intent(in) :: joined(:)             !< [n] contacts of touching faces
@@ -77,8 +77,8 @@ contains
 
    !> Allow contacts at corners that were opposite to those of removed blocks.
    pure subroutine part_corners(across, contacts, removed)
-      integer, intent(inout) :: across(:,:)        !< [most_across,vertices or 0] vertices, else 0
-      type(contacts_type), intent(in) :: contacts  !< with the blocks
+      integer, intent(inout) :: across(:,:)  !< [most_across,vertices or 0] opposite vertices or 0
+      type(contacts_type), intent(in) :: contacts  !< contacts, including removed blocks
       logical, intent(in) :: removed(:)            !< [blocks]
       integer :: c
 
@@ -92,7 +92,7 @@ contains
 
    !> Allow contacts at corners that have moved apart.
    pure subroutine forget_parted(across, blocks, distance)
-      integer, intent(inout) :: across(:,:)    !< [most_across,vertices or 0] vertices, else 0
+      integer, intent(inout) :: across(:,:)    !< [most_across,vertices or 0] opposite vertices or 0
       type(blocks_type), intent(in) :: blocks  !< present geometry
       real(wp), intent(in) :: distance         !< distance above the size of any corner, m
       integer :: v, i
@@ -108,7 +108,7 @@ contains
 
    !> Allow contacts of a vertex with the corners across the crossing.
    pure subroutine allow_vertex_contacts(across, v)
-      integer, intent(inout) :: across(:,:)  !< [most_across,vertices] vertices, else 0
+      integer, intent(inout) :: across(:,:)  !< [most_across,vertices] opposite vertices, else 0
       integer, intent(in) :: v               !< vertex
       integer :: i
 

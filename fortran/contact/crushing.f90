@@ -2,9 +2,9 @@
 !> Coulomb joint whose faces crush: the normal stress is at most the compressive strength σ_c.
 !>
 !> At a closure x, counted from the plastic closure p of the previous steps, the normal force is
-!> min(k_n x, σ_c L), with a convex potential.  The excess over σ_c L/k_n at the end of a step is
-!> added to p, and the joint unloads elastically from there; σ_c L Δp is dissipated.  With a
-!> fracture energy G_c, the next strength is σ_c (1 − p σ_c/2G_c), 0 at p = 2 G_c/σ_c.
+!> min(k_n x, σ_c L), with a convex potential.  At the end of a step the closure in excess of
+!> σ_c L/k_n is added to p, and σ_c L Δp is dissipated; unloading is elastic.  With a fracture
+!> energy G_c, the strength in the next step is σ_c (1 − p σ_c/2G_c), which is 0 at p = 2 G_c/σ_c.
 module dda_crushing
    use dda_kinds, only: wp
    use dda_coulomb, only: coulomb_type, new_coulomb
@@ -15,13 +15,13 @@ module dda_crushing
    private
    public :: crushing_type, new_crushing
 
-   integer, parameter :: crushed = 3  !< column
+   integer, parameter :: crushed = 3  !< column of p
    real(wp), parameter :: round_off = 1.0e-9_wp  !< relative rounding of the strength
 
-   !> Strength of a Coulomb joint, and in compression.
+   !> Coulomb joint with a compressive strength.
    type, extends(coulomb_type) :: crushing_type
       real(wp) :: compressive = huge(1.0_wp)  !< σ_c, Pa
-      real(wp) :: last = huge(1.0_wp)         !< plastic closure without strength, m
+      real(wp) :: last = huge(1.0_wp)         !< plastic closure at which the strength is 0, m
    contains
       procedure :: normal_force
       procedure :: tangent
@@ -51,16 +51,16 @@ contains
 
    !> Largest normal force after the plastic closure so far, N/m.
    pure real(wp) function most(law, state)
-      class(crushing_type), intent(in) :: law      !< of the joint
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(crushing_type), intent(in) :: law      !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state of the contact
 
       most = law%compressive*state%length*max(0.0_wp, 1.0_wp - state%memory(crushed)/law%last)
    end function most
 
    !> Normal force at a closure, N/m.
    pure real(wp) function normal_force(law, state, closure) result(force)
-      class(crushing_type), intent(in) :: law      !< of the joint
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(crushing_type), intent(in) :: law      !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state of the contact
       real(wp), intent(in) :: closure              !< m
 
       force = min(law%initial_spring(state)*closure, law%most(state))
@@ -68,18 +68,18 @@ contains
 
    !> Slope of the normal force, N/m.
    pure real(wp) function tangent(law, state, closure)
-      class(crushing_type), intent(in) :: law      !< of the joint
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(crushing_type), intent(in) :: law      !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state of the contact
       real(wp), intent(in) :: closure              !< m
 
       tangent = law%initial_spring(state)
       if (tangent*closure > (1.0_wp + round_off)*law%most(state)) tangent = 0.0_wp
    end function tangent
 
-   !> Closure at a normal force, m; unlimited at the strength.
+   !> Closure at a normal force, m; infinite at the strength.
    pure real(wp) function closure(law, state, force)
-      class(crushing_type), intent(in) :: law      !< of the joint
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(crushing_type), intent(in) :: law      !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state of the contact
       real(wp), intent(in) :: force                !< compression positive, N/m
 
       closure = huge(1.0_wp)
@@ -88,8 +88,8 @@ contains
 
    !> Potential of the normal force, J per metre of thickness.
    pure real(wp) function stored(law, state, closure) result(energy)
-      class(crushing_type), intent(in) :: law      !< of the joint
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(crushing_type), intent(in) :: law      !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state of the contact
       real(wp), intent(in) :: closure              !< m
       real(wp) :: elastic
 
@@ -97,11 +97,11 @@ contains
       energy = 0.5_wp*law%initial_spring(state)*elastic**2 + law%most(state)*(closure - elastic)
    end function stored
 
-   !> Update the state after a step: slip adds to its path, closure beyond the elastic is plastic.
+   !> Update the state after a step: add the slip to its path and the plastic closure to p.
    pure type(joint_state_type) function state_after_slip(law, state, slip, &
       shear_force) result(after)
-      class(crushing_type), intent(in) :: law      !< of the joint
-      type(joint_state_type), intent(in) :: state  !< before
+      class(crushing_type), intent(in) :: law      !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state before the slip
       real(wp), intent(in) :: slip                 !< slip with its sign, m
       real(wp), intent(in) :: shear_force          !< shear force during slip, N/m
 
@@ -113,15 +113,15 @@ contains
 
    !> Distance, m, by which plastic closure lowers the contact.
    pure real(wp) function lift(law, state)
-      class(crushing_type), intent(in) :: law      !< of the joint
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(crushing_type), intent(in) :: law      !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state of the contact
 
       lift = -state%memory(crushed)
    end function lift
 
    !> Divide tan φ, c, T, σ_c and G_c by a factor; the plastic closure at failure does not change.
    pure function reduced_strengths(law, joint, factor) result(strengths)
-      class(crushing_type), intent(in) :: law  !< of the joint
+      class(crushing_type), intent(in) :: law  !< law of the joint
       type(joint_type), intent(in) :: joint    !< input of the law
       real(wp), intent(in) :: factor           !< above 0
       type(strength_type), allocatable :: strengths(:)

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Contacts of the present geometry, found among the probes of the last search.
 !>
-!> Vertex to edge: the foot of the vertex lies on the edge.  Vertex to vertex: the entrance edge of
-!> the two corners (see dda_entrance).  Corners of parallel edges give one contact, on the edge that
-!> contains the foot.  Stacked blocks of equal width therefore have two contacts per joint, one at
-!> each end.
+!> Vertex to edge: the foot of the vertex lies on the edge.  Vertex to vertex: the contact is on the
+!> entrance edge of the two corners (see dda_entrance).  Corners of parallel edges have one contact,
+!> on the edge that contains the foot.  Stacked blocks of equal width therefore have two contacts
+!> per joint, one at each end.
 module dda_detection
    !$ use omp_lib, only: omp_get_thread_num
    use dda_kinds, only: wp, pi
@@ -21,32 +21,32 @@ module dda_detection
    private
    public :: detection_type, prepare_detection, measure_depths, detect_contacts, tolerance_of
 
-   integer, parameter :: spare = 64  !< memory is reserved for one extra contact per 64
-   real(wp), parameter :: corner_share = 0.05_wp  !< size of a corner over the shorter edge
-   real(wp), parameter :: straight = cos(3.0_wp*pi/180.0_wp)  !< cosine of the angle between edges
+   integer, parameter :: spare = 64  !< one spare place per 64 contacts is allocated
+   real(wp), parameter :: corner_share = 0.05_wp  !< size of a corner over its shorter edge
+   real(wp), parameter :: straight = cos(3.0_wp*pi/180.0_wp)  !< edges are straight up to 3°
 
    !> Distances that control the detection, and memory for the candidates.
    type :: detection_type
       real(wp) :: least = 0.0_wp         !< smallest distance for listing contacts, m
-      real(wp) :: distance = 0.0_wp      !< distance in this step, m
-      !> farthest distance by which two vertices may approach each other in this step, m
+      real(wp) :: distance = 0.0_wp      !< distance for listing contacts in this step, m
+      !> largest approach of two vertices in this step, m
       real(wp) :: travel = 0.0_wp
       real(wp) :: deepest = 0.0_wp       !< deepest penetration of a contact in compression, m
-      real(wp) :: largest_corner = 0.0_wp !< m
-      !> the same, minus the depth at which the contact was first detected, m
+      real(wp) :: largest_corner = 0.0_wp !< largest size of a corner, m
+      !> deepest penetration in compression, counted from zero force, m
       real(wp) :: pressed = 0.0_wp
       !> [vertices] deepest penetration of each vertex in compression, m
       real(wp), allocatable :: depth(:)
-      !> [2, vertices] edges on which each vertex is pressed, else 0
+      !> [2, vertices] edges that each vertex presses on, else 0
       integer, allocatable :: pressing(:,:)
       real(wp), allocatable :: corner(:) !< [vertices] size of the corner at each vertex, m
-      logical, allocatable :: flat(:)    !< [vertices] cells of a body touch on a straight side
+      logical, allocatable :: flat(:)    !< [vertices] vertex between two cells on a straight side
       !> [most_across,vertices] opposite corners at a crossing of joints, else 0; empty without
       !> crossings
       integer, allocatable :: across(:,:)
-      !> [edges of the probes of one chunk of a thread]; a probe has at most one contact per edge
+      !> [edges of a thread's chunk of probes]: a probe has at most one contact per edge
       type(candidate_type), allocatable :: candidate(:)
-      integer :: listed = 0              !< number of contacts of the last list, if large
+      integer :: listed = 0              !< number of contacts of the last large list
    end type detection_type
 
 contains
@@ -75,7 +75,7 @@ contains
       detection%largest_corner = maxval(detection%corner)
    end subroutine prepare_detection
 
-   !> .true. if cells of a body meet at the vertex on a straight side.
+   !> .true. if two cells of a body meet at vertex v on a straight side of the body.
    pure logical function is_flat(blocks, v)
       type(blocks_type), intent(in) :: blocks  !< at the start
       integer, intent(in) :: v                 !< vertex
@@ -85,13 +85,13 @@ contains
          blocks%along(:, blocks%outline(2, v))) > straight
    end function is_flat
 
-   !> Measure penetrations at the end of the last step, and the edges on which each vertex presses.
+   !> Find the penetrations at the end of the last step, and the edges that each vertex presses on.
    !>
-   !> Surface displacement by strain of cells is part of the penetration, because a corner that
-   !> slides off a body is lower than the next body by that much.
+   !> The penetration includes the surface displacement due to strain of cells: a corner that slides
+   !> off a body is below the surface of the next body by this displacement.
    pure subroutine measure_depths(detection, contacts, blocks)
       type(detection_type), intent(inout) :: detection  !< depths are replaced
-      type(contacts_type), intent(in) :: contacts       !< list of the last step
+      type(contacts_type), intent(in) :: contacts       !< contacts of the last step
       type(blocks_type), intent(in) :: blocks           !< present geometry
       real(wp) :: depth, pressed, deepest, hardest
       logical :: with_cells
@@ -133,16 +133,16 @@ contains
 
    !> Clear the pressed edges of all vertices in one pass through memory.
    pure subroutine clear_pressed_edges(n, pressing)
-      integer, intent(in) :: n             !< numbers
-      integer, intent(out) :: pressing(n)  !< become zero
+      integer, intent(in) :: n             !< size
+      integer, intent(out) :: pressing(n)  !< set to zero
 
       pressing = 0
    end subroutine clear_pressed_edges
 
-   !> List all contacts within the distance of this step, with geometry, without history.
+   !> List all contacts within the distance of this step, with geometry but without history.
    !>
-   !> A large list is allocated for slightly more contacts than the last one; if more are found,
-   !> detection is repeated with enough memory.
+   !> A large list is allocated with slightly more memory than the last list needed.  If this does
+   !> not suffice, detection is repeated with enough memory.
    subroutine detect_contacts(contacts, blocks, neighbours, detection)
       type(contacts_type), intent(inout) :: contacts     !< list that is replaced
       type(blocks_type), intent(in) :: blocks            !< present geometry
@@ -173,8 +173,8 @@ contains
 
    !> Allocate memory for candidates.
    pure subroutine allocate_candidates(detection, candidates)
-      type(detection_type), intent(inout) :: detection  !< gets it
-      integer, intent(in) :: candidates                 !< at most
+      type(detection_type), intent(inout) :: detection  !< gets the memory
+      integer, intent(in) :: candidates                 !< largest number of candidates
 
       if (size(detection%candidate) >= candidates) return
       deallocate (detection%candidate)
@@ -202,7 +202,7 @@ contains
       type(blocks_type), intent(in) :: blocks            !< present geometry
       type(neighbours_type), intent(in) :: neighbours    !< probes of the last search
       type(detection_type), intent(inout) :: detection   !< distances of this step
-      integer, intent(in) :: edges                       !< largest number in a chunk
+      integer, intent(in) :: edges                       !< largest number of edges in a chunk
       integer :: p, n, found, before, first, listed
 
       n = neighbours%n_probes
@@ -223,13 +223,13 @@ contains
       contacts%n = listed
    end subroutine detect_in_chunks
 
-   !> Find the candidates of some probes and store them after those of other threads.
+   !> Find the candidates of some probes; store them after the candidates of other threads.
    subroutine detect_contacts_range(detection, blocks, neighbours, first, last, before, found)
       type(detection_type), intent(inout) :: detection  !< receives the candidates
       type(blocks_type), intent(in) :: blocks           !< present geometry
       type(neighbours_type), intent(in) :: neighbours   !< probes
       integer, intent(in) :: first, last                !< probes to test
-      integer, intent(in) :: before                     !< candidates of other threads
+      integer, intent(in) :: before                     !< number of earlier candidates
       integer, intent(out) :: found                     !< number of candidates
       integer :: p, v, w, at
       real(wp) :: apart
@@ -257,7 +257,7 @@ contains
       type(blocks_type), intent(in) :: blocks          !< present geometry
       type(neighbours_type), intent(in) :: neighbours  !< probes
       integer, intent(in) :: p                         !< probe
-      real(wp), intent(in) :: distance                 !< m
+      real(wp), intent(in) :: distance                 !< search distance, m
       integer, intent(out) :: nearest                  !< vertex, or 0
       real(wp), intent(out) :: least                   !< square of the distance, m²
       real(wp) :: here(2), apart
@@ -275,8 +275,8 @@ contains
       end do
    end subroutine find_corner
 
-   !> Test a vertex against edges.  A convex block is entered through the edge of least penetration.
-   !> In a concave corner a vertex may have contacts with two edges.
+   !> Test a vertex against edges.  A convex block has one contact, on the edge of least
+   !> penetration.  In a concave corner a vertex may have contacts with two edges.
    subroutine test_edges(last, blocks, neighbours, p, detection, met)
       integer, intent(inout) :: last                    !< position of the last candidate
       type(blocks_type), intent(in) :: blocks           !< present geometry
@@ -295,7 +295,7 @@ contains
          call project_vertex(blocks, neighbours%probe(1, p), neighbours%edge(i), choice)
          if (abs(choice%gap) > detection%distance .or. .not. has_foot(blocks, neighbours, choice, &
             detection)) cycle
-         ! At small depths a vertex pressed on a corner has not left the block.
+         ! A vertex with little penetration at a corner has not left the block.
          if (choice%gap < -detection%least) then
             if (has_left_block(blocks, neighbours, choice)) cycle
          end if
@@ -318,16 +318,16 @@ contains
    end subroutine test_edges
 
    !> .true. if the foot lies on the edge.
-   !> A penetrating vertex may also lie beyond an end at a concave corner of the block.
+   !> The foot of a penetrating vertex may also lie beyond an end at a concave corner.
    pure logical function has_foot(blocks, neighbours, choice, detection)  ! total
       type(blocks_type), intent(in) :: blocks          !< present geometry
-      type(neighbours_type), intent(in) :: neighbours  !< search data: convex vertices
+      type(neighbours_type), intent(in) :: neighbours  !< marks of convex vertices
       type(choice_type), intent(in) :: choice          !< vertex projected on an edge
       type(detection_type), intent(in) :: detection    !< distances of this step
       integer :: end_vertex
 
       has_foot = choice%overshoot <= 0.0_wp
-      ! No contact is glancing far from both ends of the edge.
+      ! Far from both ends of the edge no contact is glancing.
       if (choice%overshoot <= -detection%largest_corner) return
       end_vertex = choice%edge
       if (choice%past_end) end_vertex = blocks%next(choice%edge)
@@ -345,7 +345,7 @@ contains
    !> Such a contact is never glancing; otherwise corners in vibrating contact would alternate
    !> between their edges, with slightly more penetration at each change.
    elemental logical function was_pressed(detection, vertex, edge)  ! total
-      type(detection_type), intent(in) :: detection  !< edges that vertices were pressed on
+      type(detection_type), intent(in) :: detection  !< pressed edges of the last step
       integer, intent(in) :: vertex, edge            !< vertex, and edge given by its first vertex
 
       was_pressed = any(detection%pressing(:, vertex) == edge)
@@ -353,7 +353,7 @@ contains
 
    !> .true. if the corners v and w were pressed on each other in the last step.
    pure logical function were_pressed(detection, blocks, v, w)
-      type(detection_type), intent(in) :: detection  !< edges that vertices were pressed on
+      type(detection_type), intent(in) :: detection  !< pressed edges of the last step
       type(blocks_type), intent(in) :: blocks        !< blocks: edges at the vertices
       integer, intent(in) :: v, w                    !< vertices of two blocks
 
@@ -363,8 +363,8 @@ contains
          .or. any(detection%pressing(:, w) == blocks%previous(v))
    end function were_pressed
 
-   !> Depth, m, up to which a contact of two corners is glancing: twice their penetration.
-   !> It is less than their size.
+   !> Depth, m, up to which a contact of two corners is glancing: twice their penetration, but less
+   !> than their size.
    pure real(wp) function tolerance_of(detection, v, w)
       type(detection_type), intent(in) :: detection  !< penetrations and sizes of corners
       integer, intent(in) :: v, w                    !< vertices of two blocks
@@ -373,11 +373,11 @@ contains
          detection%corner(w))
    end function tolerance_of
 
-   !> .true. if the vertex has left the block although it is behind this edge.
-   !> It is outside another edge or, for a concave block, outside an edge between vertex and foot.
+   !> .true. if the vertex is behind this edge but outside the block.
+   !> It is then outside another edge; in a concave block, an edge between vertex and foot.
    pure logical function has_left_block(blocks, neighbours, choice)
       type(blocks_type), intent(in) :: blocks          !< present geometry
-      type(neighbours_type), intent(in) :: neighbours  !< search data: convex blocks
+      type(neighbours_type), intent(in) :: neighbours  !< marks of convex blocks
       type(choice_type), intent(in) :: choice          !< the vertex projected on an edge
       type(choice_type) :: other
       real(wp) :: way(2), along, behind
@@ -403,8 +403,8 @@ contains
    end function has_left_block
 
    !> .true. if the vertex penetrates another edge less than this one.
-   !> The other edge is across a convex corner, or on the other face of a thin part.  It is
-   !> extended at both ends by the size of a corner, as needed for a vertex at the foot of a step.
+   !> The other edge is across a convex corner, or on the opposite face of a thin part.  For a
+   !> vertex at the foot of a step, this edge is extended at both ends by the size of a corner.
    pure logical function is_hidden(blocks, neighbours, p, choice, size)
       type(blocks_type), intent(in) :: blocks          !< present geometry
       type(neighbours_type), intent(in) :: neighbours  !< probes
@@ -429,7 +429,7 @@ contains
    end function is_hidden
 
    !> Test a vertex against a vertex.
-   !> Corners that are not close have a contact only if neither has its foot on the other block.
+   !> Corners that are not close have a contact only if neither foot lies on the other block.
    subroutine test_vertex(last, blocks, neighbours, p, w, detection, close)
       integer, intent(inout) :: last                    !< position of the last candidate
       type(blocks_type), intent(in) :: blocks           !< present geometry
@@ -458,12 +458,12 @@ contains
          neighbours%probe(2, p), merge(w, v, corners%vertex(best) == v))
    end subroutine test_vertex
 
-   !> List the choices at two corners and mark the glancing ones.
+   !> List the choices at two corners and mark glancing contacts.
    pure subroutine list_corners(blocks, v, w, detection, corners, tolerance)
       type(blocks_type), intent(in) :: blocks         !< present geometry
       integer, intent(in) :: v, w                     !< vertices of two blocks
-      type(detection_type), intent(in) :: detection   !< edges that vertices were pressed on
-      type(corners_type), intent(out) :: corners      !< complete
+      type(detection_type), intent(in) :: detection   !< pressed edges of the last step
+      type(corners_type), intent(out) :: corners      !< result
       real(wp), intent(out) :: tolerance              !< depth of a glancing contact, m
 
       tolerance = tolerance_of(detection, v, w)
@@ -472,14 +472,14 @@ contains
          .not. was_pressed(detection, corners%vertex, corners%edge)
    end subroutine list_corners
 
-   !> Add the contact at the other end of an overlap between sides of two bodies.
-   !> `test_vertex` omits it; it is listed by the probe of the higher vertex.
+   !> Add the contact at the other end of an overlap between sides of two bodies, which
+   !> `test_vertex` omits.  Only the probe of the higher vertex adds the contact.
    subroutine add_other_end(last, blocks, neighbours, p, w, detection)
       integer, intent(inout) :: last                    !< position of the last candidate
       type(blocks_type), intent(in) :: blocks           !< present geometry
       type(neighbours_type), intent(in) :: neighbours   !< probes
       integer, intent(in) :: p                          !< probe to test
-      integer, intent(in) :: w                          !< vertex of the other block, lower
+      integer, intent(in) :: w  !< vertex of the other block, < that of the probe
       type(detection_type), intent(inout) :: detection  !< receives the candidate
       type(corners_type) :: corners
       real(wp) :: tolerance

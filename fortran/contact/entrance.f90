@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Geometry of a vertex beside an edge, and the choice of the entrance edge at two corners.
 !>
-!> Among the up to four (vertex, edge) choices at two corners, those whose edge can separate the two
-!> blocks are entrance edges (Shi's first-entrance theory); the one with least penetration is used.
+!> Two corners have up to four (vertex, edge) choices.  Edges that can separate the two blocks are
+!> entrance edges (Shi's first-entrance theory); the one with least penetration is used.
 !>
-!> A vertex that slides from one block to the next block of equal height is below the corner of the
-!> next block by its penetration.  To prevent it from catching there, a contact with an edge is
-!> glancing, and not an entrance, if the overlap is hardly more than that penetration.
+!> A vertex that slides from one block to a next block of equal height is below the corner of the
+!> next block by its penetration.  To prevent the vertex from catching there, a contact whose
+!> overlap hardly exceeds this penetration is glancing and cannot be an entrance.
 module dda_entrance
    use dda_kinds, only: wp, pi
    use dda_blocks, only: blocks_type
@@ -20,27 +20,27 @@ module dda_entrance
    real(wp), parameter :: parallel_sine = sin(parallel_angle)
    real(wp), parameter :: same_direction = cos(2*parallel_angle)
    real(wp), parameter :: opposite = -cos(parallel_angle)
-   real(wp), parameter :: tie = 1.0e-9_wp         !< difference of equal depths over the corner size
+   real(wp), parameter :: tie = 1.0e-9_wp         !< equal depths differ by less, over corner size
    real(wp), parameter :: same_place = 1.0e-6_wp  !< smallest overlap over the corner size
 
    !> A vertex beside an edge.
    type :: choice_type
       integer :: vertex, edge
       real(wp) :: normal(2)    !< outward normal of the edge
-      real(wp) :: gap          !< m
+      real(wp) :: gap          !< signed distance to the edge, m
       real(wp) :: overshoot   !< distance of the foot beyond the end of the edge, m, ≤ 0 on the edge
       logical :: past_end      !< the vertex is nearer to the end of the edge than to its start
    end type choice_type
 
-   !> The choices at corners v and w: v on both edges at w, w on both edges at v.
+   !> The choices at corners v and w: vertex v on both edges at w, and vertex w on both edges at v.
    type :: corners_type
       integer :: vertex(4), edge(4)
       real(wp) :: normal(4, 2)
       real(wp) :: gap(4), overshoot(4)
-      !> least sine of the angle between the edge and the edges at the vertex: how well the edge
-      !> separates the two blocks
+      !> least sine of the angles between the edge and the two edges at the vertex; negative if the
+      !> edge cannot separate the blocks
       real(wp) :: separation(4)
-      !> the contact is glancing, at the corner in contact and not at the other end of the edge
+      !> the contact is glancing at the end of the edge that is the other corner
       logical :: glancing(4)
    end type corners_type
 
@@ -50,7 +50,7 @@ contains
    pure subroutine project_vertex(blocks, vertex, edge, choice)
       type(blocks_type), intent(in) :: blocks   !< present geometry
       integer, intent(in) :: vertex, edge       !< vertex, and edge given by its first vertex
-      type(choice_type), intent(out) :: choice  !< complete
+      type(choice_type), intent(out) :: choice  !< result
       real(wp) :: along(2), from(2)
 
       along = blocks%along(:, edge)
@@ -68,7 +68,7 @@ contains
       real(wp), intent(in) :: x, y              !< position of the vertex, m
       real(wp), intent(in) :: length            !< length of the edge, m
       real(wp), intent(out) :: gap, overshoot   !< m, see `choice_type`
-      logical, intent(out) :: past_end          !< the same
+      logical, intent(out) :: past_end          !< see `choice_type`
       real(wp) :: foot
 
       foot = along_x*x + along_y*y
@@ -82,9 +82,9 @@ contains
       type(blocks_type), intent(in) :: blocks      !< present geometry
       integer, intent(in) :: v, w                  !< vertices of two blocks
       real(wp), intent(in) :: tolerance, travel    !< m, see `is_glancing`
-      type(corners_type), intent(out) :: corners   !< complete
-      integer, parameter :: before(4) = [3, 3, 1, 1], after(4) = [4, 4, 2, 2]  !< own edges
-      logical, parameter :: at_end(4) = [.true., .false., .true., .false.]     !< of the edge
+      type(corners_type), intent(out) :: corners   !< result
+      integer, parameter :: before(4) = [3, 3, 1, 1], after(4) = [4, 4, 2, 2]  !< of the vertex
+      logical, parameter :: at_end(4) = [.true., .false., .true., .false.]  !< corner at edge end
       real(wp) :: along(4, 2), from(4, 2), length(4)
       logical :: past_end(4)
       integer :: i
@@ -113,11 +113,11 @@ contains
          .and. (past_end .eqv. at_end)
    end subroutine list_choices
 
-   !> Least sine of the angle between an edge and the outline of another body at a vertex.
-   !> Several cells may meet at the vertex; the result is −1 for an edge inside a body.
+   !> Least sine of the angles between an edge and the outline of another body at a vertex, where
+   !> several cells may meet; −1 for an edge inside a body.
    pure real(wp) function separation(blocks, vertex, edge)
       type(blocks_type), intent(in) :: blocks  !< present geometry
-      integer, intent(in) :: vertex, edge      !< of two blocks
+      integer, intent(in) :: vertex, edge      !< vertex and edge of two blocks
 
       separation = -1.0_wp
       if (blocks%inner(edge)) return
@@ -129,8 +129,8 @@ contains
       end associate
    end function separation
 
-   !> .true. if the contact is glancing at an end of the edge.
-   !> The vertex is outside or within the tolerance, can reach the edge, and its foot is at the end.
+   !> .true. if the contact is glancing: the foot is at an end of the edge, the vertex can reach the
+   !> edge in this step, and its penetration is at most the tolerance.
    elemental logical function is_glancing(gap, overshoot, tolerance, travel)  ! total
       real(wp), intent(in) :: gap, overshoot   !< gap and overshoot of a vertex at an edge, m
       real(wp), intent(in) :: tolerance        !< depth of a glancing contact, m
@@ -140,13 +140,13 @@ contains
          .and. overshoot <= 0.0_wp .and. overshoot > -tolerance
    end function is_glancing
 
-   !> Select the entrance edge: of the choices that can separate the blocks, least penetration.
-   !> Of parallel edges, it is the one that contains the foot.  A glancing choice is used only if
-   !> all are glancing, and then the one along which the corners move.
+   !> Select the choice of least penetration among those that can separate the blocks.
+   !> Of two parallel edges, the one that contains the foot is used.  If all choices are glancing,
+   !> the choice along which the corners move is used.
    pure integer function entrance_edge(blocks, corners, size, tolerance) result(best)
       type(blocks_type), intent(in) :: blocks    !< present geometry and velocities
       type(corners_type), intent(in) :: corners  !< choices
-      real(wp), intent(in) :: size               !< m, of the corner
+      real(wp), intent(in) :: size               !< size of the corner, m
       real(wp), intent(in) :: tolerance          !< depth of a glancing contact, m
       real(wp) :: small
       integer :: i
@@ -173,8 +173,8 @@ contains
    pure integer function other_end(blocks, corners, entrance, size, distance) result(other)
       type(blocks_type), intent(in) :: blocks    !< present geometry
       type(corners_type), intent(in) :: corners  !< choices
-      integer, intent(in) :: entrance            !< one of them
-      real(wp), intent(in) :: size               !< m, of the corner
+      integer, intent(in) :: entrance            !< the selected choice
+      real(wp), intent(in) :: size               !< size of the corner, m
       real(wp), intent(in) :: distance           !< distance for listing contacts, m
       integer :: k
 
@@ -187,12 +187,12 @@ contains
       other = 0
    end function other_end
 
-   !> .true. if the foot of choice i is farther from its edge than that of a parallel edge.
+   !> .true. if a parallel edge has its foot nearer to the edge than choice i.
    pure logical function is_superseded(corners, admissible, i, small)
       type(corners_type), intent(in) :: corners  !< choices
       logical, intent(in) :: admissible(4)       !< choices that may be the entrance
-      integer, intent(in) :: i                   !< one of them
-      real(wp), intent(in) :: small              !< m, no difference
+      integer, intent(in) :: i                   !< a choice
+      real(wp), intent(in) :: small              !< smaller differences are ignored, m
       integer :: j
 
       is_superseded = .false.
@@ -203,8 +203,9 @@ contains
       end do
    end function is_superseded
 
-   !> Mark the glancing choices that are excluded: if any choice is neither glancing nor deep,
-   !> those with another direction than such a choice; otherwise those approached faster.
+   !> Mark the glancing choices that cannot be the entrance.  If some choices are neither glancing
+   !> nor deep, these are the choices with other directions; otherwise, choices that are approached
+   !> faster.
    pure function excluded_choices(blocks, corners, tolerance)  ! total
       type(blocks_type), intent(in) :: blocks    !< present geometry and velocities
       type(corners_type), intent(in) :: corners  !< choices
@@ -228,11 +229,11 @@ contains
       end do
    end function excluded_choices
 
-   !> Mark the admissible choices whose direction is not that of the slowest approach.
+   !> Mark the admissible choices that do not have the direction of slowest approach.
    pure function faster_choices(blocks, corners, admissible) result(faster)
       type(blocks_type), intent(in) :: blocks    !< present geometry and velocities
       type(corners_type), intent(in) :: corners  !< choices
-      logical, intent(in) :: admissible(4)       !< those to compare
+      logical, intent(in) :: admissible(4)       !< choices to compare
       logical :: faster(4)
       real(wp) :: speed(4)
       integer :: i
@@ -251,7 +252,7 @@ contains
    !> Velocity, m/s, of the block that owns vertex `own` at the position of another vertex.
    pure function velocity_at(blocks, own, vertex) result(velocity)
       type(blocks_type), intent(in) :: blocks  !< present geometry and velocities
-      integer, intent(in) :: own, vertex  !< a vertex of the block; vertex that gives the position
+      integer, intent(in) :: own, vertex  !< vertex of the block; vertex at the position
       real(wp) :: velocity(2)
 
       associate (rate => blocks%velocity(:, blocks%owner(own)), &

@@ -3,8 +3,8 @@
 !> a step.
 !>
 !> The normal spring acts exactly in penetration, without a dead band: its potential is convex, so
-!> it cannot create energy.  The shear force is elastic in the slip since the contact began to
-!> stick, up to a bound that depends on the normal force of the same iteration.
+!> it cannot create energy.  The shear force is proportional to the slip since the contact began
+!> to stick, up to a bound that depends on the normal force of the same iteration.
 module dda_friction
    use dda_kinds, only: wp, pi
    use dda_contact, only: contacts_type, contact_open, contact_slide, is_carried, is_struck
@@ -23,14 +23,14 @@ module dda_friction
       slip_counts, bond_length_of, multiplier_of, friction_bound, slide_response, closed_springs, &
       same_branch, start_force
 
-   real(wp), parameter :: round_off = 1.0e-9_wp  !< fraction of a stretch: smaller slip is ignored
+   real(wp), parameter :: round_off = 1.0e-9_wp  !< smaller slip, over the stretch, is ignored
 
    !> Stiffness of all contacts and strength of each joint material.
    type :: laws_type
       real(wp) :: normal_stiffness = 0.0_wp     !< k_n, N/m per metre of thickness
       real(wp) :: shear_stiffness = 0.0_wp      !< k_s, N/m per metre of thickness
-      logical :: augmented = .false.            !< augmented Lagrangian: with multipliers
-      real(wp) :: theta = 1.0_wp            !< instant of the step at which bonded joints act, 0 … 1
+      logical :: augmented = .false.            !< contacts have multipliers (augmented Lagrangian)
+      real(wp) :: theta = 1.0_wp            !< θ, 0 … 1: bonded joints act at t₀ + θΔt
       logical :: damped = .false.    !< some joints have damping or impacts, see dda_contact_damping
       real(wp), allocatable :: restitution(:)   !< [joints] restitution; negative: not prescribed
       real(wp), allocatable :: damping(:)       !< [joints] normal dashpot, N s/m per metre
@@ -41,7 +41,7 @@ module dda_friction
       logical :: plain = .true.                 !< all joints have Coulomb's law
       !> with frozen friction bounds, the forces of all contacts have a convex potential
       logical :: convex = .true.
-      logical :: dilating = .false.             !< slip lifts contacts of some joint
+      logical :: dilating = .false.             !< slip of some joint lifts its contacts
       logical :: curved = .false.               !< the friction of some joint is a curve of slip
       logical :: with_net_slip = .false.        !< some law depends on the direction of slip
       logical :: cohesive = .false.             !< some law has bonds with damage
@@ -90,8 +90,8 @@ contains
       end do
    end subroutine set_laws
 
-   !> Find the weaker of two joint materials, which governs a contact between them.
-   !> Weaker: less friction; if equal, less cohesion, then less tensile strength, then the first.
+   !> Find the weaker of two joint materials, which governs a contact between them: the material
+   !> with less friction; if equal, less cohesion, then less tensile strength, then the first one.
    pure integer function weaker_joint(laws, a, b) result(weaker)
       type(laws_type), intent(in) :: laws  !< strengths of the joint materials
       integer, intent(in) :: a, b          !< joint materials
@@ -109,11 +109,11 @@ contains
       end if
    end function weaker_joint
 
-   !> The law of a contact of a joint material.
+   !> Law of a contact, from its joint material.
    pure function law_of(laws, joint, bonded, length, multiplier) result(law)
       type(laws_type), intent(in) :: laws     !< stiffness, and strengths of the joint materials
       integer, intent(in) :: joint            !< joint material
-      logical, intent(in) :: bonded           !< the bond is not broken
+      logical, intent(in) :: bonded           !< the bond is intact
       real(wp), intent(in) :: length          !< bonded length, m
       real(wp), intent(in) :: multiplier      !< multiplier of the augmented Lagrangian, N/m, else 0
       type(coulomb_contact_type) :: law
@@ -159,7 +159,7 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c        !< number of the contact
       real(wp), intent(in) :: gap     !< gap at the end of the step, m
-      real(wp), intent(in) :: stretch !< stretch of the shear spring without slip at that time, m
+      real(wp), intent(in) :: stretch !< stretch at the end of the step without slip, m
       type(response_type), intent(out) :: response  !< state and forces
       real(wp) :: at(2)  ! gap and stretch at which the contact acts, m
 
@@ -178,7 +178,7 @@ contains
          response, contacts%held_bound(c), laws%shear_stiffness*at(2))
    end subroutine find_response
 
-   !> Largest friction of contact c at its solution, N/m: the next frozen bound.
+   !> Largest friction of contact c at the solution, N/m, used as the next frozen bound.
    elemental real(wp) function friction_bound(contacts, laws, c) result(bound)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step with trial forces
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -192,13 +192,13 @@ contains
       end if
    end function friction_bound
 
-   !> Friction force, N/m, of contact c that slides as assumed, without the tilted normal force.
+   !> Friction force, N/m, of contact c in the assumed direction, without the part due to its tilt.
    pure real(wp) function slide_response(contacts, laws, c, gap, stretch) result(friction)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c        !< number of the contact
       real(wp), intent(in) :: gap     !< gap at the end of the step, m
-      real(wp), intent(in) :: stretch !< stretch of the shear spring without slip at that time, m
+      real(wp), intent(in) :: stretch !< stretch at the end of the step without slip, m
       real(wp) :: at(2)
 
       if (.not. laws%plain) then
@@ -262,7 +262,7 @@ contains
       end associate
    end function shear_stiffness_of
 
-   !> The gap and the trial stretch on which the law of contact c acts, m.
+   !> Gap and trial stretch, m, at which the law of contact c is evaluated.
    pure function acting(contacts, laws, c, trial)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -281,7 +281,7 @@ contains
    end function acting
 
    !> Elastic stretch of the shear spring of contact c after the converged step, m.
-   !> Impact forces are excluded, since springs do not exert them.
+   !> Impact forces are excluded because they are no spring forces.
    elemental real(wp) function end_stretch(contacts, laws, c)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -322,7 +322,7 @@ contains
    pure subroutine accept_contacts_range(contacts, laws, first, last)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      integer, intent(in) :: first, last  !< of the range
+      integer, intent(in) :: first, last  !< first and last contact
       real(wp) :: stretch, slip
       logical :: counts
       integer :: c

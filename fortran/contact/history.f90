@@ -1,13 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Transfer of history from the contacts of the last step to those of this one.
+!> Transfer of history from the contacts of the last step to the contacts of this step.
 !>
 !> The predecessor of a contact is the contact of the same vertex and edge.  If a contact moves
 !> around a corner or to another edge, its predecessor is a contact between the same two blocks with
 !> the same vertex and nearly the same direction.  Each history is transferred once.
 !>
 !> A new contact starts without force: if it already penetrates (a vertex that passed a corner
-!> within a step), its gap is offset until it opens.  The force of a contact, with the energy of its
-!> spring, passes to its successor of another depth or, after sliding across a joint, another block.
+!> within a step), its gap is offset until it opens.  If the successor of a contact has another
+!> depth, or another block after sliding across a joint, it receives the force and spring energy.
 module dda_history
    use dda_growth, only: grow
    use dda_kinds, only: wp
@@ -20,10 +20,10 @@ module dda_history
    public :: history_type, prepare_history, inherit
 
    real(wp), parameter :: same_direction = cos(atan(1.0_wp))  !< 45°
-   !> of a penetration: change of the gap when vertex and edge exchange roles
+   !> change of the gap, over the penetration, if vertex and edge exchange roles
    real(wp), parameter :: slack = 0.1_wp
 
-   !> Limits of a transfer, and an index of the old contacts whose position differs in the new list.
+   !> Limits of a transfer, and an index of old contacts that have another position in the new list.
    type :: history_type
       real(wp) :: deepest = huge(1.0_wp) !< deepest penetration of a new contact, m
       !> largest change of the distance from a contact to its successor on another edge, m
@@ -31,7 +31,7 @@ module dda_history
       !> gap up to which a new contact is first assumed closed, m
       real(wp) :: touching = 0.0_wp
       integer, allocatable :: head(:)   !< [vertices] first old contact c, stored as 2c or 2c+1
-      integer, allocatable :: next(:)   !< [2·contacts+1] the next one
+      integer, allocatable :: next(:)   !< [2·contacts+1] next contact of the vertex
       logical, allocatable :: transferred(:) !< [old contacts] has a successor
       logical, allocatable :: matched(:)     !< [new contacts] has a predecessor
       integer :: n_unmatched = 0
@@ -44,7 +44,7 @@ contains
    !> Allocate the index for the vertices of a model.
    subroutine prepare_history(history, vertices, touching)
       type(history_type), intent(out) :: history  !< ready for the first step
-      integer, intent(in) :: vertices             !< of all blocks
+      integer, intent(in) :: vertices             !< number of vertices of all blocks
       real(wp), intent(in) :: touching            !< gap up to which a contact is closed, m
 
       history%touching = touching
@@ -55,10 +55,10 @@ contains
    !> Transfer histories from the old list to the new one.
    !> Contacts without a predecessor begin unbonded, and are assumed to stick if they touch.
    subroutine inherit(new, old, history, begun)
-      type(contacts_type), intent(inout) :: new   !< `gap`: distance, on return minus `offset`
+      type(contacts_type), intent(inout) :: new   !< `gap` is the distance; minus `offset` on return
       type(contacts_type), intent(in) :: old        !< list of the last step, solved
       type(history_type), intent(inout) :: history  !< limits of this step
-      !> .false. at the start of a run, when penetration is part of the first state
+      !> .false. at the start of a run: penetrations of the initial state have forces
       logical, intent(in) :: begun
 
       call grow(history%matched, capacity_of(new), exactly=.true.)
@@ -77,11 +77,11 @@ contains
       if (begun) call reject_deep_contacts(new, history)
    end subroutine inherit
 
-   !> Copy histories at equal list positions, as for most contacts; others begin without history.
+   !> Copy the histories of contacts (most) with the same position in both lists; start the others.
    subroutine transfer_in_place(new, old, history, begun)
       type(contacts_type), intent(inout) :: new     !< receives history
       type(contacts_type), intent(in) :: old        !< list of the last step
-      type(history_type), intent(inout) :: history  !< history; `matched` and `transferred` are set
+      type(history_type), intent(inout) :: history  !< `matched` and `transferred` are set
       logical, intent(in) :: begun                  !< .false.: first list of the run
       integer :: p
 
@@ -100,7 +100,7 @@ contains
    pure subroutine transfer_in_place_range(new, old, history, begun, first, last)
       type(contacts_type), intent(inout) :: new     !< receives history
       type(contacts_type), intent(in) :: old        !< list of the last step
-      type(history_type), intent(inout) :: history  !< history; `matched` and `transferred` are set
+      type(history_type), intent(inout) :: history  !< `matched` and `transferred` are set
       logical, intent(in) :: begun                  !< .false.: first list of the run
       integer, intent(in) :: first, last            !< positions in the new list
       integer :: c, both
@@ -142,13 +142,13 @@ contains
    end subroutine list_unmatched
 
    !> Transfer histories to the unmatched contacts of the new list.
-   !> The predecessor has the same vertex and edge elsewhere in the old list, or is a contact of the
-   !> same two blocks; of several candidates it is the one with the nearest distance.
+   !> The predecessor has the same vertex and edge, or the same two blocks.  Of several candidates,
+   !> the one with the smallest change of distance is used.
    subroutine transfer_unmatched(new, old, history, same_edge)
       type(contacts_type), intent(inout) :: new     !< receives history
       type(contacts_type), intent(in) :: old        !< list of the last step
       type(history_type), intent(inout) :: history  !< index of the unmatched contacts
-      logical, intent(in) :: same_edge  !< only from the same edge; .false.: from other edges
+      logical, intent(in) :: same_edge  !< .true.: predecessors on the same edge; .false.: on others
       real(wp) :: away(history%n_unmatched)
       integer :: order(history%n_unmatched)
       integer :: k, c, from
@@ -181,7 +181,7 @@ contains
 
    contains
 
-      !> Find the predecessor of a position in the new list without history; 0 if there is none.
+      !> Find the predecessor of a new contact without history; 0 if there is none.
       pure integer function open_predecessor(c) result(found)
          integer, intent(in) :: c  !< position in either list
 
@@ -192,9 +192,10 @@ contains
    end subroutine transfer_unmatched
 
    !> Offset, m, of a contact at its present distance.
-   !> A penetration without force ends when the contact opens; a closure by initial stress remains.
+   !> A negative offset (penetration without force) ends when the contact opens; a positive offset
+   !> (closure by initial stress) remains.
    elemental real(wp) function offset_at_distance(offset, distance) result(kept)
-      real(wp), intent(in) :: offset    !< before, m
+      real(wp), intent(in) :: offset    !< offset in the last step, m
       real(wp), intent(in) :: distance  !< distance between vertex and edge, m
 
       kept = min(max(0.0_wp, offset), max(offset, distance))
@@ -208,7 +209,7 @@ contains
       distance_change = abs(new%gap(c) - (old%new_gap(o) + old%offset(o)))
    end function distance_change
 
-   !> Subtract the offsets from the gaps, so that gaps count from zero force.
+   !> Subtract the offsets from the gaps, which then count from zero force.
    pure subroutine subtract_offsets(new, history)
       type(contacts_type), intent(inout) :: new  !< distances become gaps
       type(history_type), intent(in) :: history  !< index of the unmatched contacts
@@ -247,7 +248,7 @@ contains
       new%memory(:, c) = new%begins
    end subroutine start_contact
 
-   !> Link unmatched old contacts to their vertices: the touching vertex and the corner it touches.
+   !> Link each unmatched old contact to its touching vertex and to the corner that it touches.
    subroutine index_by_vertex(history, old)
       type(history_type), intent(inout) :: history  !< `head` and `next` are set
       type(contacts_type), intent(in) :: old        !< list of the last step
@@ -278,15 +279,15 @@ contains
       end do
    end subroutine clear_index
 
-   !> Find the old contact that a new contact continues; 0 if there is none.
+   !> Find the old contact whose history passes to a new contact; 0 if there is none.
    !>
-   !> It has the same vertex and edge, or else the same two blocks, a common vertex and the same
-   !> direction.  Its history has not yet been transferred.
+   !> Both have the same vertex and edge, or else the same two blocks, a common vertex and the same
+   !> direction.  The history must not have been transferred already.
    pure integer function predecessor(new, old, history, c, same_edge) result(found)
       type(contacts_type), intent(in) :: new, old  !< lists
       type(history_type), intent(in) :: history    !< index of the unmatched contacts
       integer, intent(in) :: c                     !< new contact
-      logical, intent(in) :: same_edge  !< only from the same edge; .false.: from other edges
+      logical, intent(in) :: same_edge  !< .true.: predecessors on the same edge; .false.: on others
       integer :: k, link, o
 
       found = 0
@@ -308,7 +309,7 @@ contains
       end do
    end function predecessor
 
-   !> .true. if contacts c and o are both corners, or points of the same number.
+   !> .true. if contacts c and o are both at corners, or are points with the same number.
    pure logical function same_point(new, c, old, o)
       type(contacts_type), intent(in) :: new, old  !< lists
       integer, intent(in) :: c, o                  !< new and old contact
@@ -317,8 +318,8 @@ contains
       if (new%with_laws) same_point = new%point(c) == old%point(o)
    end function same_point
 
-   !> .true. if new contact c can replace old contact o.
-   !> It can if both have the same two blocks, about the same distance, and the same direction.
+   !> .true. if new contact c can replace old contact o: both have the same two blocks, about the
+   !> same distance, and the same direction.
    pure logical function succeeds(new, c, old, o, largest_jump)
       type(contacts_type), intent(in) :: new, old  !< lists
       integer, intent(in) :: c, o                  !< new and old contact
@@ -335,12 +336,12 @@ contains
       end if
    end function succeeds
 
-   !> Offset, m, of a contact that replaces another contact.
-   !> It is the offset of that contact, unless the spring would at once be compressed much more.
+   !> Offset, m, of a contact that replaces an old contact.
+   !> The old offset is used unless it would at once compress the spring much more.
    pure real(wp) function transferred_offset(distance, pressed, offset) result(transferred)
       real(wp), intent(in) :: distance  !< distance of the new contact, m
       real(wp), intent(in) :: pressed   !< gap of the old contact if in compression, else 0, m
-      real(wp), intent(in) :: offset    !< offset of the old one, m
+      real(wp), intent(in) :: offset    !< offset of the old contact, m
 
       transferred = offset
       if (distance - offset < (1.0_wp + slack)*pressed) transferred = min(0.0_wp, &
@@ -362,8 +363,8 @@ contains
       end do
    end function force_remains
 
-   !> Transfer the force of old contacts without a successor to a contact of the same vertex.
-   !> Its direction is the same, such as when a vertex slides across the joint between two blocks.
+   !> Transfer the force of old contacts without a successor to a contact of the same vertex and
+   !> direction: for example, a vertex may slide across the joint between two blocks.
    subroutine transfer_forces(new, old, history)
       type(contacts_type), intent(inout) :: new     !< list with history
       type(contacts_type), intent(in) :: old        !< list of the last step
@@ -385,8 +386,8 @@ contains
       end do
    end subroutine transfer_forces
 
-   !> Reject new contacts that are deeper than the displacement of a step.
-   !> Such a vertex is inside a block and only faces another edge of it.
+   !> Reject new contacts that penetrate more than the displacement of a step.
+   !> Such a vertex was already inside the block and now only faces another edge of it.
    subroutine reject_deep_contacts(new, history)
       type(contacts_type), intent(inout) :: new     !< list with history
       type(history_type), intent(inout) :: history  !< index of the unmatched contacts
@@ -416,8 +417,8 @@ contains
       call filter_contacts(new, keep)
    end subroutine drop_rejected
 
-   !> Find an old contact without a successor whose force passes to a new penetrating contact.
-   !> Both have the same vertex and direction; 0 if there is none.
+   !> Find an old contact without successor whose force passes to new penetrating contact c, with
+   !> the same vertex and direction; 0 if there is none.
    pure integer function force_predecessor(new, old, history, c) result(found)
       type(contacts_type), intent(in) :: new, old  !< lists
       type(history_type), intent(in) :: history    !< index of the unmatched contacts
@@ -439,7 +440,7 @@ contains
 
    !> Deformation of a spring that has the energy of two equal springs: ± √(a² + b²).
    pure real(wp) function combined_deformation(a, b)
-      real(wp), intent(in) :: a, b  !< m, deformations
+      real(wp), intent(in) :: a, b  !< deformations, m
 
       combined_deformation = sign(norm2([a, b]), merge(a, b, abs(a) > abs(b)))
    end function combined_deformation

@@ -2,11 +2,10 @@
 !> Bond of a contact under a cohesive law: a fraction 1 − D of the bond acts at t₀ + θΔt, and a
 !> fraction D of the unbonded contact at the end of the step.
 !>
-!> The contact slides as if there were no bond.  Its slip p is the shear of the bond minus that of
-!> the contact's spring.  Within a step a damage D* between D₀ (before) and D₁ (after) acts, chosen
-!> so that exactly the fracture energy g(D₁) − g(D₀) is dissipated for any Δt.  With the energies E₀
-!> and E₁ of the bond the step dissipates E₁ (D₁ − D*) + E₀ (D* − D₀), between E₀ (D₁ − D₀) and E₁
-!> (D₁ − D₀).
+!> The contact slides as if there were no bond.  Its slip p is the shear of the bond minus the shear
+!> of the contact spring.  Within a step a damage D* between D₀ (before) and D₁ (after) acts.  The
+!> step dissipates E₁ (D₁ − D*) + E₀ (D* − D₀), with the bond energies E₀ (before) and E₁ (after).
+!> D* is chosen so that this is the fracture energy g(D₁) − g(D₀) for any Δt.
 module dda_joint_bond
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type
@@ -24,7 +23,7 @@ contains
    !> .true. if contact c has a bond with gradual damage.
    pure logical function is_cohesive(contacts, law, c)
       type(contacts_type), intent(in) :: contacts  !< list with joint laws
-      class(joint_law_type), intent(in) :: law     !< of the contact
+      class(joint_law_type), intent(in) :: law     !< law of the contact
       integer, intent(in) :: c                     !< number of the contact
 
       is_cohesive = law%cohesive .and. contacts%bonded(c)
@@ -33,7 +32,7 @@ contains
    !> Normal and shear stiffness of an undamaged bond, N/m.
    pure function bond_springs(contacts, law, c) result(springs)
       type(contacts_type), intent(in) :: contacts  !< list with joint laws
-      class(joint_law_type), intent(in) :: law     !< of the contact
+      class(joint_law_type), intent(in) :: law     !< law of the contact
       integer, intent(in) :: c                     !< number of the contact
       real(wp) :: springs(2)
       type(joint_state_type) :: state
@@ -45,11 +44,11 @@ contains
    !> Add the bond to the response of the unbonded contact, which has the weight D*.
    pure subroutine add_bond(contacts, law, c, theta, gap, stretch, response)
       type(contacts_type), intent(in) :: contacts     !< contacts of this step
-      class(joint_law_type), intent(in) :: law        !< of the contact
+      class(joint_law_type), intent(in) :: law        !< law of the contact
       integer, intent(in) :: c                        !< number of the contact
-      real(wp), intent(in) :: theta                 !< instant of the step at which bonds act, 0 … 1
+      real(wp), intent(in) :: theta                 !< θ, 0 … 1: bonds act at t₀ + θΔt
       real(wp), intent(in) :: gap, stretch !< gap and stretch at the end of the step without slip, m
-      type(response_type), intent(inout) :: response  !< response of the contact alone
+      type(response_type), intent(inout) :: response  !< response of the unbonded contact
       real(wp) :: forces(2)
 
       associate (slip => stretch - contacts%stretch(c), share => contacts%acting_damage(c))
@@ -63,10 +62,10 @@ contains
    !> Add the bond to the springs of the unbonded contact and to its forces at d = 0.
    pure subroutine add_bond_terms(contacts, law, c, theta, springs, forces)
       type(contacts_type), intent(in) :: contacts   !< contacts of this step
-      class(joint_law_type), intent(in) :: law      !< of the contact
+      class(joint_law_type), intent(in) :: law      !< law of the contact
       integer, intent(in) :: c                      !< number of the contact
-      real(wp), intent(in) :: theta                 !< instant of the step at which bonds act, 0 … 1
-      real(wp), intent(inout) :: springs(2), forces(2)  !< normal, shear, N/m
+      real(wp), intent(in) :: theta                 !< θ, 0 … 1: bonds act at t₀ + θΔt
+      real(wp), intent(inout) :: springs(2), forces(2)  !< normal and shear value, N/m
 
       associate (share => contacts%acting_damage(c), bond => bond_springs(contacts, law, c))
          springs = share*springs + (1.0_wp - share)*theta*bond
@@ -75,10 +74,10 @@ contains
       end associate
    end subroutine add_bond_terms
 
-   !> Stretch of the shear spring of contact c without the bond after the converged step, m.
+   !> Stretch of the shear spring of the unbonded contact c after the converged step, m.
    pure real(wp) function slider_stretch(contacts, law, c) result(stretch)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step with trial forces
-      class(joint_law_type), intent(in) :: law     !< of the contact
+      class(joint_law_type), intent(in) :: law     !< law of the contact
       integer, intent(in) :: c                     !< number of the contact
 
       stretch = contacts%slider(c)/law%shear_spring(state_of(contacts, law, c))
@@ -87,7 +86,7 @@ contains
    !> Slip of the bond at the end of the step, m.
    pure real(wp) function new_slip(contacts, law, c) result(slip)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step with trial forces
-      class(joint_law_type), intent(in) :: law     !< of the contact
+      class(joint_law_type), intent(in) :: law     !< law of the contact
       integer, intent(in) :: c                     !< number of the contact
 
       slip = contacts%memory(net_slip, c) + contacts%slip(c) &
@@ -97,17 +96,17 @@ contains
    !> Damage of contact c at the end of the step.
    pure real(wp) function new_damage(contacts, law, c) result(damage)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step with trial forces
-      class(joint_law_type), intent(in) :: law     !< of the contact
+      class(joint_law_type), intent(in) :: law     !< law of the contact
       integer, intent(in) :: c                     !< number of the contact
 
       damage = law%damage(contacts%new_gap(c), new_slip(contacts, law, c), &
          max(contacts%memory(weakened, c), contacts%acting_damage(c)))
    end function new_damage
 
-   !> Find the damage D* of contact c that corresponds to the solution.
+   !> Find the damage D* of contact c for the fracture energy at the solution.
    pure real(wp) function fitting_damage(contacts, law, c) result(fitting)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step with trial forces
-      class(joint_law_type), intent(in) :: law     !< of the contact
+      class(joint_law_type), intent(in) :: law     !< law of the contact
       integer, intent(in) :: c                     !< number of the contact
       real(wp) :: damage, slip, energy(2), surplus
 
@@ -127,7 +126,7 @@ contains
    !> Dissipation of contact c in the converged step by friction and by fracture, J/m.
    pure function bond_losses(contacts, law, c) result(losses)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
-      class(joint_law_type), intent(in) :: law     !< of the contact
+      class(joint_law_type), intent(in) :: law     !< law of the contact
       integer, intent(in) :: c                     !< number of the contact
       real(wp) :: losses(2), springs(2), slip, rise(2)
 
@@ -145,7 +144,7 @@ contains
    !> State of contact c after the converged step.
    pure type(joint_state_type) function bond_after(contacts, law, c) result(state)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
-      class(joint_law_type), intent(in) :: law     !< of the contact
+      class(joint_law_type), intent(in) :: law     !< law of the contact
       integer, intent(in) :: c                     !< number of the contact
 
       state = state_of(contacts, law, c)

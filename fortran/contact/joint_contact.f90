@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A contact under a joint law: its response, and the linearisation of its normal force in an
-!> open–close iteration.
+!> Response of a contact under a joint law, and linearisation of its normal force in an open–close
+!> iteration.
 !>
 !> The line N = N₀ − k g is tangent to the law at a closure.  If the joint closes more than the line
-!> predicted, the next line is the tangent at the closure for the force of the line, otherwise at
-!> the computed closure: Newton's method for compliance or stiffness, each in its safe direction.
+!> predicted, the next line is the tangent at the closure whose force is that of the line, otherwise
+!> at the computed closure: Newton's method for compliance or for stiffness, each if it is monotone.
 module dda_joint_contact
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
@@ -16,15 +16,15 @@ module dda_joint_contact
       touch_shear, line_of, tilt_line, joint_bound, joint_slide, bound_friction, joint_energy, &
       centre_shift, opens_at_centre, slip_lifts, most_closings
 
-   integer, parameter :: most_closings = 8 !< closings in a step after which a contact first slides
-   real(wp), parameter :: first_share = 0.5_wp  !< first force over that of the initial spring
+   integer, parameter :: most_closings = 8 !< after more closings in a step, contacts first slide
+   real(wp), parameter :: first_share = 0.5_wp  !< first force over the force of the initial spring
 
 contains
 
    !> Read the memory of contact c.
    pure type(joint_state_type) function state_of(contacts, law, c) result(state)
       type(contacts_type), intent(in) :: contacts  !< list with joint laws
-      class(joint_law_type), intent(in) :: law     !< of the contact
+      class(joint_law_type), intent(in) :: law     !< law of the contact
       integer, intent(in) :: c                     !< number of the contact
 
       state = joint_state_type(contacts%length(c), contacts%share(c), &
@@ -36,17 +36,18 @@ contains
    !> Store the memory of contact c.
    pure subroutine keep_state(contacts, law, c, state)
       type(contacts_type), intent(inout) :: contacts  !< list with joint laws
-      class(joint_law_type), intent(in) :: law        !< of the contact
+      class(joint_law_type), intent(in) :: law        !< law of the contact
       integer, intent(in) :: c                        !< number of the contact
       type(joint_state_type), intent(in) :: state     !< after the step
 
       contacts%memory(law%row(:law%columns), c) = state%memory(:law%columns)
    end subroutine keep_state
 
-   !> State of contact c at which its assumed spring begins, after slip back to zero net slip.
+   !> State of contact c at the start of the step, or at zero net slip if slip is assumed to pass
+   !> it.
    pure type(joint_state_type) function assumed_state(contacts, law, c) result(state)
       type(contacts_type), intent(in) :: contacts  !< list with joint laws
-      class(joint_law_type), intent(in) :: law     !< of the contact
+      class(joint_law_type), intent(in) :: law     !< law of the contact
       integer, intent(in) :: c                     !< number of the contact
 
       state = state_of(contacts, law, c)
@@ -75,7 +76,7 @@ contains
    !> .true. if contact c acts at t₀ + θΔt: it is bonded and cannot slip or crush.
    pure logical function acts_before_end(contacts, law, c)
       type(contacts_type), intent(in) :: contacts  !< list with joint laws
-      class(joint_law_type), intent(in) :: law     !< of the contact
+      class(joint_law_type), intent(in) :: law     !< law of the contact
       integer, intent(in) :: c                     !< number of the contact
 
       acts_before_end = law%brittle .and. .not. law%crushes .and. &
@@ -85,7 +86,7 @@ contains
    !> Closure of contact c at a gap, m, with the lift at the start of the step.
    pure real(wp) function closure_of(contacts, law, c, gap) result(closure)
       type(contacts_type), intent(in) :: contacts  !< list with joint laws
-      class(joint_law_type), intent(in) :: law     !< of the contact
+      class(joint_law_type), intent(in) :: law     !< law of the contact
       integer, intent(in) :: c                     !< number of the contact
       real(wp), intent(in) :: gap                  !< m
 
@@ -94,10 +95,10 @@ contains
    end function closure_of
 
    !> .true. if slip in this step lifts contact c.
-   !> Slip in the step in which it closes does not, because its normal force would jump.
+   !> It does not in the step in which the contact closes, because the normal force would jump.
    pure logical function slip_lifts(contacts, law, c)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
-      class(joint_law_type), intent(in) :: law     !< of the contact
+      class(joint_law_type), intent(in) :: law     !< law of the contact
       integer, intent(in) :: c                     !< number of the contact
 
       slip_lifts = law%dilates
@@ -107,7 +108,7 @@ contains
    !> .true. if contact c has opened in this step while slip returns to zero net slip.
    pure logical function opens_at_centre(contacts, law, c)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step with their solution
-      class(joint_law_type), intent(in) :: law     !< of the contact
+      class(joint_law_type), intent(in) :: law     !< law of the contact
       integer, intent(in) :: c                     !< number of the contact
 
       opens_at_centre = law%has_centre .and. contacts%trial_state(c) == contact_open
@@ -118,7 +119,7 @@ contains
    pure type(response_type) function joint_response(contacts, law, c, gap, stretch) &
       result(response)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
-      class(joint_law_type), intent(in) :: law     !< of the contact
+      class(joint_law_type), intent(in) :: law     !< law of the contact
       integer, intent(in) :: c                     !< number of the contact
       real(wp), intent(in) :: gap, stretch         !< m
       type(joint_state_type) :: state
@@ -145,9 +146,9 @@ contains
    !> Largest friction, N/m, at a gap and a trial stretch, without the part due to dilation.
    pure real(wp) function joint_bound(contacts, law, c, at) result(bound)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
-      class(joint_law_type), intent(in) :: law     !< of the contact
+      class(joint_law_type), intent(in) :: law     !< law of the contact
       integer, intent(in) :: c                     !< number of the contact
-      real(wp), intent(in) :: at(2)                !< gap, stretch, m
+      real(wp), intent(in) :: at(2)                !< gap and stretch, m
       type(joint_state_type) :: state
       type(response_type) :: response
       logical :: intact
@@ -162,11 +163,11 @@ contains
    !> Rise of contact c per unit of slip, in the direction of the trial stretch.
    pure real(wp) function contact_rise(contacts, law, c, past_centre, stretch, bound) result(rise)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
-      class(joint_law_type), intent(in) :: law     !< of the contact
+      class(joint_law_type), intent(in) :: law     !< law of the contact
       integer, intent(in) :: c                     !< number of the contact
       logical, intent(in) :: past_centre           !< slip has returned to zero net slip
       real(wp), intent(in) :: stretch              !< stretch of the shear spring without slip, m
-      real(wp), intent(in) :: bound                !< friction, N/m
+      real(wp), intent(in) :: bound                !< largest friction, N/m
       type(joint_state_type) :: state
 
       rise = 0.0_wp
@@ -179,8 +180,8 @@ contains
 
    !> Apply friction as a curve of slip, at the normal force of this iteration or a frozen one.
    pure subroutine apply_slip_curve(law, state, normal_force, stretch, response)
-      class(joint_law_type), intent(in) :: law        !< of the contact
-      type(joint_state_type), intent(in) :: state     !< of the contact
+      class(joint_law_type), intent(in) :: law        !< law of the contact
+      type(joint_state_type), intent(in) :: state     !< state of the contact
       real(wp), intent(in) :: normal_force            !< normal force, present or frozen, N/m
       real(wp), intent(in) :: stretch                 !< stretch of the shear spring without slip, m
       type(response_type), intent(inout) :: response  !< response; receives the shear force
@@ -203,12 +204,12 @@ contains
          response%state = merge(contact_stick, contact_slide, abs(trial) <= bound)
    end subroutine bound_friction
 
-   !> Forces of a contact whose friction depends on its normal force, or on a frozen bound.
+   !> Forces of a contact whose friction is not a curve of slip.
    pure subroutine find_forces(contacts, law, c, state, gap, stretch, intact, response)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
-      class(joint_law_type), intent(in) :: law     !< of the contact
+      class(joint_law_type), intent(in) :: law     !< law of the contact
       integer, intent(in) :: c                     !< number of the contact
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      type(joint_state_type), intent(in) :: state  !< state of the contact
       real(wp), intent(in) :: gap, stretch         !< m
       logical, intent(out) :: intact               !< the joint breaks before it slips
       type(response_type), intent(out) :: response !< state and forces
@@ -220,8 +221,8 @@ contains
       lifts = slip_lifts(contacts, law, c)
       closure = closure_of(contacts, law, c, gap)
       if (closure <= 0.0_wp .and. (law%cohesive .or. .not. contacts%bonded(c))) then
-         ! A joint that slip lifts stays closed while its gap grows less than the lift, even if slip
-         ! passes zero net slip.
+         ! A joint that slip lifts remains closed while its gap grows less than the lift, even
+         ! beyond zero net slip.
          if (.not. lifts) return
          if (law%shear_spring(state)*abs(stretch) <= state%frozen) return
          if (.not. law%has_centre) then
@@ -238,11 +239,11 @@ contains
 
    !> Set the shear force: elastic up to the strength.
    pure subroutine stick_or_slide(law, state, closure, stretch, intact, lifts, response)
-      class(joint_law_type), intent(in) :: law         !< of the contact
-      type(joint_state_type), intent(in) :: state      !< of the contact
+      class(joint_law_type), intent(in) :: law         !< law of the contact
+      type(joint_state_type), intent(in) :: state      !< state of the contact
       real(wp), intent(in) :: closure, stretch         !< m
       logical, intent(in) :: intact                    !< the joint breaks before it slips
-      logical, intent(in) :: lifts                     !< slip does
+      logical, intent(in) :: lifts                     !< slip lifts the contact
       type(response_type), intent(inout) :: response   !< response; receives state and forces
       real(wp) :: trial
 
@@ -266,8 +267,8 @@ contains
    !> Largest friction, N/m, at a normal force: by the law, or by the frozen bound.
    !> The part due to dilation is added to a frozen bound.
    pure real(wp) function available_friction(law, state, normal_force) result(friction)
-      class(joint_law_type), intent(in) :: law     !< of the contact
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(joint_law_type), intent(in) :: law     !< law of the contact
+      type(joint_state_type), intent(in) :: state  !< state of the contact
       real(wp), intent(in) :: normal_force         !< N/m
 
       if (state%frozen < 0.0_wp) then
@@ -280,7 +281,7 @@ contains
    !> Normal force, N/m, of a sliding contact that is lifted by slip.
    !> With a frozen bound, dilation acts as in an associated joint.
    pure real(wp) function lifted_force(law, state, closure, stretch) result(force)
-      class(joint_law_type), intent(in) :: law     !< of the contact
+      class(joint_law_type), intent(in) :: law     !< law of the contact
       type(joint_state_type), intent(in) :: state  !< state at the start of the step
       real(wp), intent(in) :: closure, stretch     !< m
       real(wp) :: springs(2), rise
@@ -295,11 +296,11 @@ contains
          /(1.0_wp + springs(1)*rise**2/springs(2)))
    end function lifted_force
 
-   !> Decide whether slip that returns to zero net slip continues beyond it or sticks there.
+   !> Decide whether slip that returns to zero net slip stops there or continues.
    !> If the slip lowers the contact faster than the joint closes, the contact opens.
    pure subroutine pass_centre(law, state, closure, stretch, response)
-      class(joint_law_type), intent(in) :: law        !< of the contact
-      type(joint_state_type), intent(in) :: state     !< of the contact
+      class(joint_law_type), intent(in) :: law        !< law of the contact
+      type(joint_state_type), intent(in) :: state     !< state of the contact
       real(wp), intent(in) :: closure, stretch        !< m
       type(response_type), intent(inout) :: response !< response for one direction of slip
       type(joint_state_type) :: centre
@@ -319,10 +320,10 @@ contains
    !> Overload (force − strength)/strength of a bond or of an intact joint; ≤ 0: no failure.
    pure real(wp) function overload(contacts, law, c, state, response, intact)
       type(contacts_type), intent(in) :: contacts     !< contacts of this step
-      class(joint_law_type), intent(in) :: law        !< of the contact
+      class(joint_law_type), intent(in) :: law        !< law of the contact
       integer, intent(in) :: c                        !< number of the contact
-      type(joint_state_type), intent(in) :: state     !< of the contact
-      type(response_type), intent(in) :: response     !< its forces
+      type(joint_state_type), intent(in) :: state     !< state of the contact
+      type(response_type), intent(in) :: response     !< forces of the contact
       logical, intent(in) :: intact                   !< the joint breaks before it slips
       real(wp) :: tension
 
@@ -333,13 +334,13 @@ contains
       overload = overload/max(tension, response%bound, tiny(1.0_wp))
    end function overload
 
-   !> Friction, N/m, of a contact that slides as assumed in a given direction, without dilation.
-   !> Its normal force is that of its line, or of the law with the lift of the slip.
+   !> Friction, N/m, of a contact that slides in the assumed direction, without dilation.
+   !> The normal force is given by its line, or by the law with the lift due to slip.
    pure real(wp) function joint_slide(contacts, law, c, gap, stretch) result(friction)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
-      class(joint_law_type), intent(in) :: law     !< of the contact
+      class(joint_law_type), intent(in) :: law     !< law of the contact
       integer, intent(in) :: c                     !< number of the contact
-      real(wp), intent(in) :: gap, stretch         !< at the end of the step, m
+      real(wp), intent(in) :: gap, stretch         !< gap and stretch at the end of the step, m
       type(joint_state_type) :: state
       real(wp) :: normal_force
 
@@ -353,14 +354,14 @@ contains
       if (allocated(contacts%held_bound)) friction = contacts%slip_sign(c)*contacts%held_bound(c)
    end function joint_slide
 
-   !> Tilt the line of contact c, which slides and is lifted by slip, at a response of the law.
-   !> Its normal spring acts along gap − rise × slip, in series with the shear spring.
+   !> Tilt the line of contact c, which slip lifts: its normal spring acts along gap − rise × slip,
+   !> in series with the shear spring.
    pure subroutine tilt_line(contacts, law, c, at, response)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step; tilt and line change
-      class(joint_law_type), intent(in) :: law        !< of the contact
+      class(joint_law_type), intent(in) :: law        !< law of the contact
       integer, intent(in) :: c                        !< number of the contact
-      real(wp), intent(in) :: at(2)                   !< gap, stretch, m
-      type(response_type), intent(in) :: response     !< at that response
+      real(wp), intent(in) :: at(2)                   !< gap and stretch, m
+      type(response_type), intent(in) :: response     !< response of the law
       real(wp) :: stretch
 
       contacts%tilt(1, c) = 0.0_wp
@@ -375,10 +376,10 @@ contains
       end associate
    end subroutine tilt_line
 
-   !> Set the line to the tangent of the law at a closure, with the lift at the start of the step.
+   !> Return the tangent of the law at a closure, with the lift at the start of the step.
    pure subroutine touch_law(contacts, law, c, closure, tangent, normal_free)
       type(contacts_type), intent(in) :: contacts        !< contacts of this step
-      class(joint_law_type), intent(in) :: law           !< of the contact
+      class(joint_law_type), intent(in) :: law           !< law of the contact
       integer, intent(in) :: c                           !< number of the contact
       real(wp), intent(in) :: closure                    !< m
       real(wp), intent(out) :: tangent, normal_free      !< N/m; N = normal_free − tangent × gap
@@ -392,7 +393,7 @@ contains
    !> Set the shear spring of a sticking contact to the tangent of the law at a stretch.
    pure subroutine touch_shear(contacts, law, c, normal_force, stretch)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
-      class(joint_law_type), intent(in) :: law        !< of the contact
+      class(joint_law_type), intent(in) :: law        !< law of the contact
       integer, intent(in) :: c                        !< number of the contact
       real(wp), intent(in) :: normal_force            !< normal force that bounds friction, N/m
       real(wp), intent(in) :: stretch                 !< m
@@ -407,13 +408,13 @@ contains
       contacts%line(2, c) = force - contacts%tangent(2, c)*stretch
    end subroutine touch_shear
 
-   !> Line of the next iteration, from the response of the law at a solution.
+   !> Return the line of the next iteration, from the response of the law at a solution.
    pure subroutine line_of(contacts, law, c, gap, response, tangent, normal_free)
       type(contacts_type), intent(in) :: contacts        !< contacts of this step
-      class(joint_law_type), intent(in) :: law           !< of the contact
+      class(joint_law_type), intent(in) :: law           !< law of the contact
       integer, intent(in) :: c                           !< number of the contact
       real(wp), intent(in) :: gap                        !< gap at which the contact acts, m
-      type(response_type), intent(in) :: response        !< of the law
+      type(response_type), intent(in) :: response        !< response of the law
       real(wp), intent(out) :: tangent, normal_free      !< N/m; N = normal_free − tangent × gap
       real(wp) :: closure, expected
 
@@ -426,7 +427,7 @@ contains
             law%closure(state_of(contacts, law, c), expected))
       end if
       call touch_law(contacts, law, c, max(closure, 0.0_wp), tangent, normal_free)
-      ! At a frozen bound the line is the tangent of the law, so that a solve reduces the energy.
+      ! At a frozen bound the tangent of the law is used, because a solve must reduce the energy.
       if ((response%state == contact_slide .and. law%dilates) .or. &
          (response%state /= contact_open .and. allocated(contacts%held_bound))) &
          normal_free = response%normal_force + tangent*gap
@@ -434,8 +435,8 @@ contains
 
    !> Energy of the springs of contact c, J per metre of thickness.
    pure real(wp) function joint_energy(law, state, closure, stretch, closed)
-      class(joint_law_type), intent(in) :: law     !< of the contact
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(joint_law_type), intent(in) :: law     !< law of the contact
+      type(joint_state_type), intent(in) :: state  !< state of the contact
       real(wp), intent(in) :: closure, stretch     !< m
       logical, intent(in) :: closed                !< the normal spring acts
 

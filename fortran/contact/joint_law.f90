@@ -2,11 +2,10 @@
 !> Joint laws: forces of a contact as functions of the closure of its joint and of the stretch of
 !> its shear spring.
 !>
-!> Common to all laws: the closure x is the penetration plus the lift by dilation, counted from the
-!> state without force; the normal force has a convex potential `stored`; the shear force is
-!> elastic up to `strength`, which depends on the normal force.  A law overrides the procedures in
-!> which it differs.  Stiffness is that of a contact, or per area: then multiplied by the tributary
-!> length.
+!> All laws: the closure x is the penetration plus the lift by dilation, counted from zero force;
+!> the normal force has a convex potential `stored`; the shear force is elastic up to `strength`,
+!> which depends on the normal force.  A law overrides the procedures that differ.  The stiffness is
+!> that of a contact, or a stiffness per area that is multiplied by the tributary length.
 module dda_joint_law
    use dda_kinds, only: wp, pi
    use dda_material, only: joint_type
@@ -18,29 +17,29 @@ module dda_joint_law
    real(wp), parameter :: steepest = 89.0_wp  !< largest friction angle of an input, degrees
 
    integer, parameter :: most_own = 4         !< columns of a law in addition to the shared ones
-   ! Columns that every law has, and one of laws that depend on the direction of slip
+   ! Columns of every law; the third only if the law depends on the direction of slip
    integer, parameter :: slip_path = 1, weakened = 2, net_slip = 3
 
-   !> A variable that a law stores for each contact: a column of the list, its history, the
-   !> checkpoint and the output, whose schema contains its unit and meaning.
+   !> A variable that a law stores for each contact: a column of the memory of contacts, of
+   !> checkpoints and of the output, whose schema gives its unit and meaning.
    type :: column_type
       character(len=24) :: name            !< name in the output, after `contact_`
       real(wp) :: initial = 0.0_wp         !< initial value without a history
-      logical :: of_contact = .false.  !< new points of the overlap do not copy the value
+      logical :: of_contact = .false.  !< not copied to new points of an overlap
       real(wp) :: limit = huge(1.0_wp)     !< limit above which results are uncertain
-      character(len=96) :: advice = ''     !< why, and what to do
+      character(len=96) :: advice = ''     !< reason, and what to do
    end type column_type
 
    type(column_type), parameter :: shared(3) = [column_type('slip_path'), &
       column_type('weakened', initial=1.0_wp), column_type('net_slip')]
 
-   !> A contact of a joint.
+   !> State of a contact, as a law needs it.
    type :: joint_state_type
       real(wp) :: length     !< tributary length, m
       real(wp) :: share = 1.0_wp  !< fraction of the stiffness of a contact
       real(wp) :: way = 1.0_wp    !< sign of the considered shear force
       real(wp) :: frozen = -1.0_wp !< frozen friction without dilation, N/m
-      real(wp) :: memory(most_own + 3) = 0.0_wp  !< memory of the law of the contact
+      real(wp) :: memory(most_own + 3) = 0.0_wp  !< memory of the law for this contact
       real(wp) :: stretch = 0.0_wp       !< stretch of the shear spring at the start of the step, m
       real(wp) :: time_step = 0.0_wp     !< Δt, s; 0: static
       real(wp) :: normal_force = 0.0_wp  !< normal force at the end of a solved step, N/m
@@ -56,12 +55,12 @@ module dda_joint_law
       !> (force − strength)/strength; ≤ 0: intact
       real(wp) :: strength_ratio = 0.0_wp
       real(wp) :: slider = 0.0_wp      !< friction force without the bond, N/m
-      logical :: past_centre = .false. !< slip returns to zero and continues beyond
+      logical :: past_centre = .false. !< slip passes zero net slip
    end type response_type
 
    !> A variable of &joint on which the strength depends.
    type :: strength_type
-      character(len=32) :: name    !< in the input
+      character(len=32) :: name    !< name in the input
       real(wp) :: value            !< value in the unit of the input
    end type strength_type
 
@@ -75,16 +74,16 @@ module dda_joint_law
       logical :: curved = .false.            !< the normal force is not linear in the closure
       logical :: dilates = .false.           !< slip lifts the contact
       logical :: crushes = .false.           !< plastic closure lowers the contact
-      logical :: has_centre = .false.        !< slip away from and back to zero net slip differ
-      !> with frozen friction bounds, its forces have a convex potential
+      logical :: has_centre = .false.        !< slip away from zero net slip and back differ
+      !> its forces have a convex potential if friction bounds are frozen
       logical :: convex = .true.
       logical :: flows = .false.             !< the shear force is a curve of slip, see `flow`
       logical :: cohesive = .false.   !< a bond parallel to the contact is damaged gradually
       integer :: points = 2                  !< contact points of an overlap, if not given
-      !> memory beyond the shared columns; without a name: none
+      !> memory in addition to the shared columns; unused entries have no name
       type(column_type) :: own(most_own) = column_type('')
       integer :: columns = 0                     !< columns of memory, including the shared ones
-      integer :: row(most_own + 3) = 0  !< position of these columns in the memory of contacts
+      integer :: row(most_own + 3) = 0  !< numbers of these columns in the memory of contacts
    contains
       procedure :: follows_way
       procedure :: initial_spring
@@ -112,15 +111,15 @@ module dda_joint_law
       !> Largest shear force, N/m.
       pure real(wp) function strength_at(law, state, normal_force)
          import :: joint_law_type, joint_state_type, wp
-         class(joint_law_type), intent(in) :: law     !< of the joint
-         type(joint_state_type), intent(in) :: state  !< of the contact
+         class(joint_law_type), intent(in) :: law     !< law of the joint
+         type(joint_state_type), intent(in) :: state  !< state of the contact
          real(wp), intent(in) :: normal_force         !< compression positive, N/m
       end function strength_at
 
       !> Strengths of a joint divided by a factor, as values of variables of &joint.
       pure function reduced_strength(law, joint, factor) result(strengths)
          import :: joint_law_type, joint_type, strength_type, wp
-         class(joint_law_type), intent(in) :: law  !< of the joint
+         class(joint_law_type), intent(in) :: law  !< law of the joint
          type(joint_type), intent(in) :: joint     !< input of the law
          real(wp), intent(in) :: factor            !< above 0
          type(strength_type), allocatable :: strengths(:)
@@ -131,7 +130,7 @@ contains
 
    !> .true. if the law depends on the direction of slip.
    pure logical function follows_way(law)  ! total
-      class(joint_law_type), intent(in) :: law  !< of the joint
+      class(joint_law_type), intent(in) :: law  !< law of the joint
 
       follows_way = law%has_centre .or. law%cohesive
    end function follows_way
@@ -139,7 +138,7 @@ contains
    !> Assign the memory of a law to columns of the contacts' memory, after the shared columns.
    !> Variables with equal names share one column.
    pure subroutine add_columns(columns, law)
-      type(column_type), allocatable, intent(inout) :: columns(:)  !< of the model
+      type(column_type), allocatable, intent(inout) :: columns(:)  !< columns of the model
       class(joint_law_type), intent(inout) :: law  !< law; receives the numbers of its columns
       type(column_type), allocatable :: own(:)
       integer :: i
@@ -152,17 +151,17 @@ contains
       end do
    end subroutine add_columns
 
-   !> Check the variables of the law and derive missing ones; default: nothing to do.
+   !> Check the variables of the law and compute missing ones; default: do nothing.
    pure subroutine complete_nothing(law, joint, shear_ratio, wrong)
-      class(joint_law_type), intent(in) :: law       !< of the joint
+      class(joint_law_type), intent(in) :: law       !< law of the joint
       type(joint_type), intent(inout) :: joint       !< input with the variables that the law needs
       real(wp), intent(in) :: shear_ratio           !< k_n/k_s, if the joint does not set its own
-      character(len=:), allocatable, intent(out) :: wrong  !< what is wrong; blank: nothing
+      character(len=:), allocatable, intent(out) :: wrong  !< error message, blank if none
 
       wrong = ''
    end subroutine complete_nothing
 
-   !> Angle, degrees, whose tangent is that of the friction angle divided by a factor.
+   !> Angle, degrees, whose tangent is tan(friction angle) divided by a factor.
    pure real(wp) function reduced_angle(angle, factor)
       real(wp), intent(in) :: angle   !< degrees
       real(wp), intent(in) :: factor  !< above 0
@@ -172,24 +171,24 @@ contains
 
    !> Normal stiffness at zero closure, N/m.
    pure real(wp) function initial_spring(law, state) result(spring)
-      class(joint_law_type), intent(in) :: law     !< of the joint
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(joint_law_type), intent(in) :: law     !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state of the contact
 
       spring = law%normal_stiffness*merge(state%length, state%share, law%normal_per_area)
    end function initial_spring
 
    !> Shear stiffness, N/m.
    pure real(wp) function shear_spring(law, state) result(spring)
-      class(joint_law_type), intent(in) :: law     !< of the joint
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(joint_law_type), intent(in) :: law     !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state of the contact
 
       spring = law%shear_stiffness*merge(state%length, state%share, law%shear_per_area)
    end function shear_spring
 
    !> Normal force at a closure, N/m.
    pure real(wp) function linear_force(law, state, closure) result(force)
-      class(joint_law_type), intent(in) :: law     !< of the joint
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(joint_law_type), intent(in) :: law     !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state of the contact
       real(wp), intent(in) :: closure              !< m
 
       force = law%initial_spring(state)*closure
@@ -197,8 +196,8 @@ contains
 
    !> Slope of the normal force, N/m.
    pure real(wp) function linear_tangent(law, state, closure) result(tangent)
-      class(joint_law_type), intent(in) :: law     !< of the joint
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(joint_law_type), intent(in) :: law     !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state of the contact
       real(wp), intent(in) :: closure              !< m
 
       tangent = law%initial_spring(state)
@@ -206,8 +205,8 @@ contains
 
    !> Closure at a normal force, m.
    pure real(wp) function linear_closure(law, state, force) result(closure)
-      class(joint_law_type), intent(in) :: law     !< of the joint
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(joint_law_type), intent(in) :: law     !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state of the contact
       real(wp), intent(in) :: force                !< compression positive, N/m
 
       closure = force/law%initial_spring(state)
@@ -215,8 +214,8 @@ contains
 
    !> Potential of the normal force, J per metre of thickness.
    pure real(wp) function linear_energy(law, state, closure) result(energy)
-      class(joint_law_type), intent(in) :: law     !< of the joint
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(joint_law_type), intent(in) :: law     !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state of the contact
       real(wp), intent(in) :: closure              !< m
 
       energy = 0.5_wp*law%initial_spring(state)*closure**2
@@ -224,16 +223,16 @@ contains
 
    !> Largest tension of a bonded contact, N/m; default: none.
    pure real(wp) function no_tension(law, state) result(tension)
-      class(joint_law_type), intent(in) :: law     !< of the joint
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(joint_law_type), intent(in) :: law     !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state of the contact
 
       tension = 0.0_wp
    end function no_tension
 
-   !> Update the state after an inelastic slip; default: the slip is added to its path.
+   !> Update the state after an inelastic slip; default: add the slip to the slip path.
    pure type(joint_state_type) function longer_path(law, state, slip, shear_force) result(after)
-      class(joint_law_type), intent(in) :: law     !< of the joint
-      type(joint_state_type), intent(in) :: state  !< before
+      class(joint_law_type), intent(in) :: law     !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state before the slip
       real(wp), intent(in) :: slip                 !< slip with its sign, m
       real(wp), intent(in) :: shear_force          !< shear force during slip, N/m
 
@@ -243,24 +242,24 @@ contains
 
    !> Lift of the contact by slip, m; default: none.
    pure real(wp) function no_lift(law, state) result(lift)
-      class(joint_law_type), intent(in) :: law     !< of the joint
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(joint_law_type), intent(in) :: law     !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state of the contact
 
       lift = 0.0_wp
    end function no_lift
 
    !> Rise of the contact per unit of slip in the direction of `state`; default: none.
    pure real(wp) function no_rise(law, state, slip) result(rise)
-      class(joint_law_type), intent(in) :: law     !< of the joint
+      class(joint_law_type), intent(in) :: law     !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state at the start of the step
-      real(wp), intent(in) :: slip                 !< slip in addition to the elastic one, ≥ 0, m
+      real(wp), intent(in) :: slip                 !< inelastic slip, ≥ 0, m
 
       rise = 0.0_wp
    end function no_rise
 
    !> Normal force of a sliding contact, N/m, including the lift by the slip of this step.
    pure real(wp) function force_without_lift(law, state, closure, stretch) result(force)
-      class(joint_law_type), intent(in) :: law     !< of the joint
+      class(joint_law_type), intent(in) :: law     !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state at the start of the step
       real(wp), intent(in) :: closure  !< closure at the end, without the lift of this step, m
       real(wp), intent(in) :: stretch  !< stretch of the shear spring without slip, ≥ 0, m
@@ -270,19 +269,19 @@ contains
 
    !> Shear force as a curve of slip, and its slope, at a normal force; default: the spring.
    pure subroutine elastic_slip_curve(law, state, normal_force, stretch, shear_force, tangent)
-      class(joint_law_type), intent(in) :: law            !< of the joint
+      class(joint_law_type), intent(in) :: law            !< law of the joint
       type(joint_state_type), intent(in) :: state         !< state at the start of the step
       real(wp), intent(in) :: normal_force                !< ≥ 0, N/m
-      real(wp), intent(in) :: stretch                     !< stretch of its spring without slip, m
+      real(wp), intent(in) :: stretch  !< stretch of the shear spring without slip, m
       real(wp), intent(out) :: shear_force, tangent       !< N/m; ≥ 0, N/m per m
 
       tangent = law%shear_spring(state)
       shear_force = tangent*stretch
    end subroutine elastic_slip_curve
 
-   !> Slip in this step from which the iteration begins, m; default: none.
+   !> Slip in this step at which the iteration begins, m; default: none.
    pure real(wp) function no_slip(law, state) result(slip)
-      class(joint_law_type), intent(in) :: law     !< of the joint
+      class(joint_law_type), intent(in) :: law     !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state at the start of the step
 
       slip = 0.0_wp
@@ -290,7 +289,7 @@ contains
 
    !> Damage of a bond at an opening and a slip, never decreasing; default: unchanged.
    pure real(wp) function same_damage(law, opening, slip, before) result(damage)
-      class(joint_law_type), intent(in) :: law  !< of the joint
+      class(joint_law_type), intent(in) :: law  !< law of the joint
       real(wp), intent(in) :: opening, slip     !< m
       real(wp), intent(in) :: before            !< damage so far
 
@@ -299,7 +298,7 @@ contains
 
    !> Fracture energy dissipated between two damages, N/m; default: none.
    pure real(wp) function nothing_spent(law, opening, slip, from, to) result(spent)
-      class(joint_law_type), intent(in) :: law  !< of the joint
+      class(joint_law_type), intent(in) :: law  !< law of the joint
       real(wp), intent(in) :: opening, slip     !< m
       real(wp), intent(in) :: from, to          !< damage
 
@@ -308,7 +307,7 @@ contains
 
    !> Energy of a bond minus that of the parallel contact, N/m; default: none.
    pure real(wp) function no_bond(law, opening, slip) result(energy)
-      class(joint_law_type), intent(in) :: law  !< of the joint
+      class(joint_law_type), intent(in) :: law  !< law of the joint
       real(wp), intent(in) :: opening, slip     !< m
 
       energy = 0.0_wp

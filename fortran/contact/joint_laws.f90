@@ -28,7 +28,7 @@ contains
       type(law_slot_type), intent(out) :: slot  !< receives the law; empty if the name is unknown
       type(joint_type), intent(in) :: joint     !< checked input
       real(wp), intent(in) :: normal_stiffness  !< default k_n of contacts, N/m
-      real(wp), intent(in) :: shear_ratio       !< k_n/k_s, likewise
+      real(wp), intent(in) :: shear_ratio       !< default k_n/k_s of contacts
 
       select case (joint%law)
       case ('barton_bandis')

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Mohr–Coulomb joint with peak and residual strength, and dilation.
 !>
-!> Shear strength c(w) L + N tan φ(w), tension T(w) L, each linear between peak (w = 0) and residual
-!> (w = 1).  Without a slip distance the joint is brittle: an intact contact sticks until it breaks,
-!> and w jumps to 1.  With one, w grows with the slip path.  Slip s lifts the contact by
-!> min(s, s_max) tan ψ.  With the lift of the step, the normal force of a sliding contact follows
-!> from N = k_n [x + tan ψ (t − τ/k_s)], τ = c L + N tan φ, at a trial stretch t.
+!> Shear strength c(w) L + N tan φ(w) and tensile strength T(w) L are linear between peak (w = 0)
+!> and residual (w = 1).  Without a slip distance the joint is brittle: an intact contact sticks
+!> until it breaks, and w jumps to 1.  With a slip distance, w grows with the slip path.  Slip s
+!> lifts the contact by min(s, s_max) tan ψ.  Including the lift in the step, a sliding contact has
+!> N = k_n [x + tan ψ (t − τ/k_s)], τ = c L + N tan φ, at a trial stretch t.
 module dda_mohr_coulomb
    use dda_kinds, only: wp, pi
    use dda_joint_law, only: joint_law_type, joint_state_type, strength_type, reduced_angle, &
@@ -53,12 +53,12 @@ contains
       law%dilates = joint%dilation_angle > 0.0_wp
    end function new_mohr_coulomb
 
-   !> Check residual strength (at most the peak strength), weakening and dilation.
+   !> Reject a residual strength above the peak, and a dilation angle above the residual φ.
    pure subroutine check_and_derive(law, joint, shear_ratio, wrong)
-      class(mohr_coulomb_type), intent(in) :: law  !< of the joint
+      class(mohr_coulomb_type), intent(in) :: law  !< law of the joint
       type(joint_type), intent(inout) :: joint     !< input of the law
       real(wp), intent(in) :: shear_ratio          !< k_n/k_s
-      character(len=:), allocatable, intent(out) :: wrong  !< what is wrong; blank: nothing
+      character(len=:), allocatable, intent(out) :: wrong  !< error message, blank if none
 
       if (joint%residual_friction_angle == unset) joint%residual_friction_angle = &
          joint%friction_angle
@@ -73,16 +73,16 @@ contains
 
    contains
 
-      !> Text if a residual strength exceeds the peak strength.
+      !> Message if a residual strength exceeds the peak strength.
       pure function excess_text(name, residual, peak) result(words)
-         character(len=*), intent(in) :: name  !< name of the peak's variable
+         character(len=*), intent(in) :: name  !< variable of the peak
          real(wp), intent(in) :: residual, peak
          character(len=:), allocatable :: words
 
          words = ''
          if (residual > peak) words = 'residual_'//name//' = '//to_text(residual)// &
             ' is above the peak, '//name//' = '//to_text(peak)// &
-            ': a joint does not grow stronger by failing'
+            ': failure cannot strengthen a joint'
       end function excess_text
 
    end subroutine check_and_derive
@@ -96,8 +96,8 @@ contains
 
    !> Largest shear force, N/m.
    pure real(wp) function strength(law, state, normal_force)  ! total
-      class(mohr_coulomb_type), intent(in) :: law  !< of the joint
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(mohr_coulomb_type), intent(in) :: law  !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state of the contact
       real(wp), intent(in) :: normal_force         !< compression positive, N/m
 
       strength = weakened_value(law%friction, state%memory(weakened))*max(normal_force, 0.0_wp) &
@@ -106,7 +106,7 @@ contains
 
    !> Divide tan φ, c, T and tan ψ by a reduction factor.
    pure function reduced_strengths(law, joint, factor) result(strengths)
-      class(mohr_coulomb_type), intent(in) :: law  !< of the joint
+      class(mohr_coulomb_type), intent(in) :: law  !< law of the joint
       type(joint_type), intent(in) :: joint        !< input of the law
       real(wp), intent(in) :: factor               !< above 0
       type(strength_type), allocatable :: strengths(:)
@@ -123,8 +123,8 @@ contains
 
    !> Largest tension of a bonded contact, N/m.
    pure real(wp) function tension(law, state)  ! total
-      class(mohr_coulomb_type), intent(in) :: law  !< of the joint
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(mohr_coulomb_type), intent(in) :: law  !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state of the contact
 
       tension = weakened_value(law%tensile, state%memory(weakened))*state%length
    end function tension
@@ -132,8 +132,8 @@ contains
    !> Update the state after a slip: the contact weakens unless it is brittle.
    pure type(joint_state_type) function state_after_slip(law, state, slip, &
       shear_force) result(after)
-      class(mohr_coulomb_type), intent(in) :: law  !< of the joint
-      type(joint_state_type), intent(in) :: state  !< before
+      class(mohr_coulomb_type), intent(in) :: law  !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state before the slip
       real(wp), intent(in) :: slip                 !< slip with its sign, m
       real(wp), intent(in) :: shear_force          !< shear force during slip, N/m
 
@@ -145,15 +145,15 @@ contains
 
    !> Lift of the contact by slip, m.
    pure real(wp) function lift(law, state)
-      class(mohr_coulomb_type), intent(in) :: law  !< of the joint
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(mohr_coulomb_type), intent(in) :: law  !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state of the contact
 
       lift = law%dilation*min(state%memory(slip_path), law%dilation_slip)
    end function lift
 
    !> Rise of the contact per unit of slip, up to the largest slip.
    pure real(wp) function rise(law, state, slip)
-      class(mohr_coulomb_type), intent(in) :: law  !< of the joint
+      class(mohr_coulomb_type), intent(in) :: law  !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state at the start of the step
       real(wp), intent(in) :: slip                 !< inelastic slip, ≥ 0, m
 
@@ -162,7 +162,7 @@ contains
 
    !> Normal force of a sliding contact, N/m, including the lift by the slip of this step.
    pure real(wp) function sliding_force(law, state, closure, stretch) result(force)
-      class(mohr_coulomb_type), intent(in) :: law  !< of the joint
+      class(mohr_coulomb_type), intent(in) :: law  !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state at the start of the step
       real(wp), intent(in) :: closure  !< closure at the end, without the lift of this step, m
       real(wp), intent(in) :: stretch  !< stretch of the shear spring without slip, ≥ 0, m

@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Neighbour search: near pairs of blocks by a grid of cells in O(n), then probes of each pair.
 !>
-!> A probe is a convex vertex and the edges of another block within reach of it.  The list is
-!> complete until a vertex has moved by half the margin searched beyond the contact distance.
+!> A probe is a convex vertex with the edges of another block within a search distance.  This
+!> exceeds the contact distance by a margin: the list is valid until a vertex has moved by half of
+!> it.
 module dda_neighbours
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, is_convex
@@ -12,30 +13,30 @@ module dda_neighbours
    private
    public :: neighbours_type, find_neighbours, find_near_pairs, find_corners
 
-   !> limit of near pairs of a small model; large models may have 100 more per block
+   !> limit of near pairs of a small model; large models may have 100 pairs per block
    integer, parameter :: most_pairs = 1000000
 
    !> Near pairs and probes.
    type :: neighbours_type
-      ! unsaved, a search that found too much, which ends the run: crowded
-      ! unsaved, listed anew from the present positions, which changes no decision: first_corner
-      ! unsaved, listed anew from the present positions, which changes no decision: corner
+      ! unsaved, set by a search that ends the run: crowded
+      ! unsaved, listed again from the present positions, without effect on results: first_corner
+      ! unsaved, listed again from the present positions, without effect on results: corner
       ! unsaved, the input: convex, convex_block
       integer :: n_pairs = 0
       integer :: n_probes = 0
       integer, allocatable :: pair(:,:)      !< [2, pairs] near blocks, first < second
       integer, allocatable :: probe(:,:)     !< [2, probes] vertex, pair
-      integer, allocatable :: first_edge(:)  !< [probes+1] first of a probe's edges
+      integer, allocatable :: first_edge(:)  !< [probes+1] first edge of each probe
       integer, allocatable :: edge(:)        !< edges of the probes, given by their first vertices
-      integer, allocatable :: first_corner(:) !< [probes+1] first of a probe's corners
+      integer, allocatable :: first_corner(:) !< [probes+1] first corner of each probe
       !> convex ends of a probe's edges that its vertex can reach before the next search
       integer, allocatable :: corner(:)
       !> too many pairs; the list is incomplete
       logical :: crowded = .false.
       logical, allocatable :: convex(:)      !< [vertices] the angle is below 180°
       logical, allocatable :: convex_block(:) !< [n] all its angles are below 180°
-      real(wp) :: reach = 0.0_wp             !< distance searched, m
-      real(wp) :: travel = 0.0_wp            !< bound on the displacement of vertices since, m
+      real(wp) :: reach = 0.0_wp             !< search distance, m
+      real(wp) :: travel = 0.0_wp            !< bound on the displacement since the search, m
    end type neighbours_type
 
    !> Square cells over the bounding boxes of all blocks.
@@ -51,9 +52,9 @@ contains
 
    !> Find all pairs and probes within a distance.
    subroutine find_neighbours(neighbours, blocks, reach)
-      type(neighbours_type), intent(inout) :: neighbours  !< replaced
+      type(neighbours_type), intent(inout) :: neighbours  !< pairs and probes are replaced
       type(blocks_type), intent(in) :: blocks             !< present geometry
-      real(wp), intent(in) :: reach                       !< m
+      real(wp), intent(in) :: reach                       !< search distance, m
 
       if (.not. allocated(neighbours%convex)) call mark_convex(neighbours, blocks)
       call find_near_pairs(neighbours, blocks, reach)
@@ -68,7 +69,7 @@ contains
    subroutine find_near_pairs(neighbours, blocks, reach)
       type(neighbours_type), intent(inout) :: neighbours !< receives pairs, or `crowded` if too many
       type(blocks_type), intent(in) :: blocks             !< present geometry
-      real(wp), intent(in) :: reach                       !< m
+      real(wp), intent(in) :: reach                       !< search distance, m
       real(wp), allocatable :: box(:,:)
 
       allocate (box(4, blocks%n))
@@ -82,7 +83,7 @@ contains
    !> Sort pairs by matrix rows, so that contacts are read in the order of memory.
    subroutine sort_pairs(neighbours, n)
       type(neighbours_type), intent(inout) :: neighbours  !< pairs
-      integer, intent(in) :: n                            !< blocks
+      integer, intent(in) :: n                            !< number of blocks
       integer, allocatable :: start(:), by_first(:), by_second(:), sorted(:,:)
 
       associate (pair => neighbours%pair(:, :neighbours%n_pairs))
@@ -111,7 +112,7 @@ contains
    !> Remove pairs of blocks that are joined in a body.
    pure subroutine drop_joined(neighbours, blocks)
       type(neighbours_type), intent(inout) :: neighbours  !< pairs
-      type(blocks_type), intent(in) :: blocks             !< with their bodies
+      type(blocks_type), intent(in) :: blocks             !< blocks, with their bodies
       integer :: p, kept
 
       kept = 0
@@ -158,11 +159,11 @@ contains
       end do
    end subroutine bound_blocks
 
-   !> Find pairs of overlapping boxes; each is listed in one cell.
-   !> This is the cell of the lower left corner of the overlap.
+   !> Find pairs of overlapping boxes.  Each pair is listed once, in the cell that contains the
+   !> lower left corner of the overlap.
    subroutine find_pairs(neighbours, n, box)
       type(neighbours_type), intent(inout) :: neighbours !< receives pairs, or `crowded` if too many
-      integer, intent(in) :: n                            !< blocks
+      integer, intent(in) :: n                            !< number of blocks
       real(wp), intent(in) :: box(:,:)                    !< [4, n] xmin, ymin, xmax, ymax, m
       type(grid_type) :: grid
       integer :: cell, i, j, a, b, most
@@ -191,8 +192,8 @@ contains
 
    !> Fill a grid of about n cells: each lists the boxes that overlap it.
    subroutine fill_grid(grid, n, box)
-      type(grid_type), intent(out) :: grid  !< with members
-      integer, intent(in) :: n              !< blocks
+      type(grid_type), intent(out) :: grid  !< grid with members
+      integer, intent(in) :: n              !< number of blocks
       real(wp), intent(in) :: box(:,:)      !< [4, n] xmin, ymin, xmax, ymax, m
       real(wp) :: extent(2)
       integer :: cells, pass, b, column, row, cell, low(2), high(2)
@@ -221,9 +222,9 @@ contains
       end do
    end subroutine fill_grid
 
-   !> Convert counts to starts of the cells; after filling, shift the advanced starts back.
+   !> Convert counts to the start of each cell; after filling, shift the advanced starts back.
    pure subroutine convert_counts_to_starts(first, pass)
-      integer, intent(inout) :: first(:)  !< [cells+1] counts or advanced starts; starts
+      integer, intent(inout) :: first(:)  !< [cells+1] counts or advanced starts; on return, starts
       integer, intent(in) :: pass         !< 1 after counting, 2 after filling
       integer :: cell, start, count
 
@@ -262,7 +263,7 @@ contains
    subroutine find_probes(neighbours, blocks, reach)
       type(neighbours_type), intent(inout) :: neighbours  !< pairs; probes are replaced
       type(blocks_type), intent(in) :: blocks             !< present geometry
-      real(wp), intent(in) :: reach                       !< m
+      real(wp), intent(in) :: reach                       !< search distance, m
       integer :: p
 
       call grow(neighbours%probe, 2, 8*blocks%n + 8)
@@ -276,7 +277,7 @@ contains
             call probe_block(neighbours, blocks, p, b, a, reach)
          end associate
       end do
-      ! Trim the arrays, which are used for many steps.
+      ! The arrays are used for many steps, so they are trimmed.
       associate (n => neighbours%n_probes)
          neighbours%probe = neighbours%probe(:, :n)
          neighbours%first_edge = neighbours%first_edge(:n + 1)
@@ -289,7 +290,7 @@ contains
       type(neighbours_type), intent(inout) :: neighbours  !< probes are appended
       type(blocks_type), intent(in) :: blocks             !< present geometry
       integer, intent(in) :: pair, a, b  !< number of the near pair, and its two blocks
-      real(wp), intent(in) :: reach                       !< m
+      real(wp), intent(in) :: reach                       !< search distance, m
       real(wp) :: low(2), high(2)
       integer :: v, e, n, last
 
@@ -317,7 +318,8 @@ contains
       end do
    end subroutine probe_block
 
-   !> Find, for each probe, the near convex ends of its edges, in the order of the edges.
+   !> Find the convex ends of each probe's edges that are near its vertex, in the order of the
+   !> edges.
    !>
    !> Vertices farther apart than twice the unused reach cannot touch before the next search.
    subroutine find_corners(neighbours, blocks)

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Parts of edges that form the outline of a model, and parts of the outline in a given region.
 !>
-!> Parts of an edge along which no edge of another block runs belong to the outline.  They have the
-!> order of the blocks and of their edges.
+!> A part of an edge belongs to the outline if no edge of another block runs along it.  Parts are
+!> listed in the order of the blocks and their edges.
 module dda_outline
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -16,7 +16,7 @@ module dda_outline
    character(len=*), parameter :: sides(5) = [character(len=7) :: 'left', 'right', 'bottom', &
       'top', 'surface']
 
-   real(wp), parameter :: touching = 1.0e-6_wp  !< closed gaps over half the model size
+   real(wp), parameter :: touching = 1.0e-6_wp  !< largest closed gap over half the model size
    real(wp), parameter :: parallel = 0.0523_wp  !< sine of 3°
    real(wp), parameter :: least = 1.0e-6_wp     !< smallest fraction of an edge that is listed
 
@@ -25,8 +25,8 @@ contains
    !> Find the outline of the marked blocks in a model.
    subroutine outline_of(blocks, wanted, pieces)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      logical, intent(in) :: wanted(:)         !< [blocks] whose edges are listed
-      type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< of their edges
+      logical, intent(in) :: wanted(:)         !< [blocks] marks of the blocks
+      type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< parts of their edges
       type(neighbours_type) :: neighbours
       integer, allocatable :: first(:), other(:)
       integer :: b, e, n
@@ -46,8 +46,8 @@ contains
 
    !> List the near blocks of each block.
    pure subroutine list_neighbours(neighbours, n, first, other)
-      type(neighbours_type), intent(in) :: neighbours   !< its pairs
-      integer, intent(in) :: n                          !< blocks
+      type(neighbours_type), intent(in) :: neighbours   !< near pairs of blocks
+      integer, intent(in) :: n                          !< number of blocks
       integer, allocatable, intent(out) :: first(:)     !< [n+1] first neighbour of each block
       integer, allocatable, intent(out) :: other(:)     !< [2 × pairs]
       integer :: p, side, b
@@ -97,10 +97,10 @@ contains
       end do
    end subroutine add_free_parts
 
-   !> Select, of the intervals that extend beyond a position, the one that begins first.
+   !> Replace the best interval by a new one that begins earlier and extends beyond a position.
    pure subroutine choose_first(new, free, span)
-      real(wp), intent(in) :: new(2)       !< fractions of an edge; empty if the first is larger
-      real(wp), intent(in) :: free         !< fraction of the edge that is already treated
+      real(wp), intent(in) :: new(2)       !< ends as fractions of an edge; empty if first > last
+      real(wp), intent(in) :: free         !< position, as a fraction of the edge
       real(wp), intent(inout) :: span(2)   !< best interval so far
 
       if (new(2) - max(new(1), free) <= least) return
@@ -108,8 +108,8 @@ contains
          new(2) > span(2))) span = [max(new(1), free), new(2)]
    end subroutine choose_first
 
-   !> Find the fractions of edge e between which a segment runs along it.
-   !> The segment runs in the same (1), the opposite (−1) or any direction (0); none: first > last.
+   !> Find the interval of edge e, as fractions of its length, along which a segment runs in the
+   !> same direction (1), the opposite (−1) or any (0).  It is empty if first > last.
    pure function common_span(blocks, e, from, to, sense) result(span)
       type(blocks_type), intent(in) :: blocks   !< blocks in their present state
       integer, intent(in) :: e                  !< edge, given by its first vertex
@@ -138,7 +138,7 @@ contains
 
       !> Distance of a point of the segment from the edge, m.
       pure real(wp) function distance_at(x)
-         real(wp), intent(in) :: x  !< m along the edge
+         real(wp), intent(in) :: x  !< position along the edge, m
 
          distance_at = abs(a(2) + (b(2) - a(2))*(x - a(1))/(b(1) - a(1)))
       end function distance_at
@@ -148,7 +148,7 @@ contains
    pure subroutine add_part(pieces, n, piece)
       type(edge_piece_type), allocatable, intent(inout) :: pieces(:)  !< list to append to
       integer, intent(inout) :: n                 !< number of entries of the list
-      type(edge_piece_type), intent(in) :: piece  !< to append
+      type(edge_piece_type), intent(in) :: piece  !< part to append
       type(edge_piece_type), allocatable :: more(:)
 
       if (n == size(pieces)) then
@@ -163,7 +163,7 @@ contains
    !> Select the parts on a side of the bounding box; for 'surface', the parts that face upwards.
    pure function pieces_on_side(blocks, pieces, side) result(found)
       type(blocks_type), intent(in) :: blocks            !< blocks in their present state
-      type(edge_piece_type), intent(in) :: pieces(:)     !< to choose from
+      type(edge_piece_type), intent(in) :: pieces(:)     !< parts to choose from
       character(len=*), intent(in) :: side               !< one of `sides`
       type(edge_piece_type), allocatable :: found(:)
       real(wp) :: line, outward(2)
@@ -193,8 +193,8 @@ contains
    !> Select the parts that lie on a polyline.
    pure function pieces_along(blocks, pieces, line) result(found)
       type(blocks_type), intent(in) :: blocks          !< blocks in their present state
-      type(edge_piece_type), intent(in) :: pieces(:)   !< to choose from
-      real(wp), intent(in) :: line(:,:)                !< [2, points] m, in the engine's coordinates
+      type(edge_piece_type), intent(in) :: pieces(:)   !< parts to choose from
+      real(wp), intent(in) :: line(:,:)  !< [2, points] polyline in the engine's coordinates, m
       type(edge_piece_type), allocatable :: found(:)
       real(wp) :: span(2)
       integer :: i, k, n

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Overlap of two edges that lie along each other, and the contacts that share it.
 !>
-!> A joint with two contact points has a contact at each end of an overlap, with half of it.  With
-!> 3, 5, 9 or 17 points, positions and weights are those of Lobatto's rule, which are exact for
-!> a stress that is linear along the overlap; the bending stiffness of the joint is then correct.
+!> A joint with two contact points has a contact at each end of an overlap, each with half of its
+!> length.  With 3, 5, 9 or 17 points, Lobatto's rule gives the positions and weights.  It is exact
+!> for a stress that is linear along the overlap, so that the joint's bending stiffness is correct.
 module dda_overlap
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, is_convex
@@ -11,12 +11,12 @@ module dda_overlap
    private
    public :: overlap_type, overlap_of, has_points, node, weight, narrow, wide
 
-   real(wp), parameter :: touching = 1.0e-6_wp  !< gap of touching edges over their length
+   real(wp), parameter :: touching = 1.0e-6_wp  !< largest gap of touching edges over their length
    real(wp), parameter :: narrow = 0.0523_wp    !< sine of 3°
    real(wp), parameter :: wide = 0.2588_wp      !< sine of 15°
-   !> fraction of the shorter edge: shorter overlaps have no points between corners
+   !> overlaps below this fraction of the shorter edge have no points between corners
    real(wp), parameter :: least = 0.05_wp
-   !> rules of 9 and 17 points: positions between −1 and 1, weights, from the end to the middle
+   !> Lobatto rules of 9 and 17 points: positions in −1 … 1 and weights, from the end to the middle
    real(wp), parameter :: nodes_9(5) = [1.0_wp, 0.899757995411460157_wp, 0.677186279510737753_wp, &
       0.363117463826178159_wp, 0.0_wp], weights_9(5) = [0.013888888888888889_wp, &
       0.082747680780402763_wp, 0.137269356250080868_wp, 0.173214255486523173_wp, &
@@ -27,12 +27,12 @@ module dda_overlap
       0.055296454503514081_wp, 0.06899387310096328_wp, 0.08019733099881077_wp, &
       0.088502126757828935_wp, 0.093608169838809618_wp, 0.095330937376734717_wp]
 
-   !> Overlap of edge f with edge e; they run in opposite directions.
+   !> Overlap of edge f with edge e, which run in opposite directions.
    type :: overlap_type
       real(wp) :: length = 0.0_wp   !< length, m; 0: the edges do not overlap
       !> fractions of f at the start and at the end of the overlap
       real(wp) :: from = 0.0_wp, to = 0.0_wp
-      !> a corner ends the overlap at this end
+      !> the overlap ends at a corner
       logical :: corner_from = .false., corner_to = .false.
    end type overlap_type
 
@@ -68,7 +68,7 @@ contains
    pure logical function has_points(blocks, e, f, overlap)
       type(blocks_type), intent(in) :: blocks      !< present geometry
       integer, intent(in) :: e, f                  !< edges
-      type(overlap_type), intent(in) :: overlap    !< of them
+      type(overlap_type), intent(in) :: overlap    !< overlap of the edges
 
       has_points = overlap%to > overlap%from .and. &
          overlap%length > least*min(blocks%length(e), blocks%length(f))
@@ -76,8 +76,8 @@ contains
 
    !> Position of point i of n in an overlap, 0 … 1.
    pure real(wp) function node(n, i)
-      integer, intent(in) :: n  !< points: 2, 3, 5, 9 or 17
-      integer, intent(in) :: i  !< 1 … n
+      integer, intent(in) :: n  !< number of points: 2, 3, 5, 9 or 17
+      integer, intent(in) :: i  !< number of the point, 1 … n
       real(wp) :: half
 
       half = 1.0_wp
@@ -90,8 +90,8 @@ contains
 
    !> Weight of point i of n in an overlap.
    pure real(wp) function weight(n, i)
-      integer, intent(in) :: n  !< points: 2, 3, 5, 9 or 17
-      integer, intent(in) :: i  !< 1 … n
+      integer, intent(in) :: n  !< number of points: 2, 3, 5, 9 or 17
+      integer, intent(in) :: i  !< number of the point, 1 … n
 
       select case (n)
       case (3)

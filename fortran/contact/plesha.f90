@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Rough joint with asperities that wear [Plesha, 1987].
 !>
-!> Asperities of an angle α have a centre.  Slip away from it climbs them: the shear strength is
-!> N tan(φ + α), and slip lifts the joint by tan α.  Slip towards it descends, at N tan(φ − α).
-!> The work W of slip per area wears them, α = α₀ exp(−cW); the state is 1 − α/α₀.  Slip
+!> Slip away from zero net slip (the centre) climbs asperities of angle α: the shear strength is
+!> N tan(φ + α), and the joint rises by tan α per slip.  Slip towards the centre descends, at
+!> N tan(φ − α).  The slip work W per area wears the asperities: α = α₀ exp(−cW).  Slip
 !> dissipates N [tan(φ + α) − tan α] away from the centre and N [tan(φ − α) + tan α] towards it,
 !> both positive for φ > 0.
 !>
-!> Because the slip of a step lifts the joint, its normal force at a trial stretch t follows from N
-!> = k_n [x ± tan α (t − τ/k_s)] and τ = N tan(φ ± α).
+!> Because slip lifts the joint, its normal force at a trial stretch t follows from
+!> N = k_n [x ± tan α (t − τ/k_s)] and τ = N tan(φ ± α).
 module dda_plesha
    use dda_kinds, only: wp, pi
    use dda_joint_law, only: column_type, joint_law_type, joint_state_type, net_slip, &
@@ -19,8 +19,8 @@ module dda_plesha
    private
    public :: plesha_type, new_plesha
 
-   integer, parameter :: lifted = 4  !< column
-   real(wp), parameter :: steepest_climb = 89.0_wp  !< friction angle plus asperities, degrees
+   integer, parameter :: lifted = 4  !< column of the lift
+   real(wp), parameter :: steepest_climb = 89.0_wp  !< largest φ + α₀, degrees
 
    !> Friction of the faces, and their asperities.
    type, extends(joint_law_type) :: plesha_type
@@ -51,12 +51,12 @@ contains
       law%has_centre = .true.
    end function new_plesha
 
-   !> Check the asperities: slip can climb them and descends without a jump or spontaneous return.
+   !> Reject asperities that slip cannot climb, or from which the joint slips or jumps back.
    pure subroutine check_and_derive(law, joint, shear_ratio, wrong)
-      class(plesha_type), intent(in) :: law     !< of the joint
+      class(plesha_type), intent(in) :: law     !< law of the joint
       type(joint_type), intent(inout) :: joint  !< input of the law
       real(wp), intent(in) :: shear_ratio       !< k_n/k_s, if the joint does not set its own
-      character(len=:), allocatable, intent(out) :: wrong  !< what is wrong; blank: nothing
+      character(len=:), allocatable, intent(out) :: wrong  !< error message, blank if none
       real(wp) :: ratio
 
       wrong = ''
@@ -69,22 +69,22 @@ contains
                to_text(friction)//': the joint would slip back by itself'
          else if (angle + friction > steepest_climb) then
             wrong = 'asperity_angle = '//to_text(angle)//' and friction_angle = '// &
-               to_text(friction)//' must not be more than '//to_text(steepest_climb)// &
-               ' together: no shear force would climb the asperities'
+               to_text(friction)//' must not add up to more than '//to_text(steepest_climb)// &
+               ': no shear force would climb the asperities'
          else if (joint%shear_stiffness > 0.0_wp .and. .not. joint%normal_stiffness > 0.0_wp) then
             wrong = 'shear_stiffness_per_area of a joint of law = '//quoted(trim(joint%law))// &
                ' needs normal_stiffness_per_area too'
          else if (ratio >= steepest_return(joint)) then
-            wrong = 'the normal stiffness is '//to_text(ratio)//' of the shear stiffness: from '// &
-               to_text(steepest_return(joint))//' on the joint would jump back to zero slip; '// &
-               'give a larger shear_stiffness_per_area, or less asperity_angle'
+            wrong = 'the normal stiffness is '//to_text(ratio)//' times the shear stiffness; '// &
+               'the joint would jump back to zero slip from '//to_text(steepest_return(joint))// &
+               ' on: give a larger shear_stiffness_per_area or a smaller asperity_angle'
          end if
       end associate
    end subroutine check_and_derive
 
    !> Largest k_n/k_s at which slip back to the centre is stable for any wear.
-   !> Beyond it, descent would reduce the normal force and the strength faster than the shear spring
-   !> unloads.  tan α tan(φ − α) is largest at φ/2.
+   !> For a larger ratio, descent would reduce the strength faster than the shear spring unloads.
+   !> tan α tan(φ − α) is largest at α = φ/2.
    pure real(wp) function steepest_return(joint) result(ratio)
       type(joint_type), intent(in) :: joint  !< checked input
       real(wp) :: phi, alpha
@@ -96,8 +96,8 @@ contains
 
    !> Angle of the asperities in the direction of slip, rad: positive if slip climbs.
    pure real(wp) function angle(law, state)
-      class(plesha_type), intent(in) :: law        !< of the joint
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(plesha_type), intent(in) :: law        !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state of the contact
 
       angle = law%asperity*(1.0_wp - state%memory(weakened))
       if (state%way*state%memory(net_slip) < 0.0_wp) angle = -angle
@@ -105,8 +105,8 @@ contains
 
    !> Largest shear force, N/m.
    pure real(wp) function strength(law, state, normal_force)  ! total
-      class(plesha_type), intent(in) :: law        !< of the joint
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(plesha_type), intent(in) :: law        !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state of the contact
       real(wp), intent(in) :: normal_force         !< compression positive, N/m
 
       strength = tan(law%friction + angle(law, state))*max(normal_force, 0.0_wp)
@@ -114,7 +114,7 @@ contains
 
    !> Divide tan φ and tan α₀ by a reduction factor.
    pure function reduced_strengths(law, joint, factor) result(strengths)
-      class(plesha_type), intent(in) :: law   !< of the joint
+      class(plesha_type), intent(in) :: law   !< law of the joint
       type(joint_type), intent(in) :: joint   !< input of the law
       real(wp), intent(in) :: factor          !< above 0
       type(strength_type), allocatable :: strengths(:)
@@ -126,11 +126,11 @@ contains
          min(reduced_angle(joint%asperity_angle, factor), steepest_climb - friction))]
    end function reduced_strengths
 
-   !> Update the state after a slip, which moves the contact and wears the asperities.
+   !> Update net slip, lift and wear after a slip.
    pure type(joint_state_type) function state_after_slip(law, state, slip, &
       shear_force) result(after)
-      class(plesha_type), intent(in) :: law        !< of the joint
-      type(joint_state_type), intent(in) :: state  !< before
+      class(plesha_type), intent(in) :: law        !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state before the slip
       real(wp), intent(in) :: slip                 !< slip with its sign, m
       real(wp), intent(in) :: shear_force          !< shear force during slip, N/m
 
@@ -146,24 +146,24 @@ contains
 
    !> Lift of the contact by slip, m.
    pure real(wp) function lift(law, state)
-      class(plesha_type), intent(in) :: law        !< of the joint
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(plesha_type), intent(in) :: law        !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state of the contact
 
       lift = state%memory(lifted)
    end function lift
 
    !> Rise of the contact per unit of slip; negative if slip descends.
    pure real(wp) function rise(law, state, slip)
-      class(plesha_type), intent(in) :: law        !< of the joint
+      class(plesha_type), intent(in) :: law        !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state at the start of the step
       real(wp), intent(in) :: slip                 !< inelastic slip, ≥ 0, m
 
       rise = tan(angle(law, state))
    end function rise
 
-   !> Normal force of a contact that slides in one direction, N/m, including the lift by this slip.
+   !> Normal force of a sliding contact, N/m, including the lift by the slip of this step.
    pure real(wp) function sliding_force(law, state, closure, stretch) result(force)
-      class(plesha_type), intent(in) :: law        !< of the joint
+      class(plesha_type), intent(in) :: law        !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state at the start of the step
       real(wp), intent(in) :: closure  !< closure at the end, without the lift of this step, m
       real(wp), intent(in) :: stretch  !< stretch of the shear spring without slip, ≥ 0, m

@@ -3,11 +3,11 @@
 !>
 !> μ = μ₀ + a ln[(v + v_c)/v₀] + b ln(θv₀/L), dθ/dt = 1 − vθ/L (ageing law).
 !>
-!> v_c regularises: below N μ(v = 0) the joint sticks elastically.  For b = 0, friction depends on
-!> the velocity only.  In a step, v is the mean slip velocity and θ is the state at the start, so
-!> that at a given normal force the friction has a convex potential for all a ≥ 0; θ then evolves
-!> exactly with that v.  Above the threshold, with u = v + v_c, the shear force at a trial stretch t
-!> follows from k_s (t − vΔt) = N μ(v): convex in ln u.
+!> v_c is a regularisation: below N μ(v = 0) the joint sticks elastically.  For b = 0, friction
+!> depends only on the velocity.  In a step, v is the mean slip velocity and θ the state at the
+!> start: the friction at a given normal force then has a convex potential for all a ≥ 0.  At the
+!> end of the step θ is integrated exactly with this v.  If the joint slips, the shear force at a
+!> trial stretch t is the solution of k_s (t − vΔt) = N μ(v), convex in ln u, u = v + v_c.
 module dda_rate_state
    use dda_kinds, only: wp, pi
    use dda_joint_law, only: column_type, joint_law_type, joint_state_type, reduced_angle, &
@@ -19,8 +19,8 @@ module dda_rate_state
 
    !> columns: θ, s; v with its sign, m/s; largest slip of a step over L
    integer, parameter :: age = 3, slip_rate = 4, slip_share = 5
-   real(wp), parameter :: most_slip = 0.2_wp     !< fraction of L per step: θ within 10 %
-   integer, parameter :: most_steps = 60         !< iterations of Newton's method, which is monotone
+   real(wp), parameter :: most_slip = 0.2_wp     !< largest slip per step over L: error of θ < 10 %
+   integer, parameter :: most_steps = 60         !< iterations of Newton's method (monotone)
 
    !> Friction and its parameters.
    type, extends(joint_law_type) :: rate_state_type
@@ -54,31 +54,31 @@ contains
       law%distance = joint%state_distance
       law%first_age = joint%initial_age
       law%own(:3) = [column_type('age'), column_type('slip_rate'), &
-         column_type('slip_share', limit=most_slip, advice='slip of a step over '// &
-         'state_distance, beyond which age is not followed; try a smaller time_step')]
+         column_type('slip_share', limit=most_slip, advice='slip per step over '// &
+         'state_distance, above which age is inaccurate; try a smaller time_step')]
       if (.not. law%evolution > 0.0_wp) law%own(3)%limit = huge(1.0_wp)
       law%flows = .true.
    end function new_rate_state
 
    !> Set the initial velocity and state.
    pure subroutine check_and_derive(law, joint, shear_ratio, wrong)
-      class(rate_state_type), intent(in) :: law  !< of the joint
+      class(rate_state_type), intent(in) :: law  !< law of the joint
       type(joint_type), intent(inout) :: joint   !< input of the law
       real(wp), intent(in) :: shear_ratio        !< k_n/k_s
-      character(len=:), allocatable, intent(out) :: wrong  !< what is wrong; blank: nothing
+      character(len=:), allocatable, intent(out) :: wrong  !< error message, blank if none
 
       wrong = ''
-      if (.not. joint%state_distance > 0.0_wp) joint%state_distance = 1.0_wp  ! of no effect
+      if (.not. joint%state_distance > 0.0_wp) joint%state_distance = 1.0_wp  ! without effect
       if (.not. joint%reference_velocity > 0.0_wp) &
          joint%reference_velocity = joint%threshold_velocity
       if (.not. joint%initial_age > 0.0_wp) &
          joint%initial_age = joint%state_distance/joint%reference_velocity
    end subroutine check_and_derive
 
-   !> Value of μ at u = v + v_c = 1 m/s, without the direct effect of velocity.
+   !> Part of μ that does not depend on velocity: μ at u = v + v_c = 1 m/s.
    pure real(wp) function slow_friction(law, state) result(friction)
-      class(rate_state_type), intent(in) :: law    !< of the joint
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(rate_state_type), intent(in) :: law    !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state of the contact
 
       friction = law%friction - law%direct*log(law%reference)
       if (law%evolution > 0.0_wp) friction = friction &
@@ -87,8 +87,8 @@ contains
 
    !> State θ, s.
    pure real(wp) function state_variable(law, state) result(theta)
-      class(rate_state_type), intent(in) :: law    !< of the joint
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(rate_state_type), intent(in) :: law    !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state of the contact
 
       theta = state%memory(age)
       if (.not. theta > 0.0_wp) theta = law%first_age
@@ -96,8 +96,8 @@ contains
 
    !> Largest shear force without slip, N/m.
    pure real(wp) function strength(law, state, normal_force)  ! total
-      class(rate_state_type), intent(in) :: law    !< of the joint
-      type(joint_state_type), intent(in) :: state  !< of the contact
+      class(rate_state_type), intent(in) :: law    !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state of the contact
       real(wp), intent(in) :: normal_force         !< compression positive, N/m
 
       strength = max(0.0_wp, slow_friction(law, state) + law%direct*log(law%threshold)) &
@@ -106,7 +106,7 @@ contains
 
    !> Divide μ₀, a and b by a reduction factor.
    pure function reduced_strengths(law, joint, factor) result(strengths)
-      class(rate_state_type), intent(in) :: law  !< of the joint
+      class(rate_state_type), intent(in) :: law  !< law of the joint
       type(joint_type), intent(in) :: joint      !< input of the law
       real(wp), intent(in) :: factor             !< above 0
       type(strength_type), allocatable :: strengths(:)
@@ -118,7 +118,7 @@ contains
 
    !> Compute the shear force at the end of a step, and its slope.
    pure subroutine slip_curve(law, state, normal_force, stretch, shear_force, tangent)
-      class(rate_state_type), intent(in) :: law      !< of the joint
+      class(rate_state_type), intent(in) :: law      !< law of the joint
       type(joint_state_type), intent(in) :: state    !< state at the start of the step
       real(wp), intent(in) :: normal_force           !< ≥ 0, N/m
       real(wp), intent(in) :: stretch                !< stretch of the shear spring without slip, m
@@ -143,10 +143,10 @@ contains
       tangent = k_s*slope/(k_s + slope)
    end subroutine slip_curve
 
-   !> Solve a ln u + c u = f by Newton's method in ln u from above, where the function is convex.
+   !> Solve a ln u + c u = f by Newton's method in ln u, from above, because the function is convex.
    pure real(wp) function velocity_at(a, c, f, most) result(u)
       real(wp), intent(in) :: a, c, f  !< > 0, > 0, any
-      real(wp), intent(in) :: most     !< m/s, above u
+      real(wp), intent(in) :: most     !< upper bound of u, m/s
       real(wp) :: y, off
       integer :: i
 
@@ -162,17 +162,17 @@ contains
 
    !> Slip at the velocity of the last step, m.
    pure real(wp) function expected_slip(law, state) result(slip)
-      class(rate_state_type), intent(in) :: law    !< of the joint
+      class(rate_state_type), intent(in) :: law    !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state at the start of the step
 
       slip = state%memory(slip_rate)*state%time_step
    end function expected_slip
 
-   !> Update the state after an inelastic slip: θ for constant velocity over the step.
+   !> Update the state after an inelastic slip, with θ for a constant velocity in the step.
    pure type(joint_state_type) function state_after_slip(law, state, slip, &
       shear_force) result(after)
-      class(rate_state_type), intent(in) :: law    !< of the joint
-      type(joint_state_type), intent(in) :: state  !< before
+      class(rate_state_type), intent(in) :: law    !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state before the slip
       real(wp), intent(in) :: slip                 !< slip with sign, m
       real(wp), intent(in) :: shear_force          !< shear force during slip, N/m
       real(wp) :: x, theta, decay

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Tributary length: the length of joint assigned to a contact.
 !>
-!> The contacts at both ends of an overlap of two edges share it, so that the stiffness of a
-!> joint does not depend on the number of touching corners.  A length is set when the contact
-!> closes, and again when the overlap differs by more than a hundredth.  Setting it again does not
-!> change the stress; the change of spring energy enters the energy budget.  A corner on an edge
-!> without a parallel edge has half the shorter of the two edges, as if they were about to close.
+!> The contacts at both ends of an overlap share its length, so that the stiffness of a joint does
+!> not depend on the number of touching corners.  A length is set when the contact closes and
+!> updated when the overlap has changed by more than a hundredth.  An update does not change the
+!> stress; the change of spring energy enters the energy budget.  For a corner on an edge that is
+!> not parallel to its own edges, the length is half the shorter edge.
 module dda_tributary
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -17,8 +17,8 @@ module dda_tributary
    private
    public :: contact_overlap, set_lengths
 
-   real(wp), parameter :: same = 1.0e-2_wp  !< fraction of a length: smaller changes are ignored
-   real(wp), parameter :: least = 1.0e-9_wp       !< shortest contact over the edge length
+   real(wp), parameter :: same = 1.0e-2_wp  !< smaller relative changes are ignored
+   real(wp), parameter :: least = 1.0e-9_wp       !< least length of a contact over the edge length
 
 contains
 
@@ -27,7 +27,7 @@ contains
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(blocks_type), intent(in) :: blocks         !< present geometry
       type(laws_type), intent(in) :: laws             !< joint laws
-      real(wp), intent(out) :: gained  !< energy gained by the springs, J per metre of thickness
+      real(wp), intent(out) :: gained  !< energy gain of the springs, J per metre
       real(wp) :: length, share, before
       integer :: c
 
@@ -53,7 +53,7 @@ contains
       type(blocks_type), intent(in) :: blocks      !< present geometry
       type(laws_type), intent(in) :: laws          !< joint laws
       integer, intent(in) :: c                     !< number of the contact
-      real(wp), intent(out) :: length, share       !< m, –
+      real(wp), intent(out) :: length, share       !< length, m; fraction
       real(wp) :: weighted
       integer :: n
 
@@ -113,7 +113,7 @@ contains
       end associate
    end function has_parallel_edge
 
-   !> Part, m, of a contact of vertex v and edge e in the overlaps of e with both edges at v.
+   !> Tributary length, m, of a contact of vertex v and edge e in the overlaps of e with edges at v.
    pure real(wp) function contact_overlap(blocks, e, v) result(length)
       type(blocks_type), intent(in) :: blocks  !< present geometry
       integer, intent(in) :: e, v              !< touched edge, touching vertex
@@ -121,14 +121,14 @@ contains
       length = shared_overlap(blocks, e, v) + shared_overlap(blocks, e, blocks%previous(v))
    end function contact_overlap
 
-   !> Part, m, of a contact in the length over which edge f runs along edge e; 0 if not parallel.
+   !> Tributary length, m, of a contact in the overlap of edges e and f; 0 if they are not parallel.
    !>
-   !> The contacts at the two ends of the overlap share it.  If the edge continues straight on at
-   !> one end, as at a change of joint, there is no contact at that end and the whole overlap
-   !> belongs to the other one.
+   !> The contacts at the two ends share the overlap.  If an edge continues in a straight line at
+   !> one end, such as at a change of joint, the whole overlap belongs to the contact at the other
+   !> end.
    pure real(wp) function shared_overlap(blocks, e, f) result(length)
       type(blocks_type), intent(in) :: blocks  !< present geometry
-      integer, intent(in) :: e, f              !< edges, named by their first vertex
+      integer, intent(in) :: e, f              !< edges, given by their first vertices
       type(overlap_type) :: overlap
 
       overlap = overlap_of(blocks, e, f, narrow)
@@ -141,7 +141,7 @@ contains
       type(contacts_type), intent(in) :: contacts  !< with geometry
       type(blocks_type), intent(in) :: blocks      !< present geometry
       integer, intent(in) :: c                     !< number of the contact
-      integer, intent(in) :: n                     !< points of the joint
+      integer, intent(in) :: n                     !< number of points of the joint
       type(overlap_type) :: overlap
       integer :: own(2), k
 

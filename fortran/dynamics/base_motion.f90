@@ -1,10 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Base motion relative to which displacements, velocities and accelerations are reported.
 !>
-!> It is the first of these motions that exists: the motion of the supports, if all of them, in this
-!> and later stages, have the same translation; the motion of the measured point that all groups
-!> &amplification name as base; the motion of an outcrop of the half-space below, if a single motion
-!> enters there.  Otherwise, values are absolute.
+!> The base motion is the first of these that exists:
+!>
+!> - the motion of the supports, if all supports of this and later stages have the same translation;
+!> - the motion of the measured point that all groups &amplification name as base;
+!> - the outcrop motion of the half-space below, if a single motion enters there.
+!>
+!> Otherwise, values are absolute.
 module dda_base_motion
    use dda_kinds, only: wp
    use dda_baseline, only: displacement_at, velocity_at
@@ -23,10 +26,10 @@ module dda_base_motion
    integer, parameter :: base_moves = 2     !< supports with one common motion
    integer, parameter :: base_point = 3     !< a measured point
    integer, parameter :: base_outcrop = 4   !< an outcrop of the half-space below
-   integer, parameter :: base_kinds = base_outcrop  !< the last kind
+   integer, parameter :: base_kinds = base_outcrop  !< number of the last kind
 
    real(wp), parameter :: surface_factor = 2.0_wp !< ratio of free-surface motion to the upward wave
-   real(wp), parameter :: same = 1.0e-9_wp  !< rounding of directions, over their length
+   real(wp), parameter :: same = 1.0e-9_wp  !< rounding error of direction vectors over their length
 
    !> The base and its motion at the present time.
    type :: base_type
@@ -112,7 +115,7 @@ contains
       end if
    end subroutine find_base
 
-   !> Find the motion of the outcrop, if the same motion enters from all half-spaces.
+   !> Find the outcrop motion, if the same motion enters from all half-spaces.
    pure subroutine find_outcrop(base, model)
       type(base_type), intent(inout) :: base     !< kind and coefficients are set
       type(model_type), intent(in) :: model      !< model of the run
@@ -182,13 +185,14 @@ contains
       if (any(model%amplifications%base /= point)) point = 0
    end function named_point
 
-   !> Update the motion of the base at the end of a step, as for supports (`dda_spring_element`).
+   !> Update the motion of the base at the end of a step, like that of supports
+   !> (dda_spring_element).
    subroutine update_base(base, model, blocks, step, time)
       type(base_type), intent(inout) :: base     !< base of the model
       type(model_type), intent(in) :: model      !< model of the run
       type(blocks_type), intent(in) :: blocks    !< blocks at the end of the step
       type(step_type), intent(in) :: step        !< the present step
-      real(wp), intent(in) :: time               !< time at its end, s
+      real(wp), intent(in) :: time               !< time at the end of the step, s
       real(wp) :: before(2), motion(2, 2), unused(2)
 
       select case (base%kind)
@@ -210,7 +214,7 @@ contains
 
    !> Displacement, m, and velocity, m/s, of the supports at a time.
    pure function motion_at(base, model, time) result(motion)
-      type(base_type), intent(in) :: base        !< supports that move
+      type(base_type), intent(in) :: base        !< base of kind `base_moves`
       type(model_type), intent(in) :: model      !< model of the run
       real(wp), intent(in) :: time               !< s
       real(wp) :: motion(2, 2)
@@ -226,7 +230,7 @@ contains
       end do
    end function motion_at
 
-   !> .true. if motions act on the model, so that the reference of reported values must be named.
+   !> .true. if motions act on the model; reports then name the reference of their values.
    pure logical function counts_from_motion(base, model)
       type(base_type), intent(in) :: base        !< base of the model
       type(model_type), intent(in) :: model      !< model of the run
@@ -250,7 +254,7 @@ contains
       case (base_outcrop)
          words = 'relative to the outcrop motion of its base'
       case default
-         words = 'absolute: no support holds the model'
+         words = 'absolute: the model has no supports'
          if (size(model%fixed_points) > 0) words = 'absolute: supports move differently'
          if (size(model%amplifications) == 0) words = words// &
             ' and no &amplification names a base'

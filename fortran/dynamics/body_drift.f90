@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Solution of a step for the difference of displacements from the translation of each body.
+!> Solution of a step for the displacements relative to the translation of each body.
 !>
-!> If a body moves by d₀ in a step, the stiff springs between its cells have no force, but K̂d₀ is
-!> rounded to 10⁻¹⁶ K̂d₀, with the same sign in each step: a body of E = 10¹⁴ Pa would gain 10⁻⁸ of
-!> its weight.  Therefore K̂(d − d₀) = f̂ − K̂d₀ is solved.  K̂d₀ is summed term by term; the term
-!> of two welded cells is exactly zero.
+!> If a body translates by d₀ in a step, the stiff springs between its cells exert no force, but
+!> K̂d₀ has a relative rounding error of 10⁻¹⁶, with the same sign in each step: the error in a body
+!> of E = 10¹⁴ Pa would be 10⁻⁸ of its weight.  Therefore K̂(d − d₀) = f̂ − K̂d₀ is solved.  K̂d₀ is
+!> summed term by term, because the term of two welded cells is exactly zero.
 module dda_body_drift
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -19,8 +19,8 @@ module dda_body_drift
    public :: begin_drift, subtract_contacts
 
    real(wp), parameter :: least_drift = 1.0e-6_wp  !< smallest drift over half the model size
-   !> factor of the loads by which residuals are scaled: forces of moving supports and contacts far
-   !> exceed the forces within bodies
+   !> factor of the loads that scale residuals, because the forces of moving supports and contacts
+   !> far exceed the forces within bodies
    real(wp), parameter :: share_of_rounding = 1.0e-3_wp
 
 contains
@@ -67,7 +67,7 @@ contains
    pure subroutine translate_bodies(blocks, time_step, drift)
       type(blocks_type), intent(in) :: blocks    !< blocks in their present state
       real(wp), intent(in) :: time_step          !< s
-      real(wp), intent(out) :: drift(:,:)        !< [6,blocks] m
+      real(wp), intent(out) :: drift(:,:)        !< [6,blocks] drift, m
       real(wp) :: total(3, maxval(blocks%body))  ! momentum and mass of each body
       integer :: b
 
@@ -87,7 +87,7 @@ contains
       end do
    end subroutine translate_bodies
 
-   !> Subtract the spring forces that d₀ causes in all contacts from b.
+   !> Subtract from b the spring forces of all contacts due to d₀.
    pure subroutine subtract_contacts(b, drift, contacts)
       real(wp), intent(inout) :: b(:,:)            !< [6,n] right-hand side, N
       real(wp), intent(in) :: drift(:,:)           !< [6,n] d₀, m

@@ -3,10 +3,10 @@
 !>
 !> If the traction of a face reaches the strength of its joint at one of three points, the joint
 !> replaces the face and begins with the tractions of all three points.  The triangles of the face
-!> return to their cells.  The difference between the stresses of triangle and cell becomes initial
-!> stress, so that no force changes; this initial stress decreases with the damage of the joint.
-!> When the bond has failed and the face is open, its edges become sides, which have contacts like
-!> those of other blocks.  The energy of these changes is the term `breaking` of the budget.
+!> are added to their cells.  No force changes, because the stress difference of triangle and cell
+!> becomes an initial stress, which decreases with the damage of the joint.  When the bond has
+!> failed and the face is open, its edges become sides with contacts, as of other blocks.  The
+!> energy of these changes is the term `breaking` of the energy budget.
 module dda_breaking
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, update_geometry
@@ -25,7 +25,7 @@ module dda_breaking
    private
    public :: break_faces, can_break, restore_faces
 
-   !> slip after which the joint of a face no longer acts, over the length of the face
+   !> slip, over the length of the face, after which its joint no longer acts
    real(wp), parameter :: farthest = 0.1_wp
 
 contains
@@ -133,11 +133,11 @@ contains
       end do
    end subroutine release_stresses
 
-   !> Set the initial stress due to the break of face i to a fraction of its first value.
+   !> Set the initial stress due to the break of face i to a fraction of its value at the break.
    subroutine reduce_initial_stress(simulation, i, share)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: i                            !< broken face
-      real(wp), intent(in) :: share                       !< fraction that remains
+      real(wp), intent(in) :: share                       !< remaining fraction
       integer :: k
 
       associate (weld => simulation%model%welds(i), blocks => simulation%blocks)
@@ -152,11 +152,11 @@ contains
       end associate
    end subroutine reduce_initial_stress
 
-   !> Break face i: return its triangles to its cells without changing any force.
+   !> Break face i: add its triangles to its cells without changing any force.
    subroutine break_face(simulation, i, traction)
       type(simulation_type), intent(inout) :: simulation    !< between two steps
       integer, intent(in) :: i                              !< intact face
-      real(wp), intent(out) :: traction(2, crack_points)    !< traction at its points, Pa
+      real(wp), intent(out) :: traction(2, crack_points)  !< traction at the points of the face, Pa
       real(wp) :: force(size(own_strain) + 4), ratio, elastic(3), area
       integer :: k
 
@@ -165,7 +165,7 @@ contains
       associate (weld => simulation%model%welds(i), blocks => simulation%blocks)
          do k = 1, 2
             associate (b => weld%block(k))
-               ! Mean over the remainder and the triangle, which preserves their sum of A σ.
+               ! The mean over remainder and triangle preserves the sum of A σ.
                area = blocks%rest_share(b)*blocks%area(b)
                elastic = matmul(blocks%stiffness(:, :, b), blocks%position(4:6, b))/blocks%area(b)
                weld%left(:, k) = force(own_strain(:, k)) - weld%area(k)*(elastic &
@@ -189,7 +189,7 @@ contains
       simulation%model%welds(i)%state = weld_open
    end subroutine separate_face
 
-   !> Update the part of the area of each cell that has the strain of the cell.
+   !> Update the area of each cell that is not part of triangles of faces.
    !> If faces have opened, update sides, joints and neighbours too.
    subroutine update_cell_areas(simulation, opened)
       type(simulation_type), intent(inout) :: simulation  !< between two steps

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Columns of the free fields of a run.  Each column is a separate run (`dda_column_model`), which
-!> is independent of the model and computes each step first.  It provides the motion of its side,
-!> and the forces between its blocks and their images at t₀ + θΔt, the instant of bonded joints.
+!> Columns of the free fields of a run.  Each column is a run of its own (`dda_column_model`) that
+!> does not depend on the model and computes each step before the model.  It provides the motion of
+!> a side of the model and the forces between its blocks and their images at t₀ + θΔt.
 module dda_columns
    use dda_kinds, only: wp
    use dda_elements, only: face_forces, follow_free_field
@@ -23,7 +23,7 @@ contains
    !> Allocate the runs of n columns.
    subroutine make_columns(simulation, n)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
-      integer, intent(in) :: n                            !< free fields of its model
+      integer, intent(in) :: n                            !< number of free fields
       type(columns_type), allocatable :: columns
 
       if (n == 0) return
@@ -53,8 +53,8 @@ contains
       end select
    end function column_of
 
-   !> Pass the solution of the columns for the present step to the sides of the model.
-   !> In statics, pass the equilibrium of the columns.
+   !> Pass the columns' solution of the present step (in statics, their equilibrium) to the sides of
+   !> the model.
    subroutine take_over_columns(simulation)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       type(simulation_type), pointer :: run
@@ -70,9 +70,9 @@ contains
       end do
    end subroutine take_over_columns
 
-   !> Forces that blocks at the side receive from their neighbours in level ground.
-   !> At the side of the model, the triangle of a face has the strain of its cell; the forces of
-   !> this strain are subtracted.
+   !> Forces on the blocks at the side from their neighbours in level ground.
+   !> Forces due to the strain of the cell in the triangle of a side face are subtracted, because
+   !> the model includes them.
    function forces_at_side(run, field) result(force)
       type(simulation_type), intent(in) :: run     !< run of the column
       type(free_field_type), intent(in) :: field   !< free field of the model
@@ -92,7 +92,7 @@ contains
    subroutine name_column(simulation, i, error)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer, intent(in) :: i                         !< number of the column
-      type(error_type), allocatable, intent(inout) :: error  !< error of its run, if any
+      type(error_type), allocatable, intent(inout) :: error  !< error of the column's run, if any
 
       if (allocated(error)) error%message = 'free field at the '// &
          trim(simulation%model%free_fields(i)%side)//' side: '//error%message

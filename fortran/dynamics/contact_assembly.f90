@@ -1,10 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Assembly of the springs and friction forces of contacts, in their assumed states, into K̂ and f̂.
 !>
-!> The row of a block whose contacts have changed ("dirty") is summed again from its linear part,
-!> always in the same order: near pairs with earlier blocks, then pairs with later blocks, each with
-!> its contacts in list order.  The result is bit-identical to a full assembly, for any number of
-!> threads.
+!> The row of a "dirty" block, whose contacts have changed, is summed again: linear part, near pairs
+!> with earlier blocks, near pairs with later blocks; contacts of a pair in list order.  The result
+!> is therefore bit-identical to a full assembly, for any number of threads.
 module dda_contact_assembly
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, copy_block
@@ -22,7 +21,7 @@ module dda_contact_assembly
    private
    public :: assemble_contacts, assemble_terms, add_to_rows
 
-   integer, parameter :: rows_from = 500   !< block rows from which threads are worthwhile
+   integer, parameter :: rows_from = 500   !< smallest number of block rows for threads
 
 contains
 
@@ -73,8 +72,8 @@ contains
       system%first_contact(pair + 1:) = contacts%n + 1
    end subroutine index_contacts
 
-   !> Assemble block rows first … last of K̂ and f̂, which no other thread writes.
-   !> A pair with both blocks in the range is read once; other pairs are read once per thread.
+   !> Assemble block rows first … last of K̂ and f̂; no other thread writes these rows.
+   !> A pair with both blocks in the range is read once, another pair once for each of its blocks.
    subroutine assemble_rows(system, contacts, first, last)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
@@ -103,7 +102,7 @@ contains
    subroutine assemble_pair(system, contacts, i, j, entry, row_too, column_too)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
-      integer, intent(in) :: i, j, entry  !< blocks, and number of the lower block (i, j) of K̂
+      integer, intent(in) :: i, j, entry  !< blocks; number of lower block (i, j) of K̂
       logical, intent(in) :: row_too, column_too  !< write the rows of i and of j
       type(rows_type) :: rows
       integer :: c, dirty_i, dirty_j
@@ -154,25 +153,25 @@ contains
    !> Set a lower block of K̂ to its part without contacts.
    pure subroutine begin_coupling(linear, linear_entry, entry, block)
       type(block_matrix_type), intent(in) :: linear  !< linear part of K̂
-      integer, intent(in) :: linear_entry(:)         !< as in `system_type`
-      integer, intent(in) :: entry                   !< of the lower blocks
-      real(wp), intent(out) :: block(6, 6)           !< of K̂
+      integer, intent(in) :: linear_entry(:)         !< see `system_type`
+      integer, intent(in) :: entry                   !< number of the lower block
+      real(wp), intent(out) :: block(6, 6)           !< block of K̂
 
       block = 0.0_wp
       if (size(linear_entry) == 0) return
       if (linear_entry(entry) > 0) block = linear%lower(:, :, linear_entry(entry))
    end subroutine begin_coupling
 
-   !> Copy the six components of one block of a vector.
+   !> Copy the six values of one block.
    pure subroutine copy_block_row(from, to)
-      real(wp), intent(in) :: from(6)  !< six numbers of a block
+      real(wp), intent(in) :: from(6)  !< values of a block
       real(wp), intent(out) :: to(6)   !< their copy
 
       to = from
    end subroutine copy_block_row
 
-   !> Add the terms of a contact in the rows of the blocks of its vertex and its edge.
-   !> The forces act on the block of the vertex, with opposite sign on the block of the edge.
+   !> Add the terms of a contact to the rows of the blocks of its vertex and its edge.
+   !> The given forces act on the block of the vertex; the block of the edge receives the opposite.
    pure subroutine add_sides(dirty_v, dirty_e, normal, shear, force, rows, diagonal_v, diagonal_e, &
       rhs_v, rhs_e)
       integer, intent(in) :: dirty_v, dirty_e
@@ -200,8 +199,8 @@ contains
 
    !> Add products: block += k₁ a₁b₁ᵀ + k₂ a₂b₂ᵀ.
    !>
-   !> Loops over four and two rows fill vector registers directly.
-   !> Unrolled loops would rearrange these into longer registers.
+   !> Loops over four and two rows map to vector registers; unrolled loops would be slower because
+   !> of rearrangements.
    pure subroutine add_products(block, a1, b1, k1, a2, b2, k2)
       real(wp), intent(inout) :: block(6, 6)  !< 6×6 block of a matrix
       real(wp), intent(in) :: a1(6), b1(6), k1, a2(6), b2(6), k2
@@ -221,13 +220,13 @@ contains
       end do
    end subroutine add_products
 
-   !> Add a force in contact c to f̂ in those rows of its blocks that lie in first … last.
-   !> The assumed state of the contact must be unchanged; otherwise its blocks are assembled again.
+   !> Add an additional force of contact c to those rows of f̂ that lie in first … last.
+   !> The assumed state must be unchanged, because otherwise the blocks are assembled again.
    pure subroutine add_to_rows(system, contacts, c, more, first, last)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c            !< number of the contact
-      real(wp), intent(in) :: more(2)     !< compression and resistance to slip, N/m
+      real(wp), intent(in) :: more(2)     !< additional compression and resistance to slip, N/m
       integer, intent(in) :: first, last  !< first and last row
       type(rows_type) :: rows
 
@@ -245,8 +244,8 @@ contains
    pure subroutine add_to_row(system, b, normal_force, normal, shear_force, shear)
       type(system_type), intent(inout) :: system  !< equations of the step
       integer, intent(in) :: b            !< block
-      real(wp), intent(in) :: normal_force, normal(6)  !< on the block, N/m; gradient of the gap
-      real(wp), intent(in) :: shear_force, shear(6)    !< on the block, N/m; gradient of slip
+      real(wp), intent(in) :: normal_force, normal(6)  !< on block, N/m; gradient of the gap
+      real(wp), intent(in) :: shear_force, shear(6)    !< on block, N/m; gradient of the slip
 
       call add_forces(system%rhs(:, b), normal_force, normal, shear_force, shear)
       system%contact_terms%dirty(b) = max(system%contact_terms%dirty(b), is_dirty_force)

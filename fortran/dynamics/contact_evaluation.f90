@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Evaluation of all contacts at a trial d: gaps, slips, forces by the contact laws, and differences
-!> between these forces and those assumed in the solution.
+!> between these forces and the forces assumed in the solution.
 module dda_contact_evaluation
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
@@ -21,7 +21,7 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
       real(wp), intent(inout) :: largest   !< largest force so far, N/m
-      real(wp), intent(out) :: residual    !< largest difference from the assumed forces, N/m
+      real(wp), intent(out) :: residual    !< largest difference to the assumed forces, N/m
       logical, intent(in), optional :: measured  !< .true.: gaps and slips are known at d
       logical :: measures
       integer :: p
@@ -47,8 +47,8 @@ contains
    pure subroutine evaluate_range(contacts, laws, first, last, largest, residual)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      integer, intent(in) :: first, last  !< of the range
-      real(wp), intent(inout) :: largest, residual  !< force and difference, N/m
+      integer, intent(in) :: first, last  !< first and last contact
+      real(wp), intent(inout) :: largest, residual  !< largest force and difference, N/m
       type(response_type) :: response
       integer :: c
 
@@ -72,8 +72,9 @@ contains
    end subroutine evaluate_range
 
    !> State that the next iteration assumes.
-   !> If slip reverses, the contact first sticks, so that its force does not jump between the bounds
-   !> of friction.  A contact that closes repeatedly first slides: its shear force could open it.
+   !> If slip reverses, the contact first sticks, because its force would otherwise jump to the
+   !> other friction bound.  A contact that closes repeatedly first slides, because a shear force
+   !> could open the contact again.
    pure integer function next_state(contacts, laws, response, c)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -93,11 +94,11 @@ contains
          next_state = contact_slide
    end function next_state
 
-   !> Measure all contacts at d, and add their assumed forces to the forces on their blocks.
+   !> Compute gap and slip of all contacts at d, and add their assumed forces to the block forces.
    pure subroutine add_assumed_forces(contacts, d, forces)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
-      real(wp), intent(inout), contiguous :: forces(:,:)  !< [6,blocks] N
+      real(wp), intent(inout), contiguous :: forces(:,:)  !< [6,blocks] forces, N
       integer :: c
 
       call measure_range(contacts, d, 1, contacts%n)

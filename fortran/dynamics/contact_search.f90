@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> List of the contacts of a step, found from geometry, with the histories of the previous list.
+!> List the contacts of a step from the geometry, with the histories of the previous list.
 module dda_contact_search
    use dda_kinds, only: wp
    use dda_errors, only: error_type, error_input, fail
@@ -27,8 +27,8 @@ module dda_contact_search
    private
    public :: find_contacts
 
-   real(wp), parameter :: least_rounding = 1.0e-5_wp  !< smallest factor of contact force noise
-   real(wp), parameter :: search_margin = 1.0_wp   !< extra reach over the contact distance
+   real(wp), parameter :: least_rounding = 1.0e-5_wp  !< smallest factor of the force noise
+   real(wp), parameter :: search_margin = 1.0_wp   !< search margin over the contact distance
 
 contains
 
@@ -58,7 +58,7 @@ contains
    !> Search for neighbours, and update the pattern of the matrix and its ordering.
    subroutine search_neighbours(simulation, reach, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
-      real(wp), intent(in) :: reach  !< m
+      real(wp), intent(in) :: reach  !< search distance, m
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       call forget_parted(simulation%detection%across, simulation%blocks, reach)
@@ -91,7 +91,7 @@ contains
          if (contacts%with_laws) contacts%point(:contacts%n) = 0
          if (simulation%laws%pointed) call add_points(simulation%points, contacts, &
             simulation%blocks, simulation%laws, simulation%detection%distance)
-         ! A contact continues if its gap has changed by no more than the displacement of a step.
+         ! A contact keeps its history if its gap has changed by at most the displacement of a step.
          associate (history => simulation%history, detection => simulation%detection)
             history%deepest = detection%travel + detection%pressed
             history%largest_jump = detection%travel + 2*detection%deepest + detection%largest_corner
@@ -113,7 +113,7 @@ contains
       end associate
    end subroutine renew_contacts
 
-   !> Set data of joint laws for a new list: lengths and linearisations.
+   !> Set the tributary lengths and linearisations of joint laws for a new list.
    pure subroutine prepare_laws(simulation, contacts)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       type(contacts_type), intent(inout) :: contacts      !< new list

@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Springs of the contacts in K̂ and contact forces at d = 0; only rows of blocks whose springs or
-!> forces have changed are assembled again.
+!> Springs of the contacts in K̂ and contact forces at d = 0.  A row is assembled again only if
+!> springs or forces of its block have changed.
 !>
 !> In an iteration, a contact has the forces N = N₀ − K_n (z − z₀) and T = T₀ + K_s s at gap z and
 !> slip s.  N₀, K_n, T₀ and K_s depend on its state, its law, the instant at which it acts, its
-!> damping and its retained stiffness.  If the iteration could overshoot, an open contact retains a
-!> fraction of its normal spring, and a sliding contact of its shear spring.  The force of this
-!> fraction is zero at the last iterate, so it does not change the solution.
+!> damping and its retained stiffness.  To prevent overshoot, an open contact may retain a fraction
+!> of its normal spring, and a sliding contact a fraction of its shear spring.  The force of this
+!> fraction is zero at the last iterate, so the solution does not change.
 !>
 !> Within a step the geometry of the contacts is constant and the open–close iteration changes few
 !> of their states.  A contact whose spring or force differs from the assembled one marks both its
@@ -28,20 +28,19 @@ module dda_contact_terms
 
    integer, parameter :: is_clean = 0            !< nothing must be assembled again
    integer, parameter :: is_dirty_force = 1      !< the right-hand side must be assembled again
-   integer, parameter :: is_dirty_stiffness = 2  !< and the matrix
+   integer, parameter :: is_dirty_stiffness = 2  !< the matrix must be assembled again, too
 
    integer, parameter :: none = -1   !< no assembled state
 
    !> Terms of the contacts that must be assembled, or passed to the solver.
    type :: contact_terms_type
-      logical :: rebuild = .true.             !< the contacts or the linear part are new
+      logical :: rebuild = .true.             !< contacts or linear part are new
       logical :: other_matrix = .true.        !< K̂ has changed since the last call
       integer, allocatable :: dirty(:)        !< [blocks] parts that must be assembled again
       integer, allocatable :: changed(:)      !< [contacts] parts that have changed
-      !> springs and forces of contacts that neither slide nor are bonded depend only on their
-      !> states
+      !> springs and forces depend only on the state if a contact neither slides nor is bonded
       logical :: by_state = .false.
-      !> [contacts] assembled state of a contact that neither slides nor is bonded, else `none`
+      !> [contacts] assembled state if a contact neither slides nor is bonded, else `none`
       integer, allocatable :: steady(:)
       type(rank_one_type) :: spring_changes   !< changes since the last factorisation
    end type contact_terms_type
@@ -81,7 +80,7 @@ contains
       end do
    end subroutine update_contact_terms
 
-   !> Mark contacts first … last whose spring or force at d = 0 differs from the assembled one.
+   !> Mark contacts first … last if their spring or force at d = 0 differs from the assembled one.
    pure subroutine compare_forces_range(terms, contacts, laws, first, last)
       type(contact_terms_type), intent(inout) :: terms  !< assembled terms of the contacts
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
@@ -119,7 +118,7 @@ contains
       logical :: matters(2)
 
       call find_terms(contacts, laws, c, springs, forces)
-      if (tilt_differs(contacts, c)) then  ! the normal spring is removed and added along other rows
+      if (tilt_differs(contacts, c)) then  ! move the normal spring to other rows
          call acting_rows(contacts, c, rows)
          call add_change(terms%spring_changes, contacts%block_v(c), rows%normal_v, &
             contacts%block_e(c), rows%normal_e, -contacts%spring(1, c))
@@ -136,7 +135,7 @@ contains
       contacts%spring(:, c) = springs
    end subroutine renew_springs
 
-   !> .true. if the assumed dilation of contact c per slip differs from the one in K̂.
+   !> .true. if the assumed rise per unit of slip of contact c differs from the value in K̂.
    pure logical function tilt_differs(contacts, c)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c  !< number of the contact
@@ -162,7 +161,7 @@ contains
       if (is_free) is_free = .not. contacts%bonded(c)
    end function is_free
 
-   !> .true. if contact c is open but has friction: its bound is constant in the iteration.
+   !> .true. if contact c is open but has friction, because its bound is frozen.
    elemental logical function rubs_open(contacts, c)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c  !< number of the contact
@@ -177,7 +176,7 @@ contains
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
-      real(wp), intent(out) :: springs(2), forces(2)  !< N/m
+      real(wp), intent(out) :: springs(2), forces(2)  !< normal and shear value, N/m
 
       if (allocated(contacts%imposed_spring)) then
          springs = contacts%imposed_spring(:, c)
@@ -200,7 +199,7 @@ contains
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
-      real(wp), intent(out) :: springs(2), forces(2)  !< N/m
+      real(wp), intent(out) :: springs(2), forces(2)  !< normal and shear value, N/m
       real(wp) :: at(2)
       logical :: rubs, at_bound
 

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Damage of bonds within a step: each pass solves the step and sets the damage that corresponds to
-!> the solution.  The first solution, without further damage, is the stiffest; each pass opens the
-!> bonds more.  If the step has a unique solution, the passes converge to it.  They may end early,
-!> because the dissipated energy is exact for the damage of the last pass (`dda_joint_bond`).
+!> Damage of bonds within a step: each pass solves the step and sets the damage for the solution.
+!> The first pass, without further damage, is the stiffest; each pass opens the bonds more.  Passes
+!> converge to the solution of the step if it is unique.  They may end before they converge, because
+!> the dissipated energy is exact for the damage of the last pass (`dda_joint_bond`).
 !> Steps that end before convergence are counted.
 module dda_damage_passes
    use dda_kinds, only: wp
@@ -14,8 +14,8 @@ module dda_damage_passes
    private
    public :: begin_damage, renew_damage, most_passes
 
-   integer, parameter :: most_passes = 40  !< largest number per step
-   real(wp), parameter :: same = 1.0e-6_wp     !< difference of damage at convergence
+   integer, parameter :: most_passes = 40  !< largest number of passes per step
+   real(wp), parameter :: same = 1.0e-6_wp     !< tolerance of the damage
 
 contains
 
@@ -32,13 +32,13 @@ contains
       end do
    end subroutine begin_damage
 
-   !> Set the damage that corresponds to the solution.
+   !> Set the damage for the solution of the last pass.
    !> If `passes` exceeds `most_passes`, the step is accepted without convergence.
    pure subroutine renew_damage(contacts, laws, passes, settled)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      integer, intent(inout) :: passes  !< of this step
-      logical, intent(out) :: settled   !< accepted: the damage need not change
+      integer, intent(inout) :: passes  !< number of passes in this step
+      logical, intent(out) :: settled   !< the damage has converged or is accepted
       real(wp) :: fitting
       integer :: c
 

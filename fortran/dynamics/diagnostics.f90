@@ -18,9 +18,9 @@ module dda_diagnostics
    real(wp), parameter :: most_away = 1.0e4_wp
    !> tolerance of the energy balance over the sum of all exchanged energies
    real(wp), parameter :: most_unexplained = 1.0e-6_wp
-   real(wp), parameter :: most_strain = 0.02_wp  !< largest strain of the theory of small strains
+   real(wp), parameter :: most_strain = 0.02_wp  !< largest strain for small-strain theory
    real(wp), parameter :: deepest = 0.05_wp  !< largest penetration over size of the smaller block
-   !> largest energy gained by springs between steps, over the sum of all exchanged energies
+   !> largest energy gain of springs between steps over the sum of all exchanged energies
    real(wp), parameter :: most_geometric = 1.0e-2_wp
 
 contains
@@ -88,7 +88,7 @@ contains
    pure logical function are_finite_and_near(n, position, velocity, allowed) result(sound)  ! total
       integer, intent(in) :: n  !< blocks
       real(wp), intent(in) :: position(6, n), velocity(6, n)  !< coordinates and their rates
-      real(wp), intent(in) :: allowed  !< m
+      real(wp), intent(in) :: allowed  !< allowed distance, m
       real(wp), parameter :: limit = huge(1.0_wp)
       integer :: b
 
@@ -99,7 +99,7 @@ contains
       end do
    end function are_finite_and_near
 
-   !> Warning of the energy audit on a run; '' if energies balance.
+   !> Warning of the energy audit; '' if the energies balance.
    pure function audit_warning(simulation) result(text)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       character(len=:), allocatable :: text
@@ -110,7 +110,7 @@ contains
       allowed = max(most_unexplained*scale, rounding_energy(simulation))
       if (abs(balance(simulation%energy)) > allowed) then
          text = 'the energy audit does not balance: '//to_text(balance(simulation%energy))// &
-            ' of '//to_text(scale)//' J/m are unexplained, allowed '//to_text(allowed)// &
+            ' of '//to_text(scale)//' J/m are unexplained, limit '//to_text(allowed)// &
             '; try a lower force_tolerance'
       else if (abs(simulation%energy%value(energy_geometric)) > max(most_geometric*scale, &
          allowed)) then
@@ -120,8 +120,8 @@ contains
       end if
    end function audit_warning
 
-   !> Add warnings on values for which the method is not valid: strains and penetrations in any
-   !> step, and the present bending of joints and variables of joint laws.
+   !> Add warnings on values beyond the limits of the method: largest strains and penetrations of
+   !> the run, and bending of joints and variables of joint laws in the present state.
    pure subroutine doubt_state(simulation, doubts)
       type(simulation_type), intent(in) :: simulation            !< a run and its state
       type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< warnings are added
@@ -158,9 +158,9 @@ contains
 
       associate (most => simulation%maxima%largest(of_strain))
          if (most%value > most_strain) call add_doubt(doubts, 'strain', 'block '// &
-            block_name(simulation, most%who(1))//' is strained by '//short_text(100*most%value)// &
-            ' % at t = '//short_text(most%time)//' s, beyond the '//short_text(100*most_strain)// &
-            ' % of small strains')
+            block_name(simulation, most%who(1))//' has a strain of '//short_text(100*most%value)// &
+            ' % at t = '//short_text(most%time)//' s; small-strain theory holds up to '// &
+            short_text(100*most_strain)//' %')
       end associate
    end subroutine doubt_strain
 
@@ -175,13 +175,13 @@ contains
             short_text(most%value*minval(simulation%maxima%size_of(most%who)))// &
             ' m deep in block '//block_name(simulation, most%who(2))//' at t = '// &
             short_text(most%time)//' s, '//short_text(100*most%value)// &
-            ' % of the size of the smaller of the two, limit '//short_text(100*deepest)//' %')
+            ' % of the size of the smaller block, limit '//short_text(100*deepest)//' %')
       end associate
    end subroutine doubt_depth
 
-   !> Energy residual due to rounding of positions, J/m.
-   !> Sum of three parts: work of the weight along the rounding errors of all steps, work of the
-   !> noise of contact forces along the path, and kinetic energy of rounding errors per Δt.
+   !> Energy residual due to rounding of positions, J/m.  It is the sum of the work of the weight
+   !> along the rounding errors of all steps, the work of the noise of contact forces along the
+   !> path, and the kinetic energy of rounding errors per Δt.
    pure real(wp) function rounding_energy(simulation)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       real(wp) :: places, mass

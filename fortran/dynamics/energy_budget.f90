@@ -39,8 +39,8 @@ contains
       energy%value(energy_initial) = total_energy(energy)
    end subroutine start_energy_budget
 
-   !> Add the geometric energy to the budget: the difference between the spring energies in exact
-   !> geometry and those in the linearised geometry of the last step.
+   !> Add the geometric energy to the budget: the spring energies in exact geometry minus the spring
+   !> energies in the linearised geometry of the last step.
    subroutine update_geometric(energy, blocks, contacts, laws, elements, step)
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
@@ -64,7 +64,7 @@ contains
       call add_energy(energy, energy_geometric, energy%value(energy_water) - water)
    end subroutine update_geometric
 
-   !> Add losses and work of the converged step, before its d is added to the coordinates.
+   !> Add losses and work of the converged step, before d is added to the coordinates.
    subroutine update_step(energy, blocks, contacts, laws, elements, step, d)
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
@@ -119,7 +119,7 @@ contains
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
-      integer, intent(in) :: first, last  !< first and last of the range
+      integer, intent(in) :: first, last  !< first and last in the range
       real(wp) :: total(2), change(6)
       integer :: b
 
@@ -170,13 +170,13 @@ contains
       call add_energy(energy, energy_impact, total(7))
    end subroutine update_contacts
 
-   !> Sum seven energies of contacts first … last: stored, losses by slip, by fracture and by the
-   !> scheme, gain by dilation, losses by dashpots and by impacts.
+   !> Sum seven energies of contacts first … last: stored energy; losses by slip, by fracture and by
+   !> the scheme; gain by dilation; losses by dashpots and by impacts.
    pure function sum_contacts(contacts, laws, step, first, last) result(total)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(step_type), intent(in) :: step  !< the present step
-      integer, intent(in) :: first, last  !< first and last of the range
+      integer, intent(in) :: first, last  !< first and last in the range
       real(wp) :: total(7)
       type(losses_type) :: losses
       integer :: c
@@ -234,7 +234,7 @@ contains
    end subroutine add_contact
 
    !> Add the energies of one contact under a joint law.
-   !> Friction includes the whole work of the shear force, because slip does the work of dilation.
+   !> Friction includes the whole work of the shear force, because this also does work of dilation.
    pure subroutine add_joint_contact(total, contacts, laws, c)
       real(wp), intent(inout) :: total(5)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
@@ -310,11 +310,11 @@ contains
    end subroutine add_bond
 
    !> Spring energy of a contact at a gap and a shear stretch.
-   !> In the augmented Lagrangian method, normal forces store no energy, as in a rigid contact.
+   !> With an augmented Lagrangian, normal forces store no energy, as in a rigid contact.
    pure real(wp) function stored_energy(laws, gap, closed, bonded, stretch)
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in) :: gap, stretch  !< gap and shear stretch, m
-      logical, intent(in) :: closed, bonded  !< contact is closed, is bonded
+      logical, intent(in) :: closed, bonded  !< the contact is closed; bonded
 
       stored_energy = 0.5_wp*laws%shear_stiffness*stretch**2
       if (bonded .or. (closed .and. .not. laws%augmented)) &
@@ -343,7 +343,7 @@ contains
    pure real(wp) function sum_stored(contacts, laws, first, last)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      integer, intent(in) :: first, last  !< first and last of the range
+      integer, intent(in) :: first, last  !< first and last in the range
       integer :: c
 
       sum_stored = 0.0_wp
@@ -395,7 +395,7 @@ contains
    !> Sum of ½ A εᵀDε + A σ₀ᵀε over blocks first … last.
    pure real(wp) function sum_strain(blocks, first, last) result(energy)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      integer, intent(in) :: first, last  !< first and last of the range
+      integer, intent(in) :: first, last  !< first and last in the range
       integer :: b
 
       energy = 0.0_wp

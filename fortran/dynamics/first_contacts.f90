@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Slip and opening of the initially touching contacts, measured between the vertex and the point on
-!> the edge that was initially nearest to the vertex (the foot).  This point divides the edge in a
-!> constant ratio, because the strain of a block is uniform.
+!> Slip and opening of the initially touching contacts, measured between the vertex and its foot,
+!> the point on the edge that was initially nearest.  The foot divides the edge in a constant ratio,
+!> because the strain of a block is uniform.
 !>
-!> Contacts are not scanned in every step: since the last scan, no contact can have moved farther
-!> than the blocks.  A scan is necessary only if blocks may have moved so far that a value could
-!> exceed both the largest value so far and 1e-7 of the model size.
+!> Contacts are not scanned in every step, because no contact can move farther than the blocks.  A
+!> scan is necessary only if the displacement of blocks since the last scan suffices for a value
+!> above both the largest value so far and 1e-7 of the model size.
 module dda_first_contacts
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -17,17 +17,17 @@ module dda_first_contacts
    public :: first_contacts_type, begin_first_contacts, reserve_first_contacts, add_movement, &
       may_exceed, drop_removed, count_moved, foot_movement
 
-   !> largest movement of a contact over the displacement of the blocks: 2 for its two blocks, and
+   !> bound on the movement of a contact over the displacement of blocks: 2 for two blocks, plus
    !> less than 1 for finite rotations and feet beyond the ends of an edge
    real(wp), parameter :: both_sides = 3.0_wp
 
    !> The initially touching contacts, and the result of the last scan.
    type :: first_contacts_type
       ! unsaved, found before it is used: pressed
-      integer, allocatable :: vertex(:), edge(:)  !< [contacts]
-      real(wp), allocatable :: share(:)           !< [contacts] fraction of the edge before the foot
+      integer, allocatable :: vertex(:), edge(:)  !< [contacts] vertex and edge
+      real(wp), allocatable :: share(:)           !< [contacts] position of the foot as a fraction
       real(wp), allocatable :: gap(:)             !< [contacts] initial distance, m; 0 for overlaps
-      integer, allocatable :: pressed(:)  !< [vertices] edge on which each vertex presses, or 0
+      integer, allocatable :: pressed(:)  !< [vertices] edge that each vertex presses on, or 0
       real(wp) :: shortest = 0.0_wp               !< length of the shortest edge, m
       real(wp) :: found(3) = 0.0_wp  !< result of the last scan, m (see `scan_movements`)
       real(wp) :: path = 0.0_wp                   !< displacement of the blocks at the last scan, m
@@ -38,7 +38,7 @@ contains
    !> Allocate the variables of n contacts.
    subroutine reserve_first_contacts(first, n, vertices)
       type(first_contacts_type), intent(out) :: first  !< allocated, without contacts
-      integer, intent(in) :: n, vertices               !< contacts; vertices of the model
+      integer, intent(in) :: n, vertices               !< number of contacts; of vertices
 
       allocate (first%vertex(n), first%edge(n), source=0)
       allocate (first%share(n), first%gap(n), source=0.0_wp)
@@ -90,7 +90,7 @@ contains
    !> .true. if a scan of the contacts could find a new maximum that must be recorded.
    pure logical function may_exceed(first, largest, path, least)  ! total
       type(first_contacts_type), intent(in) :: first   !< initially touching contacts
-      type(largest_type), intent(in) :: largest(:)     !< [maxima] so far
+      type(largest_type), intent(in) :: largest(:)     !< [maxima] largest values so far
       real(wp), intent(in) :: path  !< sum of the largest displacements of all steps, m
       real(wp), intent(in) :: least                    !< smallest movement that is recorded, m
       real(wp) :: way
@@ -98,14 +98,14 @@ contains
       may_exceed = .false.
       if (size(first%vertex) == 0) return
       way = both_sides*(path - first%path)
-      way = way*(1.0_wp + (first%found(3) + way)/first%shortest)  ! edges rotate as well
+      way = way*(1.0_wp + (first%found(3) + way)/first%shortest)  ! rotation of edges
       may_exceed = any(first%found(:2) + way > max(least, largest([of_slip, of_opening])%value))
    end function may_exceed
 
    !> Update the largest movements by a scan of all contacts.
    subroutine add_movement(first, largest, contacts, blocks, time, path)
       type(first_contacts_type), intent(inout) :: first  !< initially touching contacts
-      type(largest_type), intent(inout) :: largest(:)    !< [maxima] so far
+      type(largest_type), intent(inout) :: largest(:)    !< [maxima] largest values so far
       type(contacts_type), intent(in) :: contacts        !< contacts of the last step
       type(blocks_type), intent(in) :: blocks            !< blocks in their present state
       real(wp), intent(in) :: time                       !< s
@@ -134,7 +134,7 @@ contains
       first%found = found
    end subroutine add_movement
 
-   !> Find the largest slip, opening, and bound of both together of contacts begin … end.
+   !> Find the largest slip, opening, and sum bound of both for contacts begin … end.
    pure subroutine scan_movements(first, blocks, begin, end, most)
       type(first_contacts_type), intent(in) :: first  !< initially touching contacts
       type(blocks_type), intent(in) :: blocks         !< blocks in their present state
@@ -162,10 +162,10 @@ contains
       most = [slip, growth, slip + max(growth, -least)]
    end subroutine scan_movements
 
-   !> Update the largest slip and opening from the positions of each contact.
+   !> Update the largest slip and opening with the value of each contact.
    subroutine scan_all(first, largest, contacts, blocks, time)
       type(first_contacts_type), intent(inout) :: first  !< initially touching contacts
-      type(largest_type), intent(inout) :: largest(:)    !< [maxima] so far
+      type(largest_type), intent(inout) :: largest(:)    !< [maxima] largest values so far
       type(contacts_type), intent(in) :: contacts        !< contacts of the last step
       type(blocks_type), intent(in) :: blocks            !< blocks in their present state
       real(wp), intent(in) :: time                       !< s
@@ -181,7 +181,7 @@ contains
       end do
    end subroutine scan_all
 
-   !> Slip and opening of contact c; a contact under compression opens by dilation only.
+   !> Slip and opening of contact c; in compression, the opening is due to dilation only.
    pure function contact_movement(first, blocks, c) result(moved)
       type(first_contacts_type), intent(in) :: first  !< contacts after `find_pressed`
       type(blocks_type), intent(in) :: blocks         !< blocks in their present state
@@ -192,7 +192,7 @@ contains
       if (first%pressed(first%vertex(c)) == first%edge(c)) moved(2) = min(moved(2), 0.0_wp)
    end function contact_movement
 
-   !> Displacement of the vertex of contact c along the edge, and increase of its distance, m.
+   !> Displacement of the vertex of contact c along the edge, and increase of its distance to it, m.
    pure function foot_movement(first, blocks, c) result(moved)
       type(first_contacts_type), intent(in) :: first  !< initially touching contacts
       type(blocks_type), intent(in) :: blocks         !< blocks in their present state
@@ -208,7 +208,7 @@ contains
       end associate
    end function foot_movement
 
-   !> Find the edge on which each vertex presses; of several, the last in the list.
+   !> Find the edge that each vertex presses on; of several edges, the last one in the list.
    pure subroutine find_pressed(first, contacts)
       type(first_contacts_type), intent(inout) :: first  !< initially touching contacts
       type(contacts_type), intent(in) :: contacts        !< contacts of the last step
@@ -221,13 +221,13 @@ contains
       end do
    end subroutine find_pressed
 
-   !> Count all contacts, those that have slipped, and those that have opened by more than a limit.
+   !> Count all contacts, contacts that have slipped, and contacts that have opened beyond a limit.
    subroutine count_moved(first, contacts, blocks, limit, numbers)
       type(first_contacts_type), intent(inout) :: first  !< initially touching contacts
       type(contacts_type), intent(in) :: contacts        !< contacts of the last step
       type(blocks_type), intent(in) :: blocks            !< blocks in their present state
       real(wp), intent(in) :: limit                      !< smallest counted movement, m
-      integer, intent(out) :: numbers(3)                 !< all, slipped, opened
+      integer, intent(out) :: numbers(3)  !< numbers of all, slipped and opened contacts
       real(wp) :: moved(2)
       integer :: c
 

@@ -1,15 +1,15 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Fixed-point iteration of the friction bounds, with an open–close iteration in each pass.
 !>
-!> With constant (frozen) friction bounds, the solution of a step is unique, the minimum of a convex
-!> function, and the open–close iteration finds it.  New bounds follow from its normal forces.  This
-!> map of bounds is continuous, and bounded because frozen friction only dissipates.  By Brouwer's
-!> theorem the map has a fixed point, a solution with friction, for any coefficient of friction.
+!> With constant (frozen) friction bounds, the solution of a step is the unique minimum of a convex
+!> function, which the open–close iteration finds.  Its normal forces determine new bounds.  This
+!> map of bounds is continuous; it is bounded because frozen friction only dissipates.  By Brouwer's
+!> theorem the map has a fixed point, the solution with friction, for any coefficient of friction.
 !>
-!> If more normal force leads to more slip resistance and thereby to more normal force, the plain
-!> iteration diverges from one fixed point, often by 0.1 % per pass, towards another one at which
-!> contacts lock.  Differences of the bounds that retain their direction and do not decrease are
-!> therefore extrapolated; other differences that do not decrease are damped.
+!> If a larger normal force increases the slip resistance and this increases the normal force, the
+!> plain iteration diverges from one fixed point, often by 0.1 % per pass, towards another one at
+!> which contacts lock.  Changes of the bounds that keep their direction and do not decrease are
+!> therefore extrapolated; other changes that do not decrease are damped.
 module dda_friction_bounds
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type
@@ -18,17 +18,17 @@ module dda_friction_bounds
    private
    public :: bounds_type, hold_bounds, release_bounds, renew_bounds
 
-   real(wp), parameter :: same_way = 0.99_wp !< cosine between differences of equal direction
-   real(wp), parameter :: stretch = 4.0_wp  !< growth of the extrapolation of such differences
+   real(wp), parameter :: same_way = 0.99_wp !< least cosine of the angle between equal directions
+   real(wp), parameter :: stretch = 4.0_wp  !< growth of the extrapolation factor per pass
    real(wp), parameter :: shorter = 0.5_wp  !< change of `share` if the difference does not decrease
    real(wp), parameter :: longer = 1.2_wp     !< change of `share` if the difference decreases
 
-   !> State of the iteration of the bounds; a difference is the change of all bounds in a pass.
+   !> Iteration of the bounds; a difference is the change of all bounds in a pass.
    type :: bounds_type
       integer :: worst = 0                     !< contact with the largest present difference
       real(wp) :: difference = 0.0_wp          !< largest present difference, N/m
       real(wp) :: share = 1.0_wp               !< fraction of a difference that is applied
-      real(wp) :: stretched = 1.0_wp           !< last factor of extrapolation
+      real(wp) :: stretched = 1.0_wp           !< last extrapolation factor
       real(wp) :: length = 0.0_wp              !< norm of the last difference, N/m
       real(wp), allocatable :: change(:)       !< [contacts] the last difference, N/m
    end type bounds_type
@@ -46,7 +46,7 @@ contains
       contacts%held_bound = friction_bound(contacts, laws, [(c, c=1, contacts%n)])
    end subroutine hold_bounds
 
-   !> End frozen friction bounds: they depend on the normal forces again.
+   !> Let the friction bounds depend on the normal forces again.
    pure subroutine release_bounds(contacts)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
 

@@ -7,10 +7,10 @@
 !>
 !>     v⁺ = v_free + M̂⁻¹ (N p + T t),  0 ≤ p ⊥ Nᵀ(v⁺ + e v⁻) ≥ 0,  |t| ≤ μ p,  Tᵀv⁺ = 0 if stuck,
 !>
-!> with rigid contact conditions on velocity, by the same open–close iteration.  In such a step
-!> struck blocks, their other closed contacts and their supports are rigid; bonds are springs as in
-!> other steps.  The solution is repeated until it contains no further struck contact.  Contacts
-!> that the impact opens, such as the corner about which a block has rocked, retain their force for
+!> by the same open–close iteration, with rigid contact conditions on the velocity.  In this
+!> solution struck blocks, their other closed contacts and their supports are rigid; bonds are
+!> springs as in other steps.  Solutions are repeated until no further contact is struck.  A contact
+!> that the impact opens, such as the corner about which a block has rocked, retains its force for
 !> the fraction of the step before the impact.
 !>
 !> With e = 0 the contact closes its gap in this step, v⁺ = −z₀/Δt, and stops in the next step; the
@@ -35,11 +35,11 @@ module dda_impact
 
    !> smallest velocity of an impact over the velocity that gravity causes in a step
    real(wp), parameter :: slow = 2.0_wp
-   real(wp), parameter :: short_way = 0.01_wp   !< gap over path in a step: smaller gaps are zero
+   real(wp), parameter :: short_way = 0.01_wp   !< gaps below this fraction of the path are zero
    real(wp), parameter :: rigid = 1.0e8_wp  !< strain stiffness of a struck block over K̂
-   real(wp), parameter :: unyielding = 1.0e5_wp !< stiffness of its supports over inertia in K̂
+   real(wp), parameter :: unyielding = 1.0e5_wp !< stiffness of rigid supports over inertia in K̂
    integer, parameter :: most_rounds = 20       !< largest number of solutions per step
-   real(wp), parameter :: gain_allowed = 1.0e-6_wp  !< rounding error over the exchanged energy
+   real(wp), parameter :: gain_allowed = 1.0e-6_wp  !< rounding error over the exchanged energies
 
    !> Impacts of a step, and their counts.
    type :: impacts_type
@@ -61,16 +61,16 @@ contains
    !> Allocate the impacts for n blocks.
    subroutine prepare_impacts(impacts, n)
       type(impacts_type), intent(out) :: impacts  !< no impacts
-      integer, intent(in) :: n  !< blocks
+      integer, intent(in) :: n  !< number of blocks
 
       allocate (impacts%hit(n), impacts%stiff(n), source=.false.)
       allocate (impacts%before(n), source=0.0_wp)
    end subroutine prepare_impacts
 
-   !> Find impacts after the step has been solved, and solve it again by the impact law.
+   !> Find the impacts in a solved step, and solve the step again with the impact law.
    subroutine resolve_impacts(impacts, iteration, system, solver, contacts, laws, blocks, step, &
       gravity, error)
-      type(impacts_type), intent(inout) :: impacts  !< of this step
+      type(impacts_type), intent(inout) :: impacts  !< impacts of this step
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
@@ -104,7 +104,7 @@ contains
          if (allocated(error)) return
       end do
       if (round > most_rounds) call fail(error, error_convergence, &
-         'impacts with the restitution of their joints do not converge')
+         'the impacts do not converge with the restitution of their joints')
       if (impacts%struck == 0) return
       impacts%work = rigid_support_work(impacts, system)
       impacts%lost = rigid_strain_loss(impacts, system)
@@ -112,7 +112,7 @@ contains
 
    !> Count the impacts of an accepted step.
    pure subroutine count_impacts(impacts)
-      type(impacts_type), intent(inout) :: impacts  !< of this step
+      type(impacts_type), intent(inout) :: impacts  !< impacts of this step
 
       if (impacts%struck == 0) return
       impacts%steps = impacts%steps + 1
@@ -120,16 +120,16 @@ contains
       if (impacts%share < 1.0_wp) impacts%reduced = impacts%reduced + 1
    end subroutine count_impacts
 
-   !> Mark contacts that have closed in the solution faster than `slowest` as struck.
+   !> Mark contacts as struck if they close in the solution faster than `slowest`.
    pure subroutine strike_closed(impacts, iteration, contacts, laws, blocks, step, slowest, &
       first, found)
-      type(impacts_type), intent(inout) :: impacts  !< of this step
-      type(open_close_type), intent(in) :: iteration  !< converged
+      type(impacts_type), intent(inout) :: impacts  !< impacts of this step
+      type(open_close_type), intent(in) :: iteration  !< converged iteration
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present step
-      real(wp), intent(in) :: slowest  !< velocity of an impact, m/s
+      real(wp), intent(in) :: slowest  !< smallest velocity of an impact, m/s
       logical, intent(in) :: first  !< no contact has been struck in this step
       integer, intent(out) :: found  !< number of contacts newly struck
       integer :: c
@@ -151,7 +151,7 @@ contains
 
    !> Record that a block is struck after a fraction of the step.
    pure subroutine record_hit(impacts, b, share)
-      type(impacts_type), intent(inout) :: impacts  !< of this step
+      type(impacts_type), intent(inout) :: impacts  !< impacts of this step
       integer, intent(in) :: b  !< number of the block
       real(wp), intent(in) :: share  !< fraction of the step before the impact
 
@@ -174,10 +174,10 @@ contains
 
    !> Let contacts that open in the solution retain their force until the impact.
    pure subroutine lift_opened(impacts, contacts, laws, lifted)
-      type(impacts_type), intent(in) :: impacts  !< of this step
+      type(impacts_type), intent(in) :: impacts  !< impacts of this step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      integer, intent(out) :: lifted  !< contacts
+      integer, intent(out) :: lifted  !< number of these contacts
       real(wp) :: share
       integer :: c
 
@@ -196,7 +196,7 @@ contains
 
    !> Opening velocity of a struck contact after the impact, m/s.
    pure real(wp) function opening_velocity(impacts, contacts, laws, step, c) result(target)
-      type(impacts_type), intent(in) :: impacts  !< of this step
+      type(impacts_type), intent(in) :: impacts  !< impacts of this step
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(step_type), intent(in) :: step  !< the present step
@@ -211,7 +211,7 @@ contains
 
    !> Make the other closed contacts of struck blocks rigid.
    pure subroutine stiffen_neighbours(impacts, contacts, laws, blocks, step)
-      type(impacts_type), intent(in) :: impacts  !< of this step
+      type(impacts_type), intent(in) :: impacts  !< impacts of this step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
@@ -226,10 +226,10 @@ contains
       end do
    end subroutine stiffen_neighbours
 
-   !> Make struck blocks rigid: they retain their strains, and their positions at supports.  If
-   !> supports prescribed the velocity instead, blocks struck in many successive steps would drift.
+   !> Make struck blocks rigid: keep their strains, and their positions at supports.  If supports
+   !> kept the velocity instead, blocks that are struck in many successive steps would drift.
    pure subroutine make_blocks_rigid(impacts, system, first)
-      type(impacts_type), intent(inout) :: impacts  !< of this step
+      type(impacts_type), intent(inout) :: impacts  !< impacts of this step
       type(system_type), intent(inout) :: system  !< equations of the step
       logical, intent(in) :: first  !< first impacts in this step
       real(wp) :: k, own(6)
@@ -257,7 +257,7 @@ contains
 
    !> .true. if a support of a struck block has not been made rigid in this step.
    pure logical function has_free_support(impacts, term)
-      type(impacts_type), intent(in) :: impacts  !< of this step
+      type(impacts_type), intent(in) :: impacts  !< impacts of this step
       type(linear_term_type), intent(in) :: term  !< spring or dashpot of an element
 
       has_free_support = .false.
@@ -265,8 +265,8 @@ contains
          .not. impacts%stiff(term%block_a)
    end function has_free_support
 
-   !> .true. if the term is a support that does not move and acts at the end of the step.
-   !> Moving supports are not made rigid, because the block would lag behind them.
+   !> .true. if the term is a fixed support that acts at the end of the step.
+   !> Moving supports are not made rigid, because the block would lag behind the support.
    pure logical function is_support(term)
       type(linear_term_type), intent(in) :: term  !< spring or dashpot of an element
 
@@ -287,7 +287,7 @@ contains
 
    !> Energy lost by making the strains of struck blocks rigid, J per metre of thickness.
    pure real(wp) function rigid_strain_loss(impacts, system) result(loss)
-      type(impacts_type), intent(in) :: impacts  !< of this step
+      type(impacts_type), intent(in) :: impacts  !< impacts of this step
       type(system_type), intent(in) :: system  !< equations of the step, solved
       real(wp) :: own(6)
       integer :: b, i
@@ -304,7 +304,7 @@ contains
 
    !> Work of the rigid supports of struck blocks in a step, J per metre of thickness.
    pure real(wp) function rigid_support_work(impacts, system) result(work)
-      type(impacts_type), intent(in) :: impacts  !< of this step
+      type(impacts_type), intent(in) :: impacts  !< impacts of this step
       type(system_type), intent(in) :: system  !< equations of the step, solved
       real(wp) :: moved
       integer :: i
@@ -321,8 +321,8 @@ contains
    end function rigid_support_work
 
    !> Repeat the open–close iteration with the present dashpots and impacts.
-   !> Struck contacts are stiffer by the factor `gain`.
-   !> Rounding of displacements may therefore cause larger forces than rounding of positions.
+   !> Struck contacts are stiffer by the factor `gain`, so rounding errors of displacements may
+   !> cause larger forces than rounding errors of positions.
    subroutine solve_again(iteration, system, solver, contacts, laws, blocks, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -349,7 +349,7 @@ contains
       iteration%broken = iteration%broken + broken
    end subroutine solve_again
 
-   !> .true. if the impacts of the solution gain energy; Newton's law with friction permits this.
+   !> .true. if the impacts increase the energy, which Newton's law with friction permits.
    pure logical function gains_energy(contacts, laws, step)  ! total
       type(contacts_type), intent(in) :: contacts  !< contacts of this step, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -370,10 +370,10 @@ contains
       gains_energy = lost < -gain_allowed*scale
    end function gains_energy
 
-   !> Reduce the impacts: first remove the forces before the impact, then halve the restitution of
-   !> all struck contacts repeatedly, finally set it to zero.
+   !> Reduce the impacts: first remove the forces before the impact; then halve the restitution of
+   !> all struck contacts, repeatedly; finally set the restitution to zero.
    pure subroutine reduce_impacts(impacts, contacts, laws, blocks, step)
-      type(impacts_type), intent(inout) :: impacts  !< of this step
+      type(impacts_type), intent(inout) :: impacts  !< impacts of this step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state

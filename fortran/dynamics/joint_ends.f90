@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Warnings on bonded joints in bending that have two contact points: in bending, they are three
-!> times as stiff and strong as a joint with linear stress.  Results do not show this error.
+!> Warnings on bending of bonded joints with two contact points.  They are three times as stiff and
+!> strong in bending as a joint with linear stress, and results do not show this error.
 !>
-!> Two contacts with half of an overlap each have the stresses σ ± s; a linear stress of the same
-!> moment has σ ± 3 s at the ends.
+!> If two contacts, each with half of an overlap, have the stresses σ ± s, a linear stress of the
+!> same moment is σ ± 3 s at the ends.
 module dda_joint_ends
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type
@@ -15,10 +15,10 @@ module dda_joint_ends
    private
    public :: bending_topic, bending_doubts
 
-   character(len=*), parameter :: bending_topic = 'bending'  !< topic of these warnings
+   character(len=*), parameter :: bending_topic = 'bending'  !< topic of the warnings
 
-   real(wp), parameter :: most_bending = 0.2_wp   !< bending over mean stress that is reported
-   real(wp), parameter :: least_bending = 0.01_wp !< bending over strength due to rounding
+   real(wp), parameter :: most_bending = 0.2_wp   !< least reported bending stress over mean stress
+   real(wp), parameter :: least_bending = 0.01_wp !< bending stress due to rounding over strength
    real(wp), parameter :: linear = 3.0_wp         !< end stress over stress of the two contacts
 
 contains
@@ -50,12 +50,12 @@ contains
       end associate
    end function bending_doubts
 
-   !> Find the mean tension over the overlap of contact c, and the difference of the stress at its
-   !> ends from the mean, Pa, for a linear stress.  Both are 0 if one end is not bonded.
+   !> Find the mean tension over the overlap of contact c, and the bending stress (end minus mean)
+   !> of a linear stress, Pa.  Both are 0 if one end is not bonded.
    pure subroutine find_end_stresses(simulation, c, mean, bending)
       type(simulation_type), intent(in) :: simulation  !< run whose contacts are evaluated
       integer, intent(in) :: c                         !< bonded contact
-      real(wp), intent(out) :: mean, bending           !< Pa
+      real(wp), intent(out) :: mean, bending           !< mean tension and bending stress, Pa
       integer :: k
 
       mean = 0.0_wp
@@ -83,7 +83,7 @@ contains
    !> Find the two edges that overlap at contact c, the lower number first.
    pure function overlapping_edges(simulation, c) result(edges)
       type(simulation_type), intent(in) :: simulation  !< run whose contacts are listed
-      integer, intent(in) :: c                         !< contact of a corner
+      integer, intent(in) :: c                         !< contact at a corner
       integer :: edges(2)
       type(overlap_type) :: after, before
 
@@ -101,7 +101,7 @@ contains
    pure function overlap_text(simulation, c, found) result(text)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer, intent(in) :: c                         !< bonded contact
-      real(wp), intent(in) :: found(2)  !< mean stress, and difference at the ends, Pa
+      real(wp), intent(in) :: found(2)  !< mean tension and bending stress, Pa
       character(len=:), allocatable :: text, share
 
       share = ''

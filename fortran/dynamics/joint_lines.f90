@@ -29,7 +29,7 @@ contains
                contacts%gap(c))), contacts%tangent(1, c), contacts%line(1, c))
             call begin_dilation(contacts, law, c)
             if (law%flows .and. contacts%state(c) == contact_slide) &
-               contacts%state(c) = contact_stick  ! these laws have no state of sliding
+               contacts%state(c) = contact_stick  ! laws determine sliding
             slip = law%expected_slip(state_of(contacts, law, c))
             call touch_shear(contacts, law, c, contacts%line(1, c) - contacts%tangent(1, c) &
                *contacts%gap(c), contacts%stretch(c) + slip)
@@ -37,7 +37,7 @@ contains
       end do
    end subroutine begin_lines
 
-   !> Set the dilation per slip of a contact that slid in the last step, for the same direction.
+   !> Set the rise per unit of slip of a contact that slid in the last step, for the same direction.
    pure subroutine begin_dilation(contacts, law, c)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       class(joint_law_type), intent(in) :: law        !< law of the contact
@@ -58,11 +58,11 @@ contains
          *contacts%tilt(1, c)*contacts%slide_force(c)/shear
    end subroutine begin_dilation
 
-   !> Set new lines for contacts in which the forces of line and law differ too much.
+   !> Set new lines for contacts whose forces by line and law differ by more than `allowed`.
    pure subroutine renew_lines(contacts, laws, allowed)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      real(wp), intent(in) :: allowed  !< largest difference, N/m
+      real(wp), intent(in) :: allowed  !< allowed difference, N/m
       type(response_type) :: response
       real(wp) :: off, trial(2), at(2)
       integer :: c
@@ -101,7 +101,7 @@ contains
          contacts%tangent(1, c), contacts%line(1, c))
    end subroutine drop_friction
 
-   !> .true. if the assumption on whether contact c slips past its zero net slip was wrong.
+   !> .true. if it was wrongly assumed whether contact c slips past zero net slip.
    pure logical function passes_centre(contacts, c)  ! total
       type(contacts_type), intent(in) :: contacts  !< contacts of this step, evaluated
       integer, intent(in) :: c  !< number of the contact

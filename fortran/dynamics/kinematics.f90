@@ -12,11 +12,11 @@ module dda_kinematics
 
 contains
 
-   !> Multiply the velocity at the start of a step by the dynamic factor; return the energy removed.
+   !> Multiply the velocities at the start of a step by the dynamic factor; return the energy loss.
    subroutine damp_velocity(blocks, dynamic_factor, loss)
       type(blocks_type), intent(inout) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: dynamic_factor  !< factor of the velocity
-      real(wp), intent(out) :: loss  !< J per metre of thickness
+      real(wp), intent(out) :: loss  !< energy loss, J per metre of thickness
       real(wp) :: before
 
       loss = 0.0_wp
@@ -26,9 +26,9 @@ contains
       loss = before - kinetic_energy(blocks)
    end subroutine damp_velocity
 
-   !> Predict the increment of a step for iterative solvers from the last four mean velocities.
-   !> The characteristic equation is (z − 1)³(z + 1) = 0: exact if the acceleration changes linearly
-   !> in time, and for stiff modes, whose velocity changes sign in each step.
+   !> Predict the increment of a step from the last four mean velocities, for iterative solvers.
+   !> The characteristic equation is (z − 1)³(z + 1) = 0, so that the prediction is exact for a
+   !> linear change of acceleration, and for stiff modes, whose velocity changes sign in each step.
    subroutine predict(blocks, d, step)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(out) :: d(6, blocks%n)  !< increments of the coordinates
@@ -93,10 +93,10 @@ contains
       end do
    end subroutine integrate_range
 
-   !> Update one block; array lengths are known to the compiler.
+   !> Update one block; the fixed array lengths help the compiler.
    pure subroutine integrate_block(step, d, position, velocity, acceleration, mean_velocity)
       type(step_type), intent(in) :: step  !< the present step
-      real(wp), intent(in) :: d(6)         !< increments of its coordinates
+      real(wp), intent(in) :: d(6)         !< increments of the coordinates
       real(wp), intent(inout) :: position(6), velocity(6), mean_velocity(6, 4)
       real(wp), intent(out) :: acceleration(6)
       real(wp) :: new(6)

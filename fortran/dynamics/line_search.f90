@@ -6,8 +6,8 @@
 !> its friction, quadratic up to the bound and linear beyond.  The slope of this function increases
 !> monotonically from the previous d to the new d; it vanishes at the step length α.
 !>
-!> If a contact is in the same branch of its law at both ends, it is in this branch between them
-!> too: its slope is linear and summed once.  Other contacts are evaluated at each trial length.
+!> If a contact is in the same branch of its law at both ends, it is in this branch in between too;
+!> its slope is linear and summed once.  Other contacts are evaluated at each trial length.
 module dda_line_search
    use dda_block_vectors, only: multiply_and_add
    use dda_growth, only: grow
@@ -22,7 +22,7 @@ module dda_line_search
    private
    public :: descend, other_slope_type
 
-   !> Slope of the energy of forces other than those of the linear system and the contacts.
+   !> Slope of the energy of forces that belong neither to the linear system nor to contacts.
    type, abstract :: other_slope_type
    contains
       procedure(slope_interface), deferred :: at
@@ -33,13 +33,13 @@ module dda_line_search
       real(wp) function slope_interface(self, share)
          import :: other_slope_type, wp
          class(other_slope_type), intent(in) :: self  !< forces in a step
-         real(wp), intent(in) :: share                !< fraction, 0 … 1
+         real(wp), intent(in) :: share                !< fraction of the step, 0 … 1
       end function slope_interface
    end interface
 
-   !> largest number of trial lengths: by then bisection has reduced the interval to rounding
+   !> largest number of trial lengths; as many bisections reduce the interval to rounding errors
    integer, parameter :: most_steps = digits(1.0_wp)
-   !> slope that counts as zero, relative to the first slope or to its increase
+   !> slope that counts as zero over the first slope or its increase
    real(wp), parameter :: zero_slope = 1.0e-2_wp
 
 contains
@@ -47,9 +47,9 @@ contains
    !> Shorten system%d towards system%previous_d if the minimum lies between them.
    !> `alpha` is the remaining fraction of the step.
    !>
-   !> On entry the contacts are evaluated at the new d; the slope of other forces is 0 at the
-   !> previous d.  The zero of the slope is found by regula falsi with the Illinois rule: halving
-   !> the slope of an end that does not move makes convergence superlinear.
+   !> On entry the contacts are evaluated at the new d; other forces have slope 0 at the previous d.
+   !> The zero of the slope is found by regula falsi with the Illinois rule: the slope of an end
+   !> that does not move is halved, which makes convergence superlinear.
    subroutine descend(system, contacts, laws, alpha, other)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
@@ -124,7 +124,7 @@ contains
    !> Sum the slope and its increase over blocks first … last, for the diagonal of the linear part.
    pure function sum_quadratic_range(system, first, last) result(slope)
       type(system_type), intent(in) :: system  !< equations of the step
-      integer, intent(in) :: first, last  !< first and last of the range
+      integer, intent(in) :: first, last  !< first and last in the range
       real(wp) :: slope(2), change(6), force(6)
       integer :: b
 
@@ -138,7 +138,7 @@ contains
       end do
    end function sum_quadratic_range
 
-   !> Sum the slope and its increase over pairs of blocks that elements couple.
+   !> Sum the slope and its increase over pairs of blocks coupled by elements.
    pure function sum_coupled_slopes(system) result(slope)
       type(system_type), intent(in) :: system  !< equations of the step
       real(wp) :: slope(2), change_i(6), change_j(6)
@@ -163,7 +163,7 @@ contains
    subroutine measure_changes(system, contacts, slope)
       type(system_type), intent(in) :: system  !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
-      real(wp), intent(out) :: slope  !< J/m
+      real(wp), intent(out) :: slope  !< slope, J/m
       real(wp) :: piece(most_pieces)
       integer :: p
 
@@ -185,8 +185,8 @@ contains
    pure subroutine measure_changes_range(system, contacts, first, last, slope)
       type(system_type), intent(in) :: system  !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
-      integer, intent(in) :: first, last  !< first and last of the range
-      real(wp), intent(out) :: slope  !< J/m
+      integer, intent(in) :: first, last  !< first and last in the range
+      real(wp), intent(out) :: slope  !< slope, J/m
       real(wp) :: change_v(6), change_e(6), change(2)
       integer :: c
 
@@ -202,7 +202,7 @@ contains
       end do
    end subroutine measure_changes_range
 
-   !> Sum the slopes of contacts that are in the same branch at both ends; clear their changes.
+   !> Sum the slopes of contacts in the same branch at both ends, and clear their changes.
    subroutine sum_linear(contacts, laws, linear)
       type(contacts_type), intent(inout) :: contacts  !< contacts after `measure_changes`
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -228,7 +228,7 @@ contains
    pure subroutine sum_linear_range(contacts, laws, first, last, linear)
       type(contacts_type), intent(inout) :: contacts  !< contacts after `measure_changes`
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      integer, intent(in) :: first, last  !< first and last of the range
+      integer, intent(in) :: first, last  !< first and last in the range
       real(wp), intent(out) :: linear(2)  !< slope at the previous d and its increase, J/m
       type(response_type) :: before, after
       real(wp) :: slope
@@ -271,7 +271,7 @@ contains
       type(contacts_type), intent(in) :: contacts  !< contacts after `measure_changes`
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in) :: alpha  !< fraction of the step
-      integer, intent(in) :: first, last  !< first and last of the range
+      integer, intent(in) :: first, last  !< first and last in the range
       type(response_type) :: response
       integer :: c
 

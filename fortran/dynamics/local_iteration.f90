@@ -2,10 +2,10 @@
 !> Open–close iteration of regions: groups of blocks near contacts that change states; all other
 !> blocks are fixed.
 !>
-!> A few contacts that overshoot shorten the step of the whole model in the line search, and each
-!> global iteration solves for all blocks.  After a global solution, each connected region is
-!> therefore first iterated as a small model; the next global iteration starts from its states.
-!> Convergence is judged for the whole model only.
+!> In a global iteration, a few contacts that overshoot shorten the line search of the whole model,
+!> and each solve includes all blocks.  After a global solution, each connected region is therefore
+!> first iterated as a small model; the next global iteration starts from its states.  Convergence
+!> is judged only for the whole model.
 submodule(dda_open_close) dda_local_iteration
    use dda_block_matrix, only: entry_of, set_pattern
    use dda_compact_block, only: compact
@@ -15,10 +15,10 @@ submodule(dda_open_close) dda_local_iteration
    use dda_system, only: prepare_system
    implicit none
 
-   integer, parameter :: reach = 2               !< contacts from a changing one to fixed blocks
+   integer, parameter :: reach = 2  !< contacts between a changing one and a fixed block
    real(wp), parameter :: most_blocks = 0.4_wp     !< blocks in all regions over all blocks
-   !> stiffness of fixed blocks, N/m: contact stiffness is below its rounding error, and products
-   !> of the square roots of two such values do not overflow in single precision
+   !> stiffness of fixed blocks, N/m: its rounding error exceeds contact stiffness, but its product
+   !> with itself under a square root does not overflow in single precision
    real(wp), parameter :: immovable = 1.0e30_wp
 
 contains
@@ -55,8 +55,8 @@ contains
    end subroutine iterate_regions
 
    !> .true. if the model can be divided into regions.
-   !> Only Coulomb contacts may couple its blocks, the last regions must have reduced the residual,
-   !> and the states that change must be enough for a new factorisation, but not too many.
+   !> Blocks must be coupled only by Coulomb contacts, the last regions must have reduced the
+   !> residual, and enough states must change for a new factorisation, but not too many.
    pure logical function can_be_divided(iteration, system, contacts, laws)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       type(system_type), intent(in) :: system  !< equations of the step
@@ -117,7 +117,7 @@ contains
 
    !> Unite the trees of two blocks; the root of each tree is its first block.
    pure subroutine unite_trees(root, a, b)
-      integer, intent(inout) :: root(:)  !< [blocks] a block nearer to the root
+      integer, intent(inout) :: root(:)  !< [blocks] parent block, nearer to the root
       integer, intent(in) :: a, b        !< blocks
       integer :: root_a, root_b
 
@@ -130,7 +130,7 @@ contains
 
    !> Find the root of the tree of a block.
    pure integer function find_root(root, block)
-      integer, intent(in) :: root(:)  !< [blocks] a block nearer to the root
+      integer, intent(in) :: root(:)  !< [blocks] parent block, nearer to the root
       integer, intent(in) :: block    !< number of the block
 
       find_root = block
@@ -157,10 +157,10 @@ contains
    recursive subroutine iterate_region(iteration, system, contacts, laws, blocks, list, v, e)
       type(open_close_type), intent(in) :: iteration  !< iteration of the whole model
       type(system_type), intent(inout) :: system  !< whole system; d of the region is set
-      type(contacts_type), intent(inout) :: contacts  !< of the whole model; states are set
+      type(contacts_type), intent(inout) :: contacts  !< contacts of the whole model; states are set
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      integer, intent(in) :: blocks(:), list(:)  !< blocks of the region, and their contacts
-      integer, intent(in) :: v(:), e(:)  !< [contacts] blocks, numbered in the region
+      integer, intent(in) :: blocks(:), list(:)  !< blocks and contacts of the region
+      integer, intent(in) :: v(:), e(:)  !< [contacts] block numbers in the region
       type(open_close_type) :: part_iteration
       type(system_type) :: part
       type(solver_type) :: solver
@@ -188,10 +188,10 @@ contains
       contacts%slip_sign(order) = part_contacts%slip_sign
    end subroutine iterate_region
 
-   !> Copy the equations of a region without contacts; an extra block represents all fixed blocks.
+   !> Copy the equations of a region without contacts; one more block represents all fixed blocks.
    subroutine copy_blocks(system, blocks, part)
       type(system_type), intent(in) :: system  !< system of the whole model
-      integer, intent(in) :: blocks(:)         !< of the region
+      integer, intent(in) :: blocks(:)         !< blocks of the region
       type(system_type), intent(out) :: part   !< system of the region, without pattern
       real(wp) :: rigid(6, 6)
       integer :: i
@@ -217,12 +217,12 @@ contains
       end associate
    end subroutine copy_blocks
 
-   !> Copy the contacts of a region by pairs, those with fixed blocks last, and the pattern of K̂.
+   !> Copy the contacts of a region sorted by pairs, fixed blocks last, and set the pattern of K̂.
    subroutine take_contacts(system, contacts, list, v, e, part, own, order)
       type(system_type), intent(in) :: system  !< system of the whole model
       type(contacts_type), intent(in) :: contacts  !< contacts of the whole model
       integer, intent(in) :: list(:)  !< contacts of the region
-      integer, intent(in) :: v(:), e(:)  !< [contacts] blocks, numbered in the region
+      integer, intent(in) :: v(:), e(:)  !< [contacts] block numbers in the region
       type(system_type), intent(inout) :: part  !< system of the region; pattern is set
       type(contacts_type), intent(out) :: own  !< contacts of the region
       integer, allocatable, intent(out) :: order(:)  !< numbers of `own` in the whole model
@@ -248,8 +248,8 @@ contains
       type(system_type), intent(in) :: system  !< system of the whole model
       type(contacts_type), intent(in) :: contacts  !< contacts of the whole model
       integer, intent(in) :: c  !< number of the contact
-      logical, intent(in) :: holds_v, holds_e  !< block of the vertex, of the edge is fixed
-      real(wp), intent(inout) :: gap, stretch  !< m
+      logical, intent(in) :: holds_v, holds_e  !< the block of the vertex (edge) is fixed
+      real(wp), intent(inout) :: gap, stretch  !< gap and stretch, m
       real(wp) :: change(2)
 
       change = relative_motion(contacts, c, &
@@ -259,7 +259,7 @@ contains
       stretch = stretch + change(2)
    end subroutine add_fixed_motion
 
-   !> Copy some contacts of a list with Coulomb's law only.
+   !> Copy some contacts of a list in which all joints have Coulomb's law.
    pure subroutine copy_contacts(contacts, list, own)
       type(contacts_type), intent(in) :: contacts  !< contacts of the whole model
       integer, intent(in) :: list(:)               !< numbers of the contacts
@@ -287,7 +287,7 @@ contains
    !> Number the pairs of blocks in contact, and allocate K̂ for them.
    subroutine allocate_pairs(part, own, held)
       type(system_type), intent(inout) :: part  !< system of the region; pattern is set
-      type(contacts_type), intent(inout) :: own  !< contacts by pairs; `pair` is set
+      type(contacts_type), intent(inout) :: own  !< contacts sorted by pairs; `pair` is set
       integer, intent(in) :: held  !< block that represents all fixed blocks
       integer :: pairs(2, own%n), n, i
 

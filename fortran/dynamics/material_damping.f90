@@ -35,8 +35,8 @@ contains
       end do
    end subroutine add_damping_loads
 
-   !> Return two sums of a step before the update, J per metre of thickness: losses by damping, and
-   !> Δσ·Δε of the damping stresses.
+   !> Return two sums over all blocks in a step, before the update, J per metre of thickness: losses
+   !> by damping, and Δσ·Δε of the damping stresses.
    function damping_losses(blocks, step, d) result(total)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step      !< the present step
@@ -54,7 +54,7 @@ contains
       total = sum(part(:, :pieces(blocks%n)), 2)
    end function damping_losses
 
-   !> Energy in the Maxwell branches of all blocks minus ½ ε·Kε, J per metre of thickness.
+   !> Energy of the Maxwell branches of all blocks minus ½ ε·Kε, J per metre of thickness.
    real(wp) function damping_energy(blocks) result(energy)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp) :: part(most_pieces)
@@ -70,7 +70,7 @@ contains
       energy = sum(part(:pieces(blocks%n)))
    end function damping_energy
 
-   !> Update ζ_l of all blocks at the end of a step, before their strains.
+   !> Update ζ_l of all blocks at the end of a step, before the strains are updated.
    subroutine keep_memories(blocks, step, d)
       type(blocks_type), intent(inout) :: blocks  !< blocks at the start of the step
       type(step_type), intent(in) :: step         !< the present step
@@ -89,7 +89,7 @@ contains
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step      !< the present step
       integer, intent(in) :: b                 !< number of the block
-      real(wp), intent(inout) :: matrix(6, 6)  !< of the block
+      real(wp), intent(inout) :: matrix(6, 6)  !< diagonal block of K̂
 
       matrix(4:6, 4:6) = matrix(4:6, 4:6) &
          + damping_factor(blocks, step, b)*blocks%rest_share(b)*blocks%stiffness(:, :, b)
@@ -99,7 +99,7 @@ contains
       end associate
    end subroutine add_damping_matrix
 
-   !> Factor of the elastic matrix of block b in K̂ due to damping, in addition to θ.
+   !> Part due to damping of the factor of the elastic matrix of block b in K̂.
    pure real(wp) function damping_factor(blocks, step, b) result(factor)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step      !< the present step
@@ -122,7 +122,7 @@ contains
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step      !< the present step
       integer, intent(in) :: b                 !< number of the block
-      real(wp), intent(inout) :: load(3)       !< f̂ of the strains
+      real(wp), intent(inout) :: load(3)       !< f̂ of the strains of the block
 
       if (blocks%damping(blocks%material(b))%n == 0) return
       load = load - blocks%rest_share(b)*matmul(blocks%stiffness(:, :, b), &
@@ -147,13 +147,13 @@ contains
       end associate
    end function damping_strain
 
-   !> Forces of block b on its strains at t₀ + θΔt of a step with known increment d.
-   !> The stress acts on the whole area of the block, including the parts that belong to faces.
+   !> Generalised forces of the stress of block b at t₀ + θΔt of a step with known increment d.
+   !> The stress acts on the whole area of the block, including the triangles of faces.
    pure function force_on_strains(blocks, step, b, d) result(force)
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
       type(step_type), intent(in) :: step      !< the present step
       integer, intent(in) :: b                 !< number of the block
-      real(wp), intent(in) :: d(6)             !< increments of its coordinates
+      real(wp), intent(in) :: d(6)             !< increments of the coordinates
       real(wp) :: force(3), strain(3)
 
       strain = blocks%position(4:6, b) + step%scheme%theta*d(4:6)
@@ -163,12 +163,12 @@ contains
          - blocks%area(b)*blocks%initial_stress(:, b)
    end function force_on_strains
 
-   !> Add the losses of block b in a step, before the update.
+   !> Add the losses of block b in a step, before ζ_l is updated.
    pure subroutine add_damping_loss(blocks, step, b, d, material, scheme)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step      !< the present step
       integer, intent(in) :: b                 !< number of the block
-      real(wp), intent(in) :: d(6)             !< increments of its coordinates
+      real(wp), intent(in) :: d(6)             !< increments of the coordinates
       real(wp), intent(inout) :: material      !< loss by damping, J per metre of thickness
       real(wp), intent(inout) :: scheme        !< Δσ·Δε of the damping stress, J per metre
       real(wp) :: change(3), total(3)
@@ -216,12 +216,12 @@ contains
       end associate
    end function energy_of_block
 
-   !> Update ζ_l of block b at the end of a step, before its strains.
+   !> Update ζ_l of block b at the end of a step, before its strains are updated.
    pure subroutine keep_memory(blocks, step, b, d)
       type(blocks_type), intent(inout) :: blocks  !< blocks at the start of the step
       type(step_type), intent(in) :: step         !< the present step
       integer, intent(in) :: b                    !< number of the block
-      real(wp), intent(in) :: d(3)                !< increments of its strains
+      real(wp), intent(in) :: d(3)                !< increments of the strains
       integer :: l
 
       associate (damping => blocks%damping(blocks%material(b)))
@@ -237,7 +237,7 @@ contains
    !> Change of ζ of block b within the step at constant strain, 2h/(1 + h) (Y e₀ − ζ).
    pure function relaxation_change(blocks, damping, b, l, time_step)
       type(blocks_type), intent(in) :: blocks    !< blocks at the start of the step
-      type(damping_type), intent(in) :: damping  !< of the block
+      type(damping_type), intent(in) :: damping  !< damping of the block
       integer, intent(in) :: b, l                !< block; mechanism
       real(wp), intent(in) :: time_step          !< Δt, s
       real(wp) :: relaxation_change(3)

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Line search of Newton's method for the material laws.
 !>
-!> A step including its contacts is solved with stresses linearised about an increment (see
-!> `dda_strain_points`).  If the energy of the step has a minimum between this increment and the
-!> solution, the solution is replaced by the minimum.
+!> A step with its contacts is solved with stresses linearised at an increment d (see
+!> `dda_strain_points`).  If the energy of the step has a minimum between this d and the solution,
+!> the minimum replaces the solution.
 module dda_material_search
    use dda_elements, only: slope_beyond
    use dda_kinds, only: wp
@@ -14,7 +14,7 @@ module dda_material_search
    private
    public :: shorten_step
 
-   !> Slope of the nonlinear part of the energy of strain points.
+   !> Slope of the nonlinear part of the energy of the strain points.
    type, extends(other_slope_type) :: law_slope_type
       type(simulation_type), pointer :: simulation => null()
    contains
@@ -23,7 +23,8 @@ module dda_material_search
 
 contains
 
-   !> Shorten the path from the increment of linearisation to the solution, if the minimum is on it.
+   !> Shorten the path from the linearised increment to the solution, if the minimum lies in
+   !> between.
    subroutine shorten_step(simulation)
       type(simulation_type), intent(inout), target :: simulation  !< run with a solution of the step
       type(law_slope_type) :: slope
@@ -42,7 +43,7 @@ contains
    !> Slope of the energy at a fraction of the path, J per metre of thickness.
    real(wp) function at(self, share)
       class(law_slope_type), intent(in) :: self  !< forces in a step
-      real(wp), intent(in) :: share              !< fraction, 0 … 1
+      real(wp), intent(in) :: share              !< fraction of the path, 0 … 1
 
       at = slope_beyond(self%simulation%elements, self%simulation%blocks, &
          next_step(self%simulation), self%simulation%linear_about, self%simulation%solution, share)

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Largest values of a run over all steps, and their update with the present state.  Of equal values
-!> the first in time is reported, and of these the value of the block or contact with the lowest
-!> number, for any number of threads.
+!> Largest values of all steps of a run, and their update with the present state.  Of equal values
+!> the earliest one is reported, and at equal times the value of the block or contact with the
+!> lowest number, for any number of threads.
 module dda_maxima
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use dda_kinds, only: wp
@@ -20,7 +20,7 @@ module dda_maxima
       of_opening, of_penetration, of_penetration_ratio, of_contact_force, of_point_displacement, &
       of_point_velocity, of_point_acceleration, of_point_drift, of_plastic_strain, number_of_maxima
 
-   !> Largest value with its time and its blocks or points; negative if there is no value yet.
+   !> Largest value with its time and its blocks or points; the value is negative until it is set.
    type :: largest_type
       real(wp) :: value = -1.0_wp
       real(wp) :: time = 0.0_wp            !< s
@@ -32,7 +32,7 @@ contains
    !> Store a value if it is larger than the present one.
    pure subroutine take(largest, value, time, who)
       type(largest_type), intent(inout) :: largest  !< largest value so far
-      real(wp), intent(in) :: value        !< value, in the unit of its kind
+      real(wp), intent(in) :: value        !< value, in its own unit
       real(wp), intent(in) :: time         !< s
       integer, intent(in) :: who(2)        !< blocks or points, 0: none
 
@@ -47,9 +47,10 @@ contains
       if (known < 0.0_wp) known = ieee_value(known, ieee_quiet_nan)
    end function known
 
-   !> Update the maxima of blocks: tilt, displacement, strain, and if `rates` the rates.
+   !> Update the maxima of blocks: tilt, displacement, strain; with `rates`, velocity and
+   !> acceleration.
    subroutine add_blocks(largest, blocks, first, base, time, rates)
-      type(largest_type), intent(inout) :: largest(:)  !< [maxima] so far
+      type(largest_type), intent(inout) :: largest(:)  !< [maxima] largest values so far
       type(blocks_type), intent(in) :: blocks    !< blocks in their present state
       real(wp), intent(in) :: first(:,:)      !< [3,blocks] initial positions
       type(base_type), intent(in) :: base        !< base at the same time
@@ -80,15 +81,15 @@ contains
       end do
    end subroutine add_blocks
 
-   !> Search blocks first … last for values whose squares exceed given ones.
+   !> Search blocks first … last for values whose squares exceed given squares.
    pure subroutine scan_blocks(blocks, first_place, base, first, last, rates, square, who)
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       real(wp), intent(in) :: first_place(:,:)     !< [3,blocks] initial positions, m, m, rad
       type(base_type), intent(in) :: base          !< base at the same time
-      integer, intent(in) :: first, last           !< first and last of the range
+      integer, intent(in) :: first, last           !< first and last in the range
       logical, intent(in) :: rates                 !< include velocities and accelerations
       real(wp), intent(inout) :: square(maxima_of_blocks) !< squares of the largest values
-      !> blocks of values that have been exceeded
+      !> blocks of the new largest values
       integer, intent(inout) :: who(maxima_of_blocks)
       real(wp) :: new(maxima_of_blocks)
       integer :: b, i
@@ -103,7 +104,7 @@ contains
             new(of_velocity) = (v(1) - base%velocity(1))**2 + (v(2) - base%velocity(2))**2
             new(of_acceleration) = (a(1) - base%acceleration(1))**2 &
                + (a(2) - base%acceleration(2))**2
-            ! No principal strain exceeds the root of this sum.
+            ! The square root of this sum bounds the principal strains.
             new(of_strain) = dot_product(q(4:6), q(4:6))
             if (new(of_strain) > square(of_strain)) new(of_strain) = principal_strain(q(4:6))**2
          end associate
@@ -116,7 +117,7 @@ contains
       end do
    end subroutine scan_blocks
 
-   !> Principal strain of larger magnitude.
+   !> Principal strain with the larger magnitude.
    pure real(wp) function principal_strain(strain)
       real(wp), intent(in) :: strain(3)  !< εx, εy, γxy
 
@@ -124,9 +125,9 @@ contains
          + strain(3)**2))
    end function principal_strain
 
-   !> Update penetrations and forces of the contacts of the last step.
+   !> Update the maxima of penetrations and forces with the contacts of the last step.
    subroutine add_contacts(largest, contacts, size_of, least_size, time)
-      type(largest_type), intent(inout) :: largest(:)  !< [maxima] so far
+      type(largest_type), intent(inout) :: largest(:)  !< [maxima] largest values so far
       type(contacts_type), intent(in) :: contacts      !< contacts of the last step
       real(wp), intent(in) :: size_of(:)   !< [blocks] square root of the area, m
       real(wp), intent(in) :: least_size   !< smallest size of all blocks, m
@@ -154,21 +155,21 @@ contains
          call take_contacts(largest, contacts, size_of, time)
    end subroutine add_contacts
 
-   !> Square of the largest value, which the square of a new value must exceed.
+   !> Square of the largest value so far, for comparison with squares of new values.
    elemental real(wp) function square_to_exceed(largest)  ! total
       type(largest_type), intent(in) :: largest  !< largest value so far
 
       square_to_exceed = sign(largest%value**2, largest%value)
    end function square_to_exceed
 
-   !> Find the largest penetration and squared force of contacts first … last, and, if a penetration
-   !> exceeds a bound, the largest ratio of penetration to block size, otherwise 0.
+   !> Find three maxima of contacts first … last: penetration; squared force; ratio of penetration
+   !> to block size if the penetration exceeds a bound, else 0.
    pure subroutine scan_contacts(contacts, size_of, first, last, bound, most)
       type(contacts_type), intent(in) :: contacts  !< contacts of the last step
       real(wp), intent(in) :: size_of(:)           !< [blocks] square root of the area, m
-      integer, intent(in) :: first, last           !< first and last of the range
-      real(wp), intent(in) :: bound       !< smallest penetration that may have the largest ratio, m
-      real(wp), intent(out) :: most(3)             !< m; (N/m)²; 1
+      integer, intent(in) :: first, last           !< first and last in the range
+      real(wp), intent(in) :: bound       !< least penetration for a new largest ratio, m
+      real(wp), intent(out) :: most(3)             !< maxima, m; (N/m)²; 1
       real(wp) :: depth, square
       integer :: c
 
@@ -188,9 +189,9 @@ contains
       end do
    end subroutine scan_contacts
 
-   !> Update the maxima with each contact.
+   !> Update the maxima with the values of each contact.
    pure subroutine take_contacts(largest, contacts, size_of, time)
-      type(largest_type), intent(inout) :: largest(:)  !< [maxima] so far
+      type(largest_type), intent(inout) :: largest(:)  !< [maxima] largest values so far
       type(contacts_type), intent(in) :: contacts      !< contacts of the last step
       real(wp), intent(in) :: size_of(:)   !< [blocks] square root of the area, m
       real(wp), intent(in) :: time         !< s

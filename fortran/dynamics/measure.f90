@@ -10,12 +10,12 @@ module dda_measure
 
 contains
 
-   !> Measure displacement, velocity and acceleration of a point.  The acceleration is computed from
-   !> the accelerations of the block by the time integration, plus the centripetal part.
+   !> Compute displacement, velocity and acceleration of a point.  The acceleration follows from the
+   !> block accelerations of the time integration, plus the centripetal part.
    pure subroutine measure_point(blocks, point, displacement, velocity, acceleration)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(point_type), intent(in) :: point  !< measured point
-      !> m; m/s; m/s²
+      !> motion of the point, m; m/s; m/s²
       real(wp), intent(out) :: displacement(2), velocity(2), acceleration(2)
 
       associate (b => point%block, reference => point%reference)

@@ -32,26 +32,26 @@ module dda_open_close
       add_counts, iterate, evaluate, check_strength, take_states, fail_if_given_up, loose, &
       retained_share
 
-   real(wp), parameter :: short_step = 0.5_wp  !< step length α below which a step has overshot
-   real(wp), parameter :: very_short_step = 0.1_wp  !< step length α of a very short step
+   real(wp), parameter :: short_step = 0.5_wp  !< α below which an iteration has overshot
+   real(wp), parameter :: very_short_step = 0.1_wp  !< α below which a step is very short
    integer, parameter :: most_short_steps = 6        !< very short steps before a whole step
-   integer, parameter :: few_solves = 45            !< solutions in which `rounding` applies
-   !> if Δt cannot be reduced: rounds, each first with free, then with frozen friction bounds;
-   !> one kind may converge if the other does not
+   integer, parameter :: few_solves = 45            !< number of solutions with factor `rounding`
+   !> largest number of rounds if Δt cannot be reduced: each has a phase with free and a phase with
+   !> frozen friction bounds, because one may converge if the other does not
    integer, parameter :: most_rounds = 4
-   !> iterations with frozen bounds over those with free bounds: with frozen bounds each iteration
-   !> reduces the energy, some 200 times in a wall of 120 bricks at Δt = 20 ms
+   !> limit of iterations with frozen bounds over the limit with free bounds: frozen bounds converge
+   !> slowly but reliably, in some 200 iterations for a wall of 120 bricks at Δt = 20 ms
    integer, parameter :: patience = 8
-   real(wp), parameter :: least_share = 0.1_wp  !< force difference over tolerance: no new line
-   integer, parameter :: most_friction_solves = 60   !< solutions at fixed states
-   real(wp), parameter :: loose = 1.0e-2_wp  !< relative residual, except in the final solution
-   real(wp), parameter :: friction_share = 0.2_wp !< reduction of slide force differences before it
-   !> successive short steps before all sliding contacts retain stiffness: with 2, walls under
-   !> gravity need 1.3 times as many factorisations; with 8, static stages do not converge
+   real(wp), parameter :: least_share = 0.1_wp  !< smaller differences over tolerance: no new line
+   integer, parameter :: most_friction_solves = 60   !< most solutions at fixed states
+   real(wp), parameter :: loose = 1.0e-2_wp  !< relative residual of all but the final solution
+   real(wp), parameter :: friction_share = 0.2_wp !< reduction of slide force differences till then
+   !> successive short steps before all sliding contacts retain stiffness: 2 would need 1.3 times as
+   !> many factorisations in walls under gravity; with 8, static stages would not converge
    integer, parameter :: most_overshoots = 4
-   real(wp), parameter :: near_whole = 0.9_wp  !< step length α above which a step has not overshot
-   real(wp), parameter :: many_changes = 0.05_wp     !< fraction of contacts whose change overshoots
-   !> retained fraction of a secant shear stiffness at first; later, factor per iteration
+   real(wp), parameter :: near_whole = 0.9_wp  !< α above which a step has not overshot
+   real(wp), parameter :: many_changes = 0.05_wp     !< more changes, over contacts, will overshoot
+   !> first retained fraction of a secant shear stiffness, and its factor per iteration
    real(wp), parameter :: retained_share = 0.3_wp
    real(wp), parameter :: first_retained = 0.01_wp   !< first `retained` of all sliding contacts
    real(wp), parameter :: least_retained = 0.03_wp   !< smallest retained fraction
@@ -71,33 +71,33 @@ module dda_open_close
       integer :: most_changes = huge(1)   !< largest number of changes in the first iteration
       logical :: last_resort = .false.                !< Δt cannot be reduced
       real(wp) :: relative_tolerance = 1.0e-9_wp      !< tolerance over the largest force
-      real(wp) :: penetration_tolerance = 0.0_wp      !< m; > 0: augmented Lagrangian
+      real(wp) :: penetration_tolerance = 0.0_wp      !< penetration, m; > 0: augmented Lagrangian
       real(wp) :: weight = 0.0_wp                     !< largest block weight, N/m
       real(wp) :: noise = 0.0_wp  !< contact force due to rounding of positions, N/m
-      !> factor of the noise in the first solutions: rounding errors of increments are smaller than
-      !> those of positions.  It is below 1 for bodies, whose friction would otherwise lag at each
-      !> corner of a cell
+      !> factor of the noise in the first solutions, because rounding errors of increments are
+      !> smaller than rounding errors of positions; below 1 for bodies, because friction would
+      !> otherwise lag at each corner of a cell
       real(wp) :: rounding = 1.0_wp
-      logical :: may_stop = .false.  !< a signal may end the iteration, as the step can be repeated
-      integer :: iterations = 0                       !< solutions in this step
-      integer :: changes = 0                          !< states changed in this step
-      integer :: broken = 0                           !< bonds broken in this step
+      logical :: may_stop = .false.  !< a signal may end the iteration; the step can be repeated
+      integer :: iterations = 0                       !< number of solutions in this step
+      integer :: changes = 0                          !< number of changed states in this step
+      integer :: broken = 0                           !< number of broken bonds in this step
       real(wp) :: residual = 0.0_wp                   !< largest force difference, N/m
-      real(wp) :: tolerance = 0.0_wp                  !< tolerance of this difference, N/m
-      integer :: worst = 0  !< contact with the largest difference, 0 within the tolerance
+      real(wp) :: tolerance = 0.0_wp                  !< tolerance of the force difference, N/m
+      integer :: worst = 0  !< contact with the largest difference; 0 if tolerated
       integer :: short_steps = 0                      !< successive very short steps
       integer :: passes = 0                           !< passes of the damage of bonds
       integer :: overshoots = 0  !< successive short steps with sliding contacts
       logical :: shortened = .false.                  !< the last step was short
-      logical, allocatable :: reversed(:)             !< [contacts] slip of the whole step reverses
-      !> residual at the last iteration of regions, N/m; the next one requires a smaller residual
+      logical, allocatable :: reversed(:)  !< [contacts] the slip in the whole step reverses
+      !> residual at the last iteration of regions, N/m; the next time it must be smaller
       real(wp) :: region_residual = huge(1.0_wp)
       logical :: keeps_states = .false.  !< contacts within the tolerance retain their states
       real(wp) :: retained = 0.0_wp                   !< retained fraction in all sliding contacts
-      logical :: may_relax = .false.  !< relax if many change (`dda_static_relaxation`)
+      logical :: may_relax = .false.  !< relax if many states change (dda_static_relaxation)
       logical :: relaxes = .false.     !< static steps are relaxed
       logical :: converged = .true.  !< the last relaxed step has converged
-      real(wp) :: unbalanced_work = 0.0_wp            !< work of unbalanced forces in it, J/m
+      real(wp) :: unbalanced_work = 0.0_wp            !< work of unbalanced forces in that step, J/m
       real(wp) :: reduction = 0.0_wp  !< relative residual of solutions: `loose` or 0
       type(slides_type) :: slides                     !< sliding contacts and their forces
    end type open_close_type
@@ -114,11 +114,11 @@ module dda_open_close
 
 contains
 
-   !> Iterate until the assumed force of each contact equals that of its law.
+   !> Iterate until the assumed force of each contact equals the force by its law.
    !>
-   !> If the iteration does not converge in a quarter of the permitted iterations and Δt cannot be
-   !> reduced, rounds with constant (frozen) and with variable friction bounds alternate; in static
-   !> stages one round with frozen bounds precedes a reduction of Δt.
+   !> If Δt cannot be reduced and a quarter of the permitted iterations does not suffice, phases
+   !> with frozen (constant) and with free friction bounds alternate.  In static stages one phase
+   !> with frozen bounds precedes a reduction of Δt.
    subroutine solve_contacts(iteration, system, solver, contacts, laws, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -134,7 +134,7 @@ contains
       before = 0
       most = iteration%max_iterations
       rounds = 1
-      if (by_bounds .and. most/4 > few_solves) then  ! a smaller limit is not divided
+      if (by_bounds .and. most/4 > few_solves) then  ! smaller limits are not divided
          rounds = merge(most_rounds, 1, iteration%last_resort)
          iteration%max_iterations = most/4
       end if
@@ -159,7 +159,7 @@ contains
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      integer, intent(in) :: limit  !< iterations with the same bounds; twice this number in total
+      integer, intent(in) :: limit  !< limit of iterations at fixed bounds; half of the total
       logical, intent(out) :: converged  !< the bounds and all contact forces have converged
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(bounds_type) :: bounds
@@ -184,21 +184,21 @@ contains
       call release_bounds(contacts)
    end subroutine find_bounds
 
-   !> Iterate states until the assumed forces equal those of the laws.
+   !> Iterate states until the assumed forces equal the forces by the laws.
    recursive subroutine iterate(iteration, system, solver, contacts, laws, converged, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      logical, intent(out) :: converged  !< converged
+      logical, intent(out) :: converged  !< the forces have converged
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: changed, diverged, i
       logical :: exactly, measured
 
       call begin_iteration(iteration, contacts)
       converged = .false.
-      if (allocated(contacts%held_bound)) then  ! the energy decreases from here on
+      if (allocated(contacts%held_bound)) then  ! decreasing energy
          call evaluate(iteration, system, contacts, laws)
          call adopt_states(iteration, contacts, laws, changed)
       end if
@@ -238,7 +238,7 @@ contains
    !> Return an error if a signal or an earlier error stops the step.
    subroutine fail_if_given_up(may_stop, error)
       logical, intent(in) :: may_stop  !< the step can be repeated
-      type(error_type), allocatable, intent(inout) :: error  !< allocated if it is stopped
+      type(error_type), allocatable, intent(inout) :: error  !< allocated if the step is stopped
 
       if (may_stop) then
          call fail_if_stopped(error)
@@ -264,7 +264,7 @@ contains
       iteration%retained = 0.0_wp
       iteration%reduction = 0.0_wp
       iteration%short_steps = 0
-      iteration%worst = 0  ! otherwise a number in the previous list
+      iteration%worst = 0  ! not a number in the last list
       contacts%close_count(:contacts%n) = 0
       contacts%retained(:contacts%n) = 0.0_wp
    end subroutine begin_iteration
@@ -280,7 +280,7 @@ contains
    !> Add earlier counts after the iteration was restarted within the step.
    pure subroutine add_counts(iteration, before)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
-      integer, intent(in) :: before(3)  !< from `counts_of`
+      integer, intent(in) :: before(3)  !< counts from `counts_of`
 
       iteration%iterations = iteration%iterations + before(1)
       iteration%changes = iteration%changes + before(2)
@@ -305,8 +305,8 @@ contains
       call lap(system%watch, phase_solve)
    end subroutine solve_assumed
 
-   !> Find the friction forces of the assumed states, and evaluate the laws at that solution.
-   !> If no state changes, a loose solution is iterated until it satisfies the tolerance.
+   !> Find the friction forces of the assumed states, and evaluate the laws at the solution.
+   !> If no state changes, a loose solution is iterated until the tolerance is satisfied.
    subroutine find_forces(iteration, system, solver, contacts, laws, exactly, measured, diverged, &
       error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
@@ -316,7 +316,7 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       logical, intent(in) :: exactly  !< satisfy the tolerance at once
       logical, intent(in) :: measured  !< gaps and slips are known at d
-      integer, intent(out) :: diverged  !< as in `solve_friction`
+      integer, intent(out) :: diverged  !< see `solve_friction`
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: pass
 
@@ -332,7 +332,8 @@ contains
       end do
    end subroutine find_forces
 
-   !> .true. if the state of a contact differs from that by its law, or a contact retains stiffness.
+   !> .true. if the state of a contact differs from the state by its law, or if it retains
+   !> stiffness.
    pure logical function will_change(contacts)  ! total
       type(contacts_type), intent(in) :: contacts  !< contacts of this step, evaluated
 
@@ -360,14 +361,14 @@ contains
    end subroutine evaluate
 
    !> Tolerance of the force difference at an iterate, N/m, relative to the largest force.
-   !> Before an iterate is accepted, the largest force is limited by `given_force`, because iterates
-   !> far from the solution have forces so large that any difference would be within the tolerance.
+   !> The largest force is limited by `given_force` before an iterate is accepted, because iterates
+   !> far from the solution have very large forces and would make any difference tolerable.
    pure real(wp) function tolerance_of(iteration, system, contacts, laws, largest) result(tolerance)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       type(system_type), intent(in) :: system  !< equations of the step
       type(contacts_type), intent(in) :: contacts  !< contacts of this step, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      real(wp), intent(in) :: largest  !< force of the iterate, N/m
+      real(wp), intent(in) :: largest  !< largest force of the iterate, N/m
       real(wp) :: noise
 
       noise = noise_after(iteration, iteration%iterations)
@@ -378,7 +379,7 @@ contains
          max(iteration%weight, given_force(system, contacts, laws))))
    end function tolerance_of
 
-   !> Loads and inertia forces of all blocks, summed, plus the largest contact force at d = 0, N/m.
+   !> Sum of loads and inertia forces of all blocks, plus the largest contact force at d = 0, N/m.
    pure real(wp) function given_force(system, contacts, laws) result(given)
       type(system_type), intent(in) :: system  !< equations of the step
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
@@ -392,8 +393,8 @@ contains
       given = given + sum(maxval(abs(system%load(1:2, :)), 1))
    end function given_force
 
-   !> Retain the states of contacts whose force difference is within the tolerance.  This begins if
-   !> the changes of such contacts are too many for a low-rank update; it lasts until the step ends.
+   !> Retain the states of contacts whose force difference is within the tolerance, until the end of
+   !> the step, as soon as such contacts change too often for a low-rank update.
    !>
    !> Between blocks that fall together, gaps are rounding errors and states are random.  Many
    !> changes of such states would require a new factorisation in each iteration.
@@ -419,7 +420,7 @@ contains
       noise = iteration%noise*merge(iteration%rounding, 1.0_wp, solves <= few_solves)
    end function noise_after
 
-   !> Solve to full accuracy and evaluate again, unless the solver is direct.
+   !> Solve to full accuracy and evaluate again; a direct solver has full accuracy already.
    subroutine finish_solve(iteration, system, solver, contacts, laws, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -433,7 +434,7 @@ contains
       if (.not. allocated(error)) call evaluate(iteration, system, contacts, laws)
    end subroutine finish_solve
 
-   !> Find the friction forces that agree with the normal forces, for fixed states.
+   !> Find the friction forces that correspond to the normal forces, for fixed states.
    subroutine solve_friction(iteration, system, solver, contacts, laws, exactly, diverged, &
       error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
@@ -441,7 +442,7 @@ contains
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      logical, intent(in) :: exactly !< satisfy the tolerance; else reduce the difference
+      logical, intent(in) :: exactly !< satisfy the tolerance; else only reduce differences
       integer, intent(out) :: diverged !< contact whose friction force diverges; 0: none
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp) :: difference, first, wanted, reduction
@@ -454,7 +455,7 @@ contains
          call evaluate_slides(iteration%slides, contacts, laws, system%d)
          difference = difference_of(iteration%slides)
          if (i == 1) first = difference
-         if (.not. difference*epsilon(1.0_wp) <= first) exit  ! all digits are lost
+         if (.not. difference*epsilon(1.0_wp) <= first) exit  ! no accurate digits
          if (i == 1 .and. .not. exactly) wanted = max(wanted, friction_share*difference)
          wanted = max(wanted, noise_after(iteration, i))
          reduction = loose
@@ -490,12 +491,13 @@ contains
       system%d = system%previous_d
    end subroutine force_to_stick
 
-   !> Apply a line search if states change, and retain stiffness if steps remain short.
+   !> Apply a line search if states change, and retain stiffness if iterations remain short.
    !>
-   !> A step is shortened much if contacts that slide freely in it must stick.  At its end only the
-   !> first of these contacts stick; the others are set to stick too, because otherwise each of them
-   !> would shorten a further step.  If steps remain short, all sliding contacts retain a growing
-   !> fraction of their shear stiffness until whole steps succeed.
+   !> The line search shortens an iteration much if contacts that slide freely must stick.  At its
+   !> end only the first of these contacts stick.  The others are set to stick too, because
+   !> otherwise each of them would shorten another iteration.  If iterations remain short, all
+   !> sliding contacts retain a growing fraction of their shear stiffness until whole iterations
+   !> succeed.
    subroutine globalise(iteration, system, contacts, laws)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -551,7 +553,7 @@ contains
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      integer, intent(out) :: broken  !< number of contacts that lose their peak strength
+      integer, intent(out) :: broken  !< number of contacts that lose peak strength
       integer :: c
 
       broken = 0
@@ -564,8 +566,8 @@ contains
       end do
    end subroutine break_bonds
 
-   !> Uzawa's iteration of the augmented Lagrangian: set multipliers to the contact forces until
-   !> closed contacts neither penetrate nor open by more than the tolerance, if there is one.
+   !> Uzawa's iteration of the augmented Lagrangian, if there is a penetration tolerance: set
+   !> multipliers to the contact forces until no closed contact penetrates or opens by more.
    subroutine tighten(iteration, contacts, converged)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
@@ -637,11 +639,12 @@ contains
       contacts%slip_sign(first:last) = sign(1.0_wp, contacts%slide_force(first:last))
    end subroutine take_states
 
-   !> Retain part of the spring of contact c that its next state does not have.
+   !> Retain a fraction of the spring that contact c loses by its next state.
    !>
-   !> Only inertia resists the motion in a contact that has just lost a spring, so the next solution
-   !> would overshoot.  An opening contact retains a fraction of the spring for one iteration, a
-   !> sliding one a fraction of the secant stiffness to its bound, reduced in each iteration.
+   !> Only inertia resists motion in a contact without a spring, so the next solution would
+   !> overshoot.  An opening contact retains a fraction of its spring for one iteration.  A sliding
+   !> contact retains a fraction of the secant stiffness to its bound, which decreases in each
+   !> iteration.
    pure subroutine retain(iteration, contacts, laws, by_contact, c)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Open–close rules of the original DDA, for comparison (`contact_rules = 'original'`).
 !>
-!> Rules of Shi's code and its successors: an open contact closes only if it penetrates more than a
-!> dead band, with full stiffness; changes between slip and stick do not affect convergence; the
-!> friction of a sliding contact is computed from the last iteration.  Energy created by the dead
-!> band is a negative numerical loss in the energy audit.
+!> In Shi's code and its successors an open contact closes only if it penetrates more than a
+!> dead band, and then with full stiffness; changes between slip and stick do not affect
+!> convergence; the friction of a sliding contact uses the normal force of the last iteration.  The
+!> energy audit reports energy created by the dead band as a negative numerical loss.
 module dda_original_rules
    use dda_kinds, only: wp
    use dda_system, only: system_type
@@ -21,10 +21,10 @@ module dda_original_rules
    public :: solve_by_original_rules, lock_touching
 
    integer, parameter :: most_iterations = 8         !< iterations per step
-   real(wp), parameter :: close_band = 2.0e-4_wp  !< s0: penetration to close, over half size
+   real(wp), parameter :: close_band = 2.0e-4_wp  !< s0: penetration to close over half size
    real(wp), parameter :: open_band = 2.0e-7_wp      !< f0: gap to open, over half size
-   real(wp), parameter :: reversal_band = 1.0e-7_wp  !< slip back to stick, over half size
-   !> friction coefficient, tan 0.9°, below which a sliding contact never sticks again
+   real(wp), parameter :: reversal_band = 1.0e-7_wp  !< reverse slip to stick over half size
+   !> friction coefficient (tan 0.9°) below which a sliding contact never sticks
    real(wp), parameter :: least_friction = 0.0157_wp
 
 contains
@@ -37,8 +37,8 @@ contains
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      real(wp), intent(in) :: half_size    !< w0, m
-      logical, intent(in) :: first_step    !< first step of the run: it has at least two iterations
+      real(wp), intent(in) :: half_size    !< half the model size w0, m
+      logical, intent(in) :: first_step    !< first step of the run, with at least two iterations
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: i, c, switched
 
@@ -110,7 +110,7 @@ contains
       end if
    end function next_state
 
-   !> Adopt the states; the friction of the next iteration follows from the present normal force.
+   !> Adopt the states, and set the friction of the next iteration from the present normal force.
    pure subroutine adopt_original_states(contacts, laws)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts

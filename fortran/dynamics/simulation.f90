@@ -28,22 +28,22 @@ module dda_simulation
       next_step, exchange_lists, end_of_run, finished, stage_finished, summary, ending, &
       block_name, comes_suddenly
 
-   !> Counts since the start.
+   !> Counts since the start of the run.
    type :: counters_type
-      integer(long) :: iterations = 0      !< open–close iterations
+      integer(long) :: iterations = 0      !< number of open–close iterations
       integer(long) :: searches = 0        !< neighbour searches
       integer(long) :: repeated = 0        !< steps repeated with a smaller Δt
       integer(long) :: too_far = 0         !< steps beyond the maximum displacement ratio
-      integer(long) :: broken = 0          !< bonds broken
+      integer(long) :: broken = 0          !< number of broken bonds
       integer(long) :: unsettled = 0       !< steps in which the damage of bonds did not converge
-      integer(long) :: bounds_off = 0      !< steps in which bounds of materials did not converge
+      integer(long) :: bounds_off = 0      !< steps in which frozen bounds did not converge
       integer(long) :: changes = 0         !< contact states changed after the first step
       integer :: most_iterations = 0       !< largest number of iterations in one step
    end type counters_type
 
    !> State of the stop rule; without &stop it contains only a blank reason.
    type :: stop_state_type
-      character(len=:), allocatable :: reason   !< reason for an early end of the run; blank if none
+      character(len=:), allocatable :: reason   !< reason for an early end of the run, else blank
       real(wp), allocatable :: first(:,:)       !< [3, blocks] initial positions
       real(wp), allocatable :: window(:,:)      !< [3, blocks] positions for the test of equilibrium
       real(wp) :: since = 0.0_wp                !< time at which the window began, s
@@ -58,12 +58,12 @@ module dda_simulation
       type(largest_type) :: last(number_of_maxima)     !< present state, see `take_residuals`
       integer :: moved(3) = 0  !< numbers of initial contacts, slipped and opened contacts
       type(base_type) :: base                   !< reference motion of displacements and rates
-      type(first_contacts_type) :: contacts     !< contacts whose slip and opening are measured
+      type(first_contacts_type) :: contacts     !< contacts for slip and opening
       real(wp), allocatable :: first(:,:)     !< [3,blocks] initial positions
       real(wp), allocatable :: size_of(:)       !< [blocks] root of the area of block or body, m
-      real(wp) :: least_size = 0.0_wp           !< smallest of these, m
+      real(wp) :: least_size = 0.0_wp           !< smallest value of `size_of`, m
       integer, allocatable :: below(:)          !< [points] point below each point, or 0
-      !> displacement of the base when displacements of points were last set to zero, m
+      !> displacement of the base when the point displacements were last set to zero, m
       real(wp) :: points_from(2) = 0.0_wp
    end type maxima_type
 
@@ -75,8 +75,8 @@ module dda_simulation
    type :: simulation_type
       ! unsaved, the input: model, detection, laws
       ! unsaved, the input, by the stage: scheme
-      ! unsaved, positions of old contacts: found in each step: history
-      ! unsaved, used only within a static stage, during which nothing is saved: resting
+      ! unsaved, positions of old contacts, found in each step: history
+      ! unsaved, used only within a static stage, in which no checkpoint is written: resting
       ! unsaved, set at the start of each round of a step: linear_about
       ! unsaved, set at the end of each round, before it is used: solution
       type(model_type) :: model                !< constant data
@@ -89,7 +89,7 @@ module dda_simulation
       type(history_type) :: history
       type(laws_type) :: laws
       type(elements_type) :: elements          !< supports, loads, body forces …
-      !> [6,blocks] increment at which material laws are linearised, and resulting solution
+      !> [6,blocks] increment at which material laws are linearised; resulting solution
       real(wp), allocatable :: linear_about(:,:), solution(:,:)
       type(scheme_type) :: scheme              !< time integration
       type(system_type) :: system
@@ -104,7 +104,7 @@ module dda_simulation
       integer :: stage = 0                     !< present stage
       integer(long) :: first_step = 0          !< steps before the present stage
       real(wp) :: first_time = 0.0_wp          !< time at the start of the present stage, s
-      integer(long) :: step = 0                !< number of steps done
+      integer(long) :: step = 0                !< number of completed steps
       real(wp) :: time = 0.0_wp                !< s
       real(wp) :: time_step = 0.0_wp           !< Δt of the next step, s
       real(wp) :: last_time_step = 0.0_wp      !< Δt of the last step, s
@@ -112,10 +112,10 @@ module dda_simulation
       real(wp) :: speed = 0.0_wp
       real(wp) :: path = 0.0_wp  !< sum of largest vertex displacements of all steps, m
       logical :: resting = .false.             !< a static stage is running
-      character(len=:), allocatable :: statics  !< text on the static stages so far; blank: none
+      character(len=:), allocatable :: statics  !< text on static stages so far, or blank
       !> warnings of the check and of static stages
       type(doubt_type), allocatable :: doubts(:)
-      !> input including changes between steps, and their description; blank: none
+      !> input including changes between steps; description of these changes, or blank
       character(len=:), allocatable :: changed_text, changes
    end type simulation_type
 
@@ -158,7 +158,7 @@ contains
          stage_finished(simulation)
    end function finished
 
-   !> .true. if the present stage has ended; a static stage ends at its start.
+   !> .true. if the present stage has ended; a static stage takes no time.
    pure logical function stage_finished(simulation) result(done)  ! total
       type(simulation_type), intent(in) :: simulation  !< a run and its state
 
@@ -175,7 +175,7 @@ contains
       end associate
    end function stage_finished
 
-   !> Text on step control, with counts that are not zero.
+   !> Text on the numbers of steps and iterations; counts of zero are omitted.
    pure function summary(simulation) result(text)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       character(len=:), allocatable :: text
@@ -203,7 +203,7 @@ contains
       if (simulation%solver%handed_over > 0) text = text//'; solver: '//work_done(simulation%solver)
    end function summary
 
-   !> Text of a comma, a count and its noun; blank if the count is zero.
+   !> Text of a comma, a count and a noun; blank if the count is zero.
    pure function count_text(count, one, many, what) result(text)
       integer(long), intent(in) :: count         !< count
       character(len=*), intent(in) :: one, many  !< see `counted`
@@ -229,7 +229,7 @@ contains
       end if
    end function ending
 
-   !> .true. if gravity acts suddenly: there is neither a static stage nor initial stress.
+   !> .true. if gravity acts suddenly, without static stage or initial stress.
    pure logical function comes_suddenly(model)  ! total
       type(model_type), intent(in) :: model  !< model as read from the input
 

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Friction forces of sliding contacts ("slide forces") that agree with the normal forces of the
+!> Friction forces of sliding contacts ("slide forces") that correspond to the normal forces of the
 !> same solution, at fixed contact states.  They are the fixed point of an iteration with constant
-!> matrix.  Anderson acceleration converges even if friction is so high that the plain iteration
-!> would diverge.
+!> matrix.  With Anderson acceleration the iteration converges even for high friction, at which the
+!> plain iteration would diverge.
 module dda_slide_forces
    use dda_kinds, only: wp
    use dda_anderson, only: anderson_type, forget, accelerate
@@ -21,7 +21,7 @@ module dda_slide_forces
    type :: slides_type
       integer :: n = 0                     !< number of sliding contacts
       integer, allocatable :: contact(:)   !< [n] numbers of the contacts
-      real(wp), allocatable :: force(:)    !< [n] assumed forces without dilation, N/m
+      real(wp), allocatable :: force(:)    !< [n] assumed forces, without dilation, N/m
       real(wp), allocatable :: response(:) !< [n] forces by the law, N/m
       real(wp), allocatable :: rhs_change(:,:)  !< [6,blocks] change of f̂, N
       type(anderson_type) :: memory
@@ -47,7 +47,7 @@ contains
       end do
    end subroutine list_slides
 
-   !> Fraction of contact c on which friction acts; the remainder may be bonded.
+   !> Fraction of contact c with friction; the remaining fraction is bonded.
    pure real(wp) function friction_fraction(contacts, c) result(weight)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c  !< number of the contact
@@ -56,7 +56,7 @@ contains
       if (contacts%with_net_slip) weight = contacts%acting_damage(c)
    end function friction_fraction
 
-   !> Allocate arrays for a number of sliding contacts.
+   !> Allocate the arrays for `wanted` sliding contacts.
    subroutine allocate_slides(slides, wanted)
       type(slides_type), intent(inout) :: slides  !< sliding contacts
       integer, intent(in) :: wanted  !< number of contacts
@@ -93,7 +93,7 @@ contains
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
-      integer, intent(in) :: first, last  !< first and last of the range
+      integer, intent(in) :: first, last  !< first and last in the range
       real(wp) :: change(2)
       integer :: i, c
 
@@ -148,8 +148,8 @@ contains
       end do
    end subroutine assume_next
 
-   !> Increments to the next forces of sliding contact i, normal and shear, N/m.
-   !> More friction reduces slip and therefore dilation, which changes the normal force.
+   !> Increments of the normal and shear force of sliding contact i to the next forces, N/m.
+   !> More friction reduces slip and thus dilation, which changes the normal force.
    pure function next_increments(slides, contacts, i) result(more)
       type(slides_type), intent(in) :: slides      !< sliding contacts, with the next forces
       type(contacts_type), intent(in) :: contacts  !< contacts of this step, with the present forces
@@ -168,7 +168,7 @@ contains
       type(slides_type), intent(inout) :: slides  !< sliding contacts, with the next forces
       type(contacts_type), intent(in) :: contacts  !< contacts of this step, with the present forces
       type(system_type), intent(inout) :: system  !< equations of the step
-      integer, intent(in) :: first, last  !< first and last of the range
+      integer, intent(in) :: first, last  !< first and last in the range
       integer :: i, c
 
       slides%rhs_change(:, first:last) = system%rhs(:, first:last)

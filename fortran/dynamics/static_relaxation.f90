@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Solution of the contacts of a static step in which many of them change states.
+!> Solution of a static step in which many contacts change states.
 !>
 !> In statics inertia hardly restrains a block whose contacts all slide, so the open–close iteration
 !> overshoots.  Here all iterations use one matrix S (modified Newton), in which open and sliding
@@ -8,9 +8,9 @@
 !>     S (d' − d) = f̂ + Σ [N(d) ∂g − T(d) ∂s] − K d ,
 !>
 !> with K and f̂ without contacts, and N and T by the contact laws.  Anderson acceleration
-!> compensates for the excess stiffness of S.  The step need not converge: its slip is retained,
-!> and the next step begins with shear forces at their bounds.  In that step, contacts whose slip
-!> would reverse stick, so their springs restrain the blocks again.
+!> compensates for the excess stiffness of S.  The step need not converge: its slip is kept, and the
+!> next step begins with shear forces at their bounds.  Contacts whose slip would reverse in the
+!> next step stick there, so that their springs restrain the blocks again.
 module dda_static_relaxation
    use dda_kinds, only: wp
    use dda_anderson, only: anderson_type, accelerate
@@ -29,19 +29,19 @@ module dda_static_relaxation
    private
    public :: solve_statics, relax, many_changes
 
-   !> contacts above which steps may be relaxed; changes in the first iteration that cause it
+   !> least number of contacts for relaxation, and of changes in the first iteration that starts it
    integer, parameter :: many_changes = 2000
    !> open–close iterations after which a step is relaxed: walls of 4,000 bricks with open head
-   !> joints then reach equilibrium in 20 % of the time
+   !> joints then reach equilibrium in 20 % of the computing time
    integer, parameter :: few_iterations = 40
    integer, parameter :: most_iterations = 21    !< iterations of a relaxed step
-   real(wp), parameter :: ascent = 10.0_wp  !< accepted last correction over the smallest one
-   real(wp), parameter :: nearly = 1.0e3_wp  !< force over tolerance below which bonds are checked
+   real(wp), parameter :: ascent = 10.0_wp  !< accepted last correction over smallest correction
+   real(wp), parameter :: nearly = 1.0e3_wp  !< residual, over tolerance, to check bonds
 
    !> Iterates of a step, scaled by the square roots of the diagonal of S.
    type :: iterate_type
       type(anderson_type) :: memory         !< Anderson acceleration
-      real(wp), allocatable :: scale(:)     !< [6n] these square roots
+      real(wp), allocatable :: scale(:)     !< [6n] square roots of the diagonal
       real(wp), allocatable :: x(:)         !< [6n] scaled d
       real(wp), allocatable :: image(:)     !< [6n] scaled d'
       real(wp), allocatable :: best(:,:)    !< [6,n] d with the smallest correction, not scaled
@@ -51,8 +51,8 @@ module dda_static_relaxation
 
 contains
 
-   !> Iterate until assumed forces equal those of the laws.  If many contacts change states, this
-   !> step and the following steps of the stage are relaxed.
+   !> Iterate until assumed forces equal the forces by the laws.  If many contacts change states,
+   !> this step and the following steps of the stage are relaxed.
    subroutine solve_statics(iteration, system, solver, contacts, laws, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -81,7 +81,7 @@ contains
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      logical, intent(out) :: converged  !< if not, contacts have their former states
+      logical, intent(out) :: converged  !< if .false., contacts have their former states
       type(error_type), allocatable, intent(out) :: error  !< allocated if the step has failed
       integer, allocatable :: states(:)
       integer :: most
@@ -135,7 +135,7 @@ contains
    !> The retained fraction of an open contact decreases with its gap, like its secant stiffness.
    subroutine impose_springs(iteration, contacts, laws)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
-      type(contacts_type), intent(inout) :: contacts  !< springs are set; all contacts stick
+      type(contacts_type), intent(inout) :: contacts  !< contacts that stick; springs are set
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp) :: share(2), springs(2), gap_force
       integer :: c
@@ -169,11 +169,11 @@ contains
    end subroutine impose_forces
 
    !> Compute the next d with S, and store the present d if its correction is the smallest so far.
-   !> The first iterate, d = 0, is never stored.  The last one is stored even if its correction is
-   !> up to `ascent` times larger, because its slip is closer to the solution.
+   !> The first iterate, d = 0, is never stored.  The last iterate is stored even if its correction
+   !> is up to `ascent` times the smallest one, because its slip is closer to the solution.
    subroutine correct(iterates, i, iteration, system, solver, contacts, laws, error)
       type(iterate_type), intent(inout) :: iterates  !< iterates of the step
-      integer, intent(in) :: i  !< iteration
+      integer, intent(in) :: i  !< number of the iteration
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step; d becomes d'
       type(solver_type), intent(inout) :: solver  !< linear solver
@@ -200,7 +200,7 @@ contains
    !> Compute square roots of the diagonal of S, which scale translations, rotations and strains.
    subroutine scale_by(iterates, matrix)
       type(iterate_type), intent(inout) :: iterates  !< iterates of the step
-      type(block_matrix_type), intent(in) :: matrix  !< S
+      type(block_matrix_type), intent(in) :: matrix  !< matrix S
       integer :: b, j
 
       iterates%scale = [((sqrt(matrix%diagonal(j, j, b)), j=1, 6), b=1, matrix%n)]
@@ -208,7 +208,7 @@ contains
 
    !> Contact force that corresponds to a correction, N/m.
    pure real(wp) function force_of(correction, laws) result(force)
-      real(wp), intent(in) :: correction   !< J/m
+      real(wp), intent(in) :: correction   !< correction, J/m
       type(laws_type), intent(in) :: laws  !< stiffness of the contacts
 
       force = sqrt(correction*laws%normal_stiffness)

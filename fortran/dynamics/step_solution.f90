@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Solution of K̂ d = f̂ of a step; if an earlier factorisation suffices, without assembling K̂.
+!> Solution of K̂ d = f̂ of a step, without assembling K̂ if an earlier factorisation suffices.
 !>
 !> The residual f̂ − K̂d is the sum of the loads, the forces without contacts and the contact forces
-!> at d.  If the contacts have the springs of an earlier factorisation, K̂ differs from its matrix
-!> only by geometry (about 1e-6), and iterative refinement with this residual converges to d.  K̂
-!> and f̂ are assembled for a new factorisation and for the other solvers.
+!> at d.  If an earlier factorisation has the same contact springs, its matrix differs from K̂ only
+!> by geometry (about 1e-6), and iterative refinement with this residual converges to d.  K̂ and f̂
+!> are assembled only for a new factorisation and for the other solvers.
 module dda_step_solution
    use dda_kinds, only: wp
    use dda_abstract_solver, only: equations_type
@@ -33,8 +33,8 @@ module dda_step_solution
 
 contains
 
-   !> Solve K̂ d = f̂ with the contacts in their assumed states, or only for a change of f̂
-   !> (`solve_change`).
+   !> Solve K̂ d = f̂ with the contacts in their assumed states, or solve only for a change of f̂
+   !> (see `solve_change`).
    subroutine solve_step_for(system, solver, contacts, error, reduction, change, measured)
       type(system_type), intent(inout), target :: system      !< equations of the step; d changes
       type(solver_type), intent(inout) :: solver              !< linear solver
@@ -69,7 +69,7 @@ contains
       !> Solve with the matrix of the step, or for a change of f̂.
       subroutine solve_for(b, x)
          real(wp), intent(in) :: b(:,:)     !< [6,n] right-hand side, N
-         real(wp), intent(inout) :: x(:,:)  !< [6,n] first guess, becomes the solution, m
+         real(wp), intent(inout) :: x(:,:)  !< [6,n] first guess; on return, solution, m
 
          if (present(change)) then
             call solve_change(solver, system%matrix, b, change, x, error, reduction)
@@ -79,12 +79,12 @@ contains
       end subroutine solve_for
    end subroutine solve_step_for
 
-   !> Solve with an earlier factorisation, if no contact spring has changed since.
+   !> Solve with an earlier factorisation, if no contact spring has changed since then.
    subroutine solve_unassembled(system, solver, contacts, done)
       type(system_type), intent(inout), target :: system      !< equations of the step; d changes
       type(solver_type), intent(inout) :: solver              !< linear solver
       type(contacts_type), intent(inout), target :: contacts  !< contacts of this step
-      logical, intent(out) :: done  !< d is the solution; otherwise K̂ is needed
+      logical, intent(out) :: done  !< d is the solution; if .false., K̂ is needed
       type(step_equations_type) :: equations
 
       done = .false.
@@ -115,7 +115,7 @@ contains
    subroutine residual(self, x, r)
       class(step_equations_type), intent(in) :: self  !< equations
       real(wp), intent(in), contiguous :: x(:,:)      !< [6,n] d, m
-      real(wp), intent(out), contiguous :: r(:,:)     !< [6,n] N
+      real(wp), intent(out), contiguous :: r(:,:)     !< [6,n] residual, N
 
       call find_residual(self%system, self%contacts, x, r)
    end subroutine residual
@@ -124,8 +124,8 @@ contains
    subroutine find_residual(system, contacts, d, r)
       type(system_type), intent(in) :: system         !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts in their assumed states
-      real(wp), intent(in), contiguous :: d(:,:)      !< [6,n] m
-      real(wp), intent(out), contiguous :: r(:,:)     !< [6,n] N
+      real(wp), intent(in), contiguous :: d(:,:)      !< [6,n] d, m
+      real(wp), intent(out), contiguous :: r(:,:)     !< [6,n] residual, N
       integer :: b
 
       do b = 1, size(d, 2)

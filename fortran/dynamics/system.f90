@@ -1,9 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Equations of one step, K̂ d = f̂ (paper eqs. 5–7), and their linear part (without contacts).
 !>
-!> K̂ is the sum of a linear part that does not depend on contact states (inertia, elasticity,
-!> elements) and of the springs of the contacts in their assumed states, which
-!> `dda_contact_assembly` adds.
+!> K̂ is the sum of a linear part (inertia, elasticity, elements), which does not depend on contact
+!> states, and of the contact springs in their assumed states (`dda_contact_assembly`).
 module dda_system
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, set_pattern, entry_of, multiply_block
@@ -34,33 +33,33 @@ module dda_system
       ! unsaved, computed in each step: linear, has_terms, terms, load, rhs
       ! unsaved, predicted at the start of each step: d
       ! unsaved, set before it is used: previous_d
-      ! unsaved, a clock for measurements: watch
+      ! unsaved, computing times: watch
       ! unsaved, set in each step: drifts
       ! unsaved, set in each step if `drifts`: drift, drift_load
       type(block_matrix_type) :: matrix            !< K̂
-      !> [entries] near pair of each lower block of K̂; above the last pair if only elements couple
+      !> [entries] near pair of each lower block of K̂; last pair + 1 if only elements couple blocks
       integer, allocatable :: pair_of_entry(:)
       integer, allocatable :: first_contact(:)     !< [pairs+2] first contact of each near pair
       type(contact_terms_type) :: contact_terms    !< assembled terms of the contacts
       type(linear_terms_type) :: terms             !< springs and dashpots of the elements
       !> [compact_size,n] M/(χΔt²) + θ × elasticity + damping (see dda_compact_block)
       real(wp), allocatable :: constant(:,:)
-      !> linear part of K̂; its diagonal is used only for blocks with elements, otherwise `constant`
+      !> linear part of K̂; its diagonal is used only for blocks with elements, else `constant`
       type(block_matrix_type) :: linear
       logical, allocatable :: has_terms(:)         !< [n] elements act on the block
-      !> [entries] lower block of the linear part for each lower block of K̂, or 0; empty if no
-      !> elements couple blocks
+      !> [entries] number in the linear part of each lower block of K̂, or 0; empty if no elements
+      !> couple blocks
       integer, allocatable :: linear_entry(:)
       real(wp), allocatable :: load(:,:)           !< [6,n] f̂ without contacts
       real(wp), allocatable :: rhs(:,:)            !< [6,n] f̂
       real(wp), allocatable :: d(:,:)              !< [6,n] unknowns (paper eq. 2)
       real(wp), allocatable :: previous_d(:,:)     !< [6,n] unknowns of the last iteration
       logical :: drifts = .false.                  !< bodies translate in this step
-      !> [6,n] d₀ of translating bodies, K̂d₀ without contacts, and work space (see dda_body_drift)
+      !> [6,n] d₀ of translating bodies, K̂d₀ without contacts, work space (see dda_body_drift)
       real(wp), allocatable :: drift(:,:), drift_load(:,:), reduced(:,:)
       type(step_type) :: constant_step             !< Δt for which `constant` was computed
       logical :: constant_damps = .false.        !< `constant` includes the damping of the materials
-      type(stopwatch_type) :: watch                !< time spent in each phase of the steps
+      type(stopwatch_type) :: watch                !< computing time of each phase
    end type system_type
 
 contains
@@ -68,13 +67,13 @@ contains
    !> Allocate arrays for n blocks.
    subroutine prepare_system(system, n)
       type(system_type), intent(out) :: system  !< equations of the step
-      integer, intent(in) :: n  !< blocks
+      integer, intent(in) :: n  !< number of blocks
 
       allocate (system%constant(compact_size, n))
       allocate (system%has_terms(n), source=.false.)
       allocate (system%load(6, n), system%rhs(6, n), system%d(6, n), system%previous_d(6, n), &
          source=0.0_wp)
-      allocate (system%contact_terms%dirty(n), source=is_dirty_stiffness)  ! nothing is assembled
+      allocate (system%contact_terms%dirty(n), source=is_dirty_stiffness)  ! not assembled
    end subroutine prepare_system
 
    !> Allocate K̂ for all near pairs and all coupling elements.
@@ -107,7 +106,7 @@ contains
       call index_linear(system)
    end subroutine set_matrix_pattern
 
-   !> Find the lower blocks of the linear part that belong to the lower blocks of K̂.
+   !> Find the number in the linear part of each lower block of K̂.
    subroutine index_linear(system)
       type(system_type), intent(inout) :: system  !< equations of the step
       integer :: row, k
@@ -190,7 +189,7 @@ contains
    !> Initialise diagonal block b of the linear part, before its first term is added.
    pure subroutine begin_diagonal(system, b)
       type(system_type), intent(inout) :: system  !< equations of the step
-      integer, intent(in) :: b  !< block
+      integer, intent(in) :: b  !< number of the block
 
       if (system%has_terms(b)) return
       system%has_terms(b) = .true.
@@ -200,9 +199,9 @@ contains
    !> Compute y = diagonal block b of the linear part × x.
    pure subroutine multiply_diagonal(system, b, x, y)
       type(system_type), intent(in) :: system  !< equations of the step
-      integer, intent(in) :: b  !< block
-      real(wp), intent(in) :: x(6)  !< factor
-      real(wp), intent(out) :: y(6)  !< product
+      integer, intent(in) :: b  !< number of the block
+      real(wp), intent(in) :: x(6)  !< vector x
+      real(wp), intent(out) :: y(6)  !< vector y
 
       if (system%has_terms(b)) then
          call multiply_block(system%linear%diagonal(:, :, b), x, y)
@@ -226,13 +225,13 @@ contains
       end do
    end subroutine assemble_blocks
 
-   !> Set the load of one block: weight × Mv, minus the generalised forces of stress.
+   !> Set the load of one block: weight × Mv minus the generalised forces of the stress.
    pure subroutine set_load(weight, inertia, velocity, stiffness, strain, area, initial_stress, &
       share, load)
-      real(wp), intent(in) :: weight  !< 1/s
-      real(wp), intent(in) :: inertia(4), velocity(6)     !< as in `blocks_type`
+      real(wp), intent(in) :: weight  !< weight of Mv, 1/s
+      real(wp), intent(in) :: inertia(4), velocity(6)     !< see `blocks_type`
       real(wp), intent(in) :: stiffness(3, 3), strain(3)  !< area × D, N; strains
-      real(wp), intent(in) :: area, initial_stress(3)     !< m²; Pa
+      real(wp), intent(in) :: area, initial_stress(3)     !< area, m²; stress, Pa
       real(wp), intent(in) :: share                     !< fraction of the area with this strain
       real(wp), intent(out) :: load(6)
 

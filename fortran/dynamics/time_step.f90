@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> One time step: search contacts, assemble, solve by open–close iteration, integrate.  The step is
-!> repeated with a smaller Δt if necessary and permitted.
+!> One time step: search contacts, assemble, solve by open–close iteration, integrate.  If
+!> necessary and permitted, the step is repeated with a smaller Δt.
 module dda_time_step
    use dda_kinds, only: wp
    use dda_breaking, only: break_faces
@@ -36,9 +36,9 @@ module dda_time_step
    public :: advance
 
    real(wp), parameter :: shrink = 0.3_wp, recover = 1.3_wp  !< factors of an adaptive Δt
-   integer, parameter :: most_attempts = 40                  !< attempts per step
-   integer, parameter :: most_rounds = 60  !< rounds of bolt states or Newton's method
-   integer, parameter :: most_searches = 3  !< searches with the same Δt
+   integer, parameter :: most_attempts = 40                  !< largest number of attempts per step
+   integer, parameter :: most_rounds = 60  !< most rounds of bolt states or Newton's method
+   integer, parameter :: most_searches = 3  !< most searches with the same Δt
 
 contains
 
@@ -74,7 +74,7 @@ contains
       call lap(simulation%system%watch, phase_update)
    end subroutine advance
 
-   !> Find the increment d of this step: assemble and iterate contacts, elements and material laws.
+   !> Find the increment d of this step: assemble; iterate contacts, elements and material laws.
    subroutine solve_step(simulation, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -112,7 +112,7 @@ contains
       end associate
    end subroutine solve_step
 
-   !> Text that names the iteration that has not converged in a step.
+   !> Name the iteration that has not converged in a step.
    pure function unsettled(simulation) result(words)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       character(len=:), allocatable :: words
@@ -125,7 +125,7 @@ contains
          to_text(block)
    end function unsettled
 
-   !> Solve the step of the free-field columns first, and pass it to the sides of the model.
+   !> Solve the step for the free-field columns, and pass the solutions to the sides of the model.
    !> In statics the columns are already in equilibrium.
    subroutine solve_columns(simulation, again, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
@@ -143,7 +143,7 @@ contains
       if (.not. allocated(error)) call take_over_columns(simulation)
    end subroutine solve_columns
 
-   !> Solve the step of a column; repeat with a wider contact search if the column moves too far.
+   !> Solve the step of a column; repeat it with a wider contact search if the column moves too far.
    subroutine solve_column(run, time_step, again, error)
       type(simulation_type), intent(inout) :: run  !< run of the column
       real(wp), intent(in) :: time_step            !< Δt of the model, s
@@ -220,7 +220,7 @@ contains
    end function allowed_move
 
    !> Store the largest speed for the next search, and count steps beyond the maximum displacement.
-   !> In statics such a step is shortened, so the next search need not reach farther.
+   !> In statics such a step is shortened, so the next search need not be wider.
    pure subroutine record_move(simulation, move)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       real(wp), intent(in) :: move  !< upper bound of vertex displacements, m
@@ -246,11 +246,11 @@ contains
    !> Prepare another attempt at the step: with a smaller Δt if allowed, else with a wider search.
    !>
    !> In statics a step beyond the maximum displacement is shortened, because the list of contacts
-   !> is valid only near the initial positions.
+   !> is valid only near the positions at the start of the step.
    subroutine retry(simulation, attempt, searches, move, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       integer, intent(in) :: attempt  !< number of the attempt
-      integer, intent(inout) :: searches  !< searches with the same Δt
+      integer, intent(inout) :: searches  !< most searches with the same Δt
       real(wp), intent(in) :: move  !< upper bound of vertex displacements, m
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=:), allocatable :: reason
@@ -312,7 +312,7 @@ contains
       if (.not. simulation%resting) call break_faces(simulation)
    end subroutine accept
 
-   !> Count broken bonds, steps with unconverged damage or bounds, and, after the first step,
+   !> Count broken bonds and steps with unconverged damage or bounds; after the first step, also
    !> changes of states.
    pure subroutine record_changes(simulation)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
@@ -327,7 +327,7 @@ contains
       end associate
    end subroutine record_changes
 
-   !> Number of bonds whose damage became complete in the last step.
+   !> Number of bonds that have failed completely in the last step.
    pure integer function spent_bonds(simulation)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
 
