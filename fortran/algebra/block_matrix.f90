@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The symmetric matrix of DDA: one row of 6×6 blocks for each rock block (paper eq. 7).
+!> The symmetric matrix of DDA, with one row of 6×6 blocks for each rock block (paper eq. 7).
 !>
-!> Only the diagonal blocks and the strictly lower blocks are kept, as contiguous 6×6
-!> column-major arrays; the pattern is compressed by rows.
+!> Only the diagonal and strictly lower blocks are stored, as contiguous 6×6 column-major arrays;
+!> the pattern is compressed by rows.
 module dda_block_matrix
    use dda_kinds, only: wp
    use dda_counting_sort, only: counting_sort
@@ -14,27 +14,27 @@ module dda_block_matrix
 
    !> Symmetric block-sparse matrix with 6×6 blocks.
    type :: block_matrix_type
-      integer :: n = 0                         !< block rows
+      integer :: n = 0                         !< number of block rows
       integer, allocatable :: row_start(:)     !< [n+1] first lower entry of each row
       integer, allocatable :: column(:)        !< [entries] column < row, ascending in a row
-      !> [n+1] first of the entries below the diagonal in each column
+      !> [n+1] start of each column in `below_row` and `below_entry`
       integer, allocatable :: below_start(:)
-      integer, allocatable :: below_row(:)     !< [entries] their rows
-      integer, allocatable :: below_entry(:)   !< [entries] positions of these entries in `lower`
+      integer, allocatable :: below_row(:)     !< [entries] row of each entry below the diagonal
+      integer, allocatable :: below_entry(:)   !< [entries] position in `lower`
       real(wp), allocatable :: diagonal(:,:,:) !< [6,6,n]
       real(wp), allocatable :: lower(:,:,:)    !< [6,6,entries] block (row, column)
    end type block_matrix_type
 
-   integer, parameter :: parallel_from = 500   !< number of block rows from which threads save time
+   integer, parameter :: parallel_from = 500   !< least number of block rows for threads
 
 contains
 
    !> Build the pattern of all pairs (i, j), i ≠ j; pairs may repeat, in any order.
    pure subroutine set_pattern(matrix, n, pairs, untouched)
-      type(block_matrix_type), intent(inout) :: matrix  !< receives the pattern, and zeros as values
-      integer, intent(in) :: n           !< block rows
+      type(block_matrix_type), intent(inout) :: matrix  !< matrix; receives the pattern, and zeros
+      integer, intent(in) :: n           !< number of block rows
       integer, intent(in) :: pairs(:,:)  !< [2, any] coupled block rows
-      !> no values on the diagonal: unwritten memory occupies no pages
+      !> do not clear the diagonal, so that its memory pages remain unused
       logical, intent(in), optional :: untouched
       integer, allocatable :: start(:), by_column(:), by_row(:), row_of(:)
       integer :: row
@@ -60,9 +60,9 @@ contains
       matrix%diagonal = 0.0_wp
    end subroutine set_pattern
 
-   !> Keep each column once in each row.
+   !> Remove repeated columns from each row.
    pure subroutine drop_repeated_columns(row_start, column)
-      integer, intent(inout) :: row_start(:)             !< [n+1]
+      integer, intent(inout) :: row_start(:)             !< [n+1] start of each row
       integer, allocatable, intent(inout) :: column(:)   !< [entries] ascending in each row
       integer :: row, first, last, e, entries
 
@@ -85,7 +85,7 @@ contains
 
    !> Position of the lower entry that couples block rows i and j; 0 if the pattern lacks it.
    pure integer function entry_of(matrix, i, j)
-      type(block_matrix_type), intent(in) :: matrix  !< any with a pattern
+      type(block_matrix_type), intent(in) :: matrix  !< matrix with a pattern
       integer, intent(in) :: i, j  !< block rows, i ≠ j
       integer :: low, high, middle, wanted
 
@@ -106,10 +106,10 @@ contains
       end do
    end function entry_of
 
-   !> Copy a block in an explicit loop, which the compiler turns into a few vector moves.
+   !> Copy a block in an explicit loop, which the compiler can vectorise.
    pure subroutine copy_block(from, to)
-      real(wp), intent(in) :: from(6, 6)  !< any block
-      real(wp), intent(out) :: to(6, 6)   !< its copy
+      real(wp), intent(in) :: from(6, 6)  !< block
+      real(wp), intent(out) :: to(6, 6)   !< copy of the block
 
       to = from
    end subroutine copy_block
@@ -133,12 +133,12 @@ contains
 
    !> Compute the rows first … last of y = K x; no other thread writes these rows.
    !>
-   !> A lower block that couples two of these rows is read once and used for both; other blocks are
-   !> read for the row in the range.  The order of summation does not depend on the range: the
-   !> diagonal block, the blocks to its left, the blocks below it.
+   !> A lower block that couples two rows of the range is read once for both.  The order of
+   !> summation does not depend on the range: the diagonal block, the blocks to its left, the blocks
+   !> below it.
    pure subroutine multiply_rows(matrix, first, last, x, y)
       type(block_matrix_type), intent(in) :: matrix  !< K
-      integer, intent(in) :: first, last  !< of the range
+      integer, intent(in) :: first, last  !< first and last index
       real(wp), intent(in) :: x(6, matrix%n)  !< any vector
       real(wp), intent(inout) :: y(6, matrix%n)  !< K x
       real(wp) :: row(6)
@@ -162,7 +162,7 @@ contains
       end do
    end subroutine multiply_rows
 
-   !> Add the blocks off the diagonal: y = y + (K − diag K) x.
+   !> Add the product with the off-diagonal blocks: y = y + (K − diag K) x.
    pure subroutine multiply_lower(matrix, x, y)
       type(block_matrix_type), intent(in) :: matrix  !< K
       real(wp), intent(in) :: x(6, matrix%n)  !< any vector
@@ -178,7 +178,7 @@ contains
       end do
    end subroutine multiply_lower
 
-   !> Norm ‖ |K| |x| ‖: the scale of the rounding error of K x, even if its terms cancel.
+   !> Norm ‖ |K| |x| ‖, which scales the rounding error of K x even if its terms cancel.
    pure real(wp) function terms_of_product(matrix, x) result(norm)
       type(block_matrix_type), intent(in) :: matrix  !< K
       real(wp), intent(in) :: x(6, matrix%n)  !< any vector
@@ -202,7 +202,7 @@ contains
 
    !> Set a row to B x.
    pure subroutine multiply_block(b, x, row)
-      real(wp), intent(in) :: b(6, 6), x(6)  !< factors
+      real(wp), intent(in) :: b(6, 6), x(6)  !< B and x
       real(wp), intent(out) :: row(6)  !< product
 
       row = b(:, 1)*x(1) + b(:, 2)*x(2) + b(:, 3)*x(3) + b(:, 4)*x(4) + b(:, 5)*x(5) + b(:, 6)*x(6)
@@ -210,7 +210,7 @@ contains
 
    !> Add B x to a row.
    pure subroutine add_product(b, x, row)
-      real(wp), intent(in) :: b(6, 6), x(6)  !< factors
+      real(wp), intent(in) :: b(6, 6), x(6)  !< B and x
       real(wp), intent(inout) :: row(6)  !< sum
 
       row = row + (b(:, 1)*x(1) + b(:, 2)*x(2) + b(:, 3)*x(3) + b(:, 4)*x(4) + b(:, 5)*x(5) &
@@ -219,7 +219,7 @@ contains
 
    !> Add Bᵀ x to a row.
    pure subroutine add_transposed_product(b, x, row)
-      real(wp), intent(in) :: b(6, 6), x(6)  !< factors
+      real(wp), intent(in) :: b(6, 6), x(6)  !< B and x
       real(wp), intent(inout) :: row(6)  !< sum
       integer :: j
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Sums of vectors of 6×6 block matrices; long vectors are divided between threads.
+!> Sums of vectors of [6,n] components; long vectors are divided between threads.
 module dda_block_vectors
    use dda_kinds, only: wp
    use dda_ordered_sums, only: parallel_from
@@ -11,8 +11,8 @@ contains
 
    !> Compute y = y + a x.
    subroutine add_multiple(n, a, x, y)
-      integer, intent(in) :: n                !< block rows
-      real(wp), intent(in) :: a, x(6, n)      !< factor, any vector
+      integer, intent(in) :: n                !< number of block rows
+      real(wp), intent(in) :: a, x(6, n)      !< factor, vector
       real(wp), intent(inout) :: y(6, n)      !< sum
       integer :: i
 
@@ -28,8 +28,8 @@ contains
 
    !> Compute y = x + a y.
    subroutine multiply_and_add(n, x, a, y)
-      integer, intent(in) :: n                !< block rows
-      real(wp), intent(in) :: x(6, n), a      !< any vector, factor
+      integer, intent(in) :: n                !< number of block rows
+      real(wp), intent(in) :: x(6, n), a      !< vector, factor
       real(wp), intent(inout) :: y(6, n)      !< sum
       integer :: i
 
@@ -45,9 +45,9 @@ contains
 
    !> y = x
    subroutine copy_vector(n, x, y)
-      integer, intent(in) :: n            !< block rows
-      real(wp), intent(in) :: x(6, n)     !< any vector
-      real(wp), intent(inout) :: y(6, n)  !< its copy
+      integer, intent(in) :: n            !< number of block rows
+      real(wp), intent(in) :: x(6, n)     !< vector
+      real(wp), intent(inout) :: y(6, n)  !< copy of x
       integer :: i
 
       if (n < parallel_from) then

@@ -1,19 +1,19 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> 6×6 blocks like the mass and elasticity of a rock block about its centroid: m for each
-!> translation, and a symmetric 4×4 block of rotation and strains.  11 numbers store one block.
+!> Storage of 6×6 blocks, such as mass or elasticity of a block about its centroid, in 11 numbers: m
+!> of the translations, and a symmetric 4×4 block of rotation and strains.
 module dda_compact_block
    use dda_kinds, only: wp
    implicit none
    private
    public :: compact_size, compact, expand, main_diagonal, multiply_compact
 
-   integer, parameter :: compact_size = 11  !< numbers of a block
+   integer, parameter :: compact_size = 11  !< number of values of a block
 
 contains
 
    !> Extract the 11 numbers of such a block.
    pure function compact(block) result(numbers)
-      real(wp), intent(in) :: block(6, 6)  !< symmetric; translations are coupled to nothing
+      real(wp), intent(in) :: block(6, 6)  !< symmetric block with uncoupled translations
       real(wp) :: numbers(compact_size)
 
       numbers = [block(1, 1), block(3:6, 3), block(4:6, 4), block(5:6, 5), block(6, 6)]
@@ -21,8 +21,8 @@ contains
 
    !> Build the 6×6 block from its 11 numbers.
    pure subroutine expand(numbers, block)
-      real(wp), intent(in) :: numbers(compact_size)  !< as of `compact`
-      real(wp), intent(out) :: block(6, 6)           !< block with these numbers
+      real(wp), intent(in) :: numbers(compact_size)  !< values from `compact`
+      real(wp), intent(out) :: block(6, 6)           !< block with these values
 
       block(:, 1:2) = 0.0_wp
       block(1:2, :) = 0.0_wp
@@ -36,7 +36,7 @@ contains
 
    !> Product of the block and a vector.
    pure subroutine multiply_compact(numbers, x, y)
-      real(wp), intent(in) :: numbers(compact_size)  !< as of `compact`
+      real(wp), intent(in) :: numbers(compact_size)  !< values from `compact`
       real(wp), intent(in) :: x(6)   !< any vector
       real(wp), intent(out) :: y(6)  !< product
 
@@ -52,7 +52,7 @@ contains
 
    !> Main diagonal of the block.
    pure function main_diagonal(numbers) result(diagonal)
-      real(wp), intent(in) :: numbers(compact_size)  !< as of `compact`
+      real(wp), intent(in) :: numbers(compact_size)  !< values from `compact`
       real(wp) :: diagonal(6)
 
       diagonal = numbers([1, 1, 2, 6, 9, 11])

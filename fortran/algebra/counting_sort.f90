@@ -10,9 +10,9 @@ contains
    !> List items by ascending key; items with equal keys retain their order.
    pure subroutine counting_sort(n, key, start, order)
       integer, intent(in) :: n                       !< largest key
-      integer, intent(in) :: key(:)                  !< [items] 1 … n
-      integer, allocatable, intent(out) :: start(:)  !< [n+1] where each key begins in the order
-      integer, allocatable, intent(out) :: order(:)  !< [items] item numbers, by key
+      integer, intent(in) :: key(:)                  !< [items] keys, 1 … n
+      integer, allocatable, intent(out) :: start(:)  !< [n+1] start of each key in `order`
+      integer, allocatable, intent(out) :: order(:)  !< [items] item numbers sorted by key
       integer :: next(n), i
 
       allocate (start(n + 1), source=0)

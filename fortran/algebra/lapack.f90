@@ -14,7 +14,7 @@ module dda_lapack
          !> sizes of the product and leading dimensions
          integer, intent(in) :: m, n, k, lda, ldb, ldc
          real(wp), intent(in) :: alpha, beta, a(lda, *), b(ldb, *)  !< factors and operands
-         real(wp), intent(inout) :: c(ldc, *)  !< [m,n]
+         real(wp), intent(inout) :: c(ldc, *)  !< [m,n] C
       end subroutine dgemm
 
       !> C = alpha op(A) op(B) + beta C, single precision.
@@ -24,7 +24,7 @@ module dda_lapack
          !> sizes of the product and leading dimensions
          integer, intent(in) :: m, n, k, lda, ldb, ldc
          real(sp), intent(in) :: alpha, beta, a(lda, *), b(ldb, *)  !< factors and operands
-         real(sp), intent(inout) :: c(ldc, *)  !< [m,n]
+         real(sp), intent(inout) :: c(ldc, *)  !< [m,n] C
       end subroutine sgemm
 
       !> Solve a symmetric positive definite system.
@@ -32,8 +32,8 @@ module dda_lapack
          import :: wp
          character(len=1), intent(in) :: uplo  !< 'L': lower triangle
          integer, intent(in) :: n, nrhs, lda, ldb  !< sizes and leading dimensions
-         real(wp), intent(inout) :: a(lda, *)  !< [n,n], becomes the factor
-         real(wp), intent(inout) :: b(ldb, *)  !< [n,nrhs] right-hand sides, become the solutions
+         real(wp), intent(inout) :: a(lda, *)  !< [n,n] matrix; on return, factor
+         real(wp), intent(inout) :: b(ldb, *)  !< [n,nrhs] right-hand sides; on return, solutions
          integer, intent(out) :: info  !< row with a pivot that is not positive, else 0
       end subroutine dposv
 
@@ -42,18 +42,19 @@ module dda_lapack
          import :: wp
          character(len=1), intent(in) :: uplo  !< 'L': lower triangle
          integer, intent(in) :: n, lda  !< size and leading dimension
-         real(wp), intent(inout) :: a(lda, *)  !< [n,n], becomes the factor
+         real(wp), intent(inout) :: a(lda, *)  !< [n,n] matrix; on return, factor
          integer, intent(out) :: info  !< row with a pivot that is not positive, else 0
       end subroutine dpotrf
 
       !> Solve with a triangular matrix.
       pure subroutine dtrsm(side, uplo, transa, diag, m, n, alpha, a, lda, b, ldb)
          import :: wp
-         !> 'L' or 'R' of b; 'L': lower triangle; 'T': transposed; 'N': its diagonal is not 1
+         !> 'L': left or 'R': right of b; 'L': lower triangle; 'T': transposed; 'N': diagonal is not
+         !> 1
          character(len=1), intent(in) :: side, uplo, transa, diag
          integer, intent(in) :: m, n, lda, ldb  !< sizes of b and leading dimensions
          real(wp), intent(in) :: alpha, a(lda, *)  !< factor of b; the matrix
-         real(wp), intent(inout) :: b(ldb, *)  !< [m,n] right-hand sides, become the solutions
+         real(wp), intent(inout) :: b(ldb, *)  !< [m,n] right-hand sides; on return, solutions
       end subroutine dtrsm
 
       !> Solve a complex symmetric system (Bunch–Kaufman).

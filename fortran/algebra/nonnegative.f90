@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Least squares with nonnegative unknowns (Lawson and Hanson 1974, chapter 23).
 !>
-!> For few unknowns: the least-squares problem of each active set is solved by its normal equations.
+!> Normal equations solve the least-squares problem of each active set, which suits few unknowns.
 module dda_nonnegative
    use dda_kinds, only: wp
    use dda_lapack, only: dposv
@@ -13,9 +13,9 @@ contains
 
    !> Minimise |A x − b|² over x ≥ 0.
    subroutine nonnegative_least_squares(a, b, x)
-      real(wp), intent(in) :: a(:,:)   !< [m,n], m ≥ n, columns independent
-      real(wp), intent(in) :: b(:)     !< [m]
-      real(wp), intent(out) :: x(:)    !< [n]
+      real(wp), intent(in) :: a(:,:)   !< [m,n] A, m ≥ n, with independent columns
+      real(wp), intent(in) :: b(:)     !< [m] right-hand side
+      real(wp), intent(out) :: x(:)    !< [n] vector
       real(wp) :: normal(size(x), size(x)), right(size(x)), slope(size(x)), trial(size(x))
       real(wp) :: share
       logical :: free(size(x))
@@ -34,7 +34,7 @@ contains
          do
             call solve_for_set(normal, right, free, trial)
             if (all(trial > 0.0_wp .or. .not. free)) exit
-            ! The step ends at the first unknown that becomes zero, which is removed from the set.
+            ! The first unknown that becomes zero ends the step and is removed from the set.
             share = minval(x/(x - trial), mask=free .and. trial <= 0.0_wp)
             x = x + share*(trial - x)
             free = free .and. x > epsilon(1.0_wp)*maxval(x)
@@ -44,10 +44,10 @@ contains
       end do
    end subroutine nonnegative_least_squares
 
-   !> Solve for the unknowns of a set by their normal equations; the others are zero.
+   !> Solve the normal equations of the unknowns of a set; set other unknowns to zero.
    subroutine solve_for_set(normal, right, free, x)
       real(wp), intent(in) :: normal(:,:), right(:)  !< AᵀA, Aᵀb
-      logical, intent(in) :: free(:)                 !< the set
+      logical, intent(in) :: free(:)                 !< unknowns of the set
       real(wp), intent(out) :: x(:)
       real(wp) :: matrix(count(free), count(free)), solution(count(free), 1)
       integer :: n, info, i, j

@@ -2,8 +2,8 @@
 !> Sums in a fixed order: bit-identical for any number of threads.
 !>
 !> Long loops are divided into parts of fixed size, which are distributed to threads.  Short loops
-!> do not open a parallel region: even with one thread that costs a microsecond, and a step of a
-!> small model has ten of them.
+!> do not open a parallel region, which costs a microsecond even with one thread: a step of a small
+!> model would need ten.
 module dda_ordered_sums
    !$ use omp_lib, only: omp_get_num_threads, omp_get_thread_num
    use dda_kinds, only: wp, long
@@ -12,36 +12,36 @@ module dda_ordered_sums
    public :: inner_product, pieces, first_of, last_of, share_of_thread, most_pieces, parallel_from
 
    integer, parameter :: piece = 128          !< smallest number of terms per thread
-   integer, parameter :: most_pieces = 256    !< most parts, so that sums need no allocation
-   integer, parameter :: parallel_from = 2000 !< number of terms from which threads save time
+   integer, parameter :: most_pieces = 256    !< most parts; sums need no allocation
+   integer, parameter :: parallel_from = 2000 !< least number of terms for threads
 
 contains
 
    !> Number of parts of a sum of n terms.
    pure integer function pieces(n)
-      integer, intent(in) :: n  !< terms
+      integer, intent(in) :: n  !< number of terms
 
       pieces = min(most_pieces, (n + piece - 1)/piece)
    end function pieces
 
    !> First term of part p of a sum of n terms.
    pure integer function first_of(p, n)
-      integer, intent(in) :: p, n  !< part, terms
+      integer, intent(in) :: p, n  !< number of the part; number of terms
 
       first_of = 1 + int((p - 1)*int(n, long)/pieces(n))
    end function first_of
 
    !> Last term of part p of a sum of n terms.
    pure integer function last_of(p, n)
-      integer, intent(in) :: p, n  !< part, terms
+      integer, intent(in) :: p, n  !< number of the part; number of terms
 
       last_of = int(p*int(n, long)/pieces(n))
    end function last_of
 
-   !> Range of n rows that this thread of its team processes.
+   !> Range of n rows that this thread processes.
    subroutine share_of_thread(n, first, last)
-      integer, intent(in) :: n             !< rows
-      integer, intent(out) :: first, last  !< of the range
+      integer, intent(in) :: n             !< number of rows
+      integer, intent(out) :: first, last  !< first and last index
       integer :: me, team
 
       me = 0
@@ -52,9 +52,9 @@ contains
       last = int((me + 1)*int(n, long)/team)
    end subroutine share_of_thread
 
-   !> Σ x·y over [6,n]: first sums of parts of fixed size, then their sum in order.
+   !> Σ x·y over [6,n], as the sum, in order, of the sums of parts of fixed size.
    real(wp) function inner_product(n, x, y) result(total)
-      integer, intent(in) :: n  !< block rows
+      integer, intent(in) :: n  !< number of block rows
       real(wp), intent(in) :: x(6, n), y(6, n)  !< any vectors
       real(wp) :: partial(most_pieces)
       integer :: p
@@ -71,9 +71,9 @@ contains
       total = sum(partial(:pieces(n)))
    end function inner_product
 
-   !> Sum a part in six running sums, which stay in vector registers.
+   !> Return Σ x·y of a part, from six partial sums in vector registers.
    pure real(wp) function sum_part(x, y)
-      real(wp), intent(in) :: x(:,:), y(:,:)  !< [6, any] numbers of one part
+      real(wp), intent(in) :: x(:,:), y(:,:)  !< [6, any] values of one part
       real(wp) :: partial(6)
       integer :: i
 

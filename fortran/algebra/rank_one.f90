@@ -1,37 +1,37 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Changes of a symmetric matrix of 6×6 blocks: terms k u uᵀ that are added or removed,
-!> where u has two nonzero blocks.
+!> Changes of a symmetric matrix of 6×6 blocks: added or removed terms k u uᵀ, whose u has two
+!> nonzero blocks.
 module dda_rank_one
    use dda_kinds, only: wp
    implicit none
    private
    public :: rank_one_type, most_changes, drift, forget_changes, add_change
 
-   integer, parameter :: most_changes = 160   !< stored changes; further ones are only counted
-   !> relative change of a term that is ignored, such as a small change of geometry
+   integer, parameter :: most_changes = 160   !< most stored changes; more are only counted
+   !> ignored relative change of a term, such as by a small change of geometry
    real(wp), parameter :: drift = 1.0e-3_wp
 
    !> The changes, in chronological order.
    type :: rank_one_type
-      integer :: n = 0                        !< may exceed `most_changes`
-      integer :: block(2, most_changes) = 0    !< rows of blocks that u touches
+      integer :: n = 0                        !< number of changes, may exceed `most_changes`
+      integer :: block(2, most_changes) = 0    !< block rows of the nonzero parts of u
       real(wp) :: u(6, 2, most_changes) = 0.0_wp
-      real(wp) :: k(most_changes) = 0.0_wp    !< N/m; negative for a removed term
+      real(wp) :: k(most_changes) = 0.0_wp    !< stiffness, N/m; negative for a removed term
    end type rank_one_type
 
 contains
 
    !> Empty the list of changes.
    pure subroutine forget_changes(changes)
-      type(rank_one_type), intent(inout) :: changes  !< left empty
+      type(rank_one_type), intent(inout) :: changes  !< list of changes
 
       changes%n = 0
    end subroutine forget_changes
 
    !> Add the change k u uᵀ, u = (a, −b) in two block rows.
    pure subroutine add_change(changes, block_a, a, block_b, b, k)
-      type(rank_one_type), intent(inout) :: changes  !< gets one more
-      integer, intent(in) :: block_a, block_b  !< block rows
+      type(rank_one_type), intent(inout) :: changes  !< list of changes
+      integer, intent(in) :: block_a, block_b  !< number of block rows
       !> parts of u, and stiffness, N/m; negative for a removed term
       real(wp), intent(in) :: a(6), b(6), k
 

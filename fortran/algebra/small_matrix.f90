@@ -8,11 +8,11 @@ module dda_small_matrix
 
 contains
 
-   !> Invert a matrix in place by Gauss–Jordan elimination without pivoting.
+   !> Invert a 6×6 matrix by Gauss–Jordan elimination without pivoting.
    pure subroutine invert_matrix(matrix, inverse)
-      !> positive definite, or triangular with a positive diagonal
+      !> matrix: positive definite, or triangular with a positive diagonal
       real(wp), intent(in) :: matrix(6, 6)
-      real(wp), intent(out) :: inverse(6, 6)  !< of the matrix
+      real(wp), intent(out) :: inverse(6, 6)  !< inverse of the matrix
       real(wp) :: pivot, factor(6)
       integer :: k, j
 

@@ -8,10 +8,10 @@ module dda_block_graph
 
    !> Undirected graph of block rows, compressed by vertices.
    type :: block_graph_type
-      integer :: n = 0                     !< vertices: block rows
+      integer :: n = 0                     !< number of vertices (block rows)
       integer, allocatable :: start(:)     !< [n+1] first neighbour of each vertex
-      integer, allocatable :: neighbour(:) !< [2 entries] the other end of each coupling, ascending
-      integer, allocatable :: entry(:)     !< [2 entries] number of the lower block of each coupling
+      integer, allocatable :: neighbour(:) !< [2 entries] other row of each coupling, ascending
+      integer, allocatable :: entry(:)     !< [2 entries] lower block of each coupling
    end type block_graph_type
 
 contains
@@ -38,10 +38,10 @@ contains
       if (present(coupled)) call drop_uncoupled(coupled, graph)
    end subroutine graph_of
 
-   !> Remove the couplings whose blocks are zero.
+   !> Remove couplings from a graph, such as those of zero blocks.
    pure subroutine drop_uncoupled(coupled, graph)
-      logical, intent(in) :: coupled(:)               !< [entries] which do
-      type(block_graph_type), intent(inout) :: graph  !< of all
+      logical, intent(in) :: coupled(:)               !< [entries] couplings that are kept
+      type(block_graph_type), intent(inout) :: graph  !< graph of all couplings
       integer :: v, e, first, kept
 
       kept = 0

@@ -3,8 +3,8 @@
 !>
 !> Block columns that can be eliminated together form one front (a relaxed supernode).  A column is
 !> merged into the front of its parent if the time saved (one front less, longer products) exceeds
-!> the time spent on the additional stored zeros.  The number of columns of a front is limited: for
-!> more columns, a chain of fronts is as fast and needs a smaller panel.
+!> the time spent on the additional stored zeros.  The number of columns of a front is limited,
+!> because a sequence of narrower fronts is as fast and needs a smaller panel.
 !>
 !> References: J. W. H. Liu, SIAM J. Matrix Anal. Appl. 11 (1990) 134 (elimination tree);
 !> C. Ashcraft, R. Grimes, ACM TOMS 15 (1989) 291 (relaxed supernodes).
@@ -15,13 +15,13 @@ module dda_elimination
    private
    public :: front_tree_type, tree_of_fronts, front_cost
 
-   !> largest number of columns of a front: more save no time (measured, 100,000 blocks)
+   !> most columns of a front: more columns save no time (measured with 100,000 blocks)
    integer, parameter :: most_columns = 128
 
    !> Fronts in postorder: children before parents, each subtree a contiguous range.
    type :: front_tree_type
-      integer :: n = 0                   !< block rows
-      integer :: fronts = 0              !< fronts
+      integer :: n = 0                   !< number of block rows
+      integer :: fronts = 0              !< number of fronts
       integer, allocatable :: order(:)   !< [n] block row of each permuted index
       integer, allocatable :: first(:)   !< [fronts+1] first permuted index of each front
       integer, allocatable :: parent(:)  !< [fronts] front that receives the update; 0 for a root
@@ -31,12 +31,12 @@ module dda_elimination
    !> A cluster is identified by its last column.
    type :: clusters_type
       integer, allocatable :: parent(:)   !< [n] parent in the elimination tree, 0 for a root
-      integer, allocatable :: columns(:)  !< [n] columns in the cluster, 0 after its merger
-      integer, allocatable :: rows(:)     !< [n] rows of the front, pivot columns included
+      integer, allocatable :: columns(:)  !< [n] columns in the cluster, 0 if merged
+      integer, allocatable :: rows(:)     !< [n] rows of the front, with pivot rows
       integer, allocatable :: head(:)     !< [n] first column of the cluster
-      integer, allocatable :: next(:)     !< [n] the column after a column in its cluster, else 0
+      integer, allocatable :: next(:)     !< [n] next column in the cluster, else 0
       integer, allocatable :: child(:)    !< [n] first child cluster, else 0
-      integer, allocatable :: sibling(:)  !< [n] the next child of the same parent, else 0
+      integer, allocatable :: sibling(:)  !< [n] next child of the parent, else 0
    end type clusters_type
 
 contains
@@ -59,13 +59,13 @@ contains
    end subroutine tree_of_fronts
 
    !> Find the elimination tree and the number of blocks in each column of the factor.
-   !> Row i of the factor is the part of the tree between i and its neighbours.
-   !> The end of each path from i to a neighbour is a child of i.
+   !> Row i of the factor has a nonzero in each column on the tree paths from the neighbours of i to
+   !> i.  The last column of each path before i is a child of i.
    pure subroutine count_rows(graph, order, permuted, parent, rows)
       type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
       integer, intent(in) :: order(graph%n), permuted(graph%n)  !< permutation and its inverse
       integer, intent(out) :: parent(graph%n)  !< parent of each column, 0 for a root
-      integer, intent(out) :: rows(graph%n)  !< of each column
+      integer, intent(out) :: rows(graph%n)  !< rows in each column
       integer :: mark(graph%n), i, j, e
 
       parent = 0
@@ -88,8 +88,8 @@ contains
 
    !> Merge child clusters into the columns of their parents if that reduces the cost.
    pure subroutine gather_columns(n, clusters)
-      integer, intent(in) :: n  !< block rows
-      type(clusters_type), intent(inout) :: clusters  !< being gathered
+      integer, intent(in) :: n  !< number of block rows
+      type(clusters_type), intent(inout) :: clusters  !< clusters; changed by the merger
       integer :: k, child, later
 
       allocate (clusters%columns(n), clusters%head(n), clusters%next(n), source=1)
@@ -113,7 +113,7 @@ contains
    end subroutine gather_columns
 
    pure logical function is_cheaper_merged(clusters, child, k)
-      type(clusters_type), intent(in) :: clusters  !< all clusters of the tree
+      type(clusters_type), intent(in) :: clusters  !< clusters of the tree
       integer, intent(in) :: child, k  !< clusters by their last columns
 
       associate (columns => clusters%columns, rows => clusters%rows)
@@ -127,7 +127,7 @@ contains
    !> Time to assemble and eliminate a front and to form its update, in units of one 6×6 product.
    pure real(wp) function front_cost(columns, rows)
       integer, intent(in) :: columns  !< block columns to eliminate
-      integer, intent(in) :: rows     !< block rows, pivot columns included
+      integer, intent(in) :: rows     !< block rows, with pivot rows
       real(wp), parameter :: per_front = 8.0_wp      ! calls, loops
       real(wp), parameter :: per_panel_block = 1.0_wp ! clear, fill, scale
       real(wp), parameter :: per_update_block = 1.5_wp ! write, then add to the parent
@@ -139,9 +139,9 @@ contains
          + 1.0_wp) + 0.5_wp*c*(u*(u + c) + c*c/3.0_wp)
    end function front_cost
 
-   !> Merge a child into cluster k: its columns come first, and its children become children of k.
+   !> Merge a child into cluster k: put its columns first, and make its children children of k.
    pure subroutine merge_child(clusters, child, k)
-      type(clusters_type), intent(inout) :: clusters  !< being gathered
+      type(clusters_type), intent(inout) :: clusters  !< clusters; changed by the merger
       integer, intent(in) :: child, k  !< clusters by their last columns
       integer :: grandchild, later
 
@@ -160,7 +160,7 @@ contains
 
    !> Make `child` the first child of cluster k.
    pure subroutine add_child(clusters, child, k)
-      type(clusters_type), intent(inout) :: clusters  !< being gathered
+      type(clusters_type), intent(inout) :: clusters  !< clusters; changed by the merger
       integer, intent(in) :: child, k  !< clusters by their last columns
 
       clusters%sibling(child) = clusters%child(k)
@@ -169,9 +169,9 @@ contains
 
    !> Number the fronts and list their columns consecutively.
    pure subroutine number_fronts(n, order, clusters, tree)
-      integer, intent(in) :: n  !< block rows
+      integer, intent(in) :: n  !< number of block rows
       integer, intent(in) :: order(n)  !< block row eliminated k-th
-      type(clusters_type), intent(in) :: clusters  !< all clusters of the tree
+      type(clusters_type), intent(in) :: clusters  !< clusters of the tree
       type(front_tree_type), intent(out) :: tree  !< fronts in postorder
       integer, allocatable :: cluster(:)
       integer :: front, k, filled
@@ -194,12 +194,12 @@ contains
       tree%first(tree%fronts + 1) = n + 1
    end subroutine number_fronts
 
-   !> Compute a postorder of the clusters: the reverse of a stack traversal with parents first.
+   !> Compute a postorder of the clusters, as the reverse of a stack traversal.
    pure subroutine find_postorder(n, clusters, cluster, parent)
-      integer, intent(in) :: n  !< block rows
-      type(clusters_type), intent(in) :: clusters  !< all clusters of the tree
+      integer, intent(in) :: n  !< number of block rows
+      type(clusters_type), intent(in) :: clusters  !< clusters of the tree
       integer, intent(out) :: cluster(:)  !< [fronts] cluster that becomes each front
-      integer, intent(out) :: parent(:)   !< [fronts]
+      integer, intent(out) :: parent(:)   !< [fronts] parent of each front, 0 for a root
       integer :: stack(n), above(n), height, front, k, child
 
       height = 0

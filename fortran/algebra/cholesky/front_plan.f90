@@ -1,10 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The symbolic multifrontal Cholesky factor.
 !>
-!> A front is a dense matrix of 6×6 blocks: its fully summed (pivot) columns, and the rows below
-!> that contain nonzeros.  The pivot columns are eliminated in a dense panel and become columns
-!> of the factor; the Schur complement is an update that is added to the parent.  The plan contains
-!> the position of every panel, update and matrix block, so that factorising allocates nothing.
+!> A front is a dense matrix of 6×6 blocks: fully summed (pivot) columns, and the rows below with
+!> nonzeros.  The pivot columns are eliminated in a dense panel and become columns of the factor;
+!> the Schur complement is an update that is added to the parent front.  The symbolic factor
+!> contains the position of every panel, update and matrix block: factorisation then needs no
+!> allocation.
 !>
 !> The columns of the factor are stored in the order in which a solve reads them
 !> (`dda_packed_panels`).
@@ -23,44 +24,44 @@ module dda_front_plan
    public :: front_plan_type, make_plan, plan_updates, longest_front_vector, &
       is_passed, locate_column, band
 
-   integer, parameter :: band = 8  !< columns of an update that are computed and stored together
+   integer, parameter :: band = 8  !< columns of an update stored together
 
-   !> Symbolic Cholesky factor.  Rows and columns are identified by permuted index: their position
-   !> in the order of elimination.
+   !> Symbolic Cholesky factor.  Rows and columns are identified by permuted index, the position in
+   !> the order of elimination.
    type :: front_plan_type
-      integer :: n = 0                     !< block rows
+      integer :: n = 0                     !< number of block rows
       integer :: entries = 0               !< number of lower blocks
-      integer :: fronts = 0                !< fronts, in postorder
+      integer :: fronts = 0                !< number of fronts, in postorder
       integer, allocatable :: order(:)     !< [n] block row of each permuted index
       integer, allocatable :: first(:)     !< [fronts+1] first pivot of each front
       integer, allocatable :: parent(:)    !< [fronts] front that adds the update; 0 for a root
-      integer, allocatable :: child_start(:) !< [fronts+1] where the children of each front begin
-      integer, allocatable :: child(:)     !< [fronts] children, front by front
-      integer, allocatable :: row_start(:) !< [fronts+1] where the rows below each front begin
-      integer, allocatable :: row(:)       !< [rows] rows below each front's pivots, ascending
+      integer, allocatable :: child_start(:) !< [fronts+1] start of each front in `child`
+      integer, allocatable :: child(:)     !< [fronts] children of all fronts
+      integer, allocatable :: row_start(:) !< [fronts+1] start of each front in `row`
+      integer, allocatable :: row(:)       !< [rows] rows below the pivots, ascending
       integer, allocatable :: position(:)  !< [rows] positions of these rows in the parent's front
-      !> [rows] last row, counted in its front, that follows without a gap
+      !> [rows] end of the contiguous range of each row, as a position in the front
       integer, allocatable :: run_end(:)
-      !> [fronts] leading rows that are pivots of the parent
+      !> [fronts] number of first rows that are pivots of the parent
       integer, allocatable :: inside(:)
-      integer, allocatable :: entry_start(:) !< [n+1] where the lower blocks of each column begin
+      integer, allocatable :: entry_start(:) !< [n+1] start of each column in `entry`
       integer, allocatable :: entry(:)     !< [entries] number of the block; negative if transposed
-      integer, allocatable :: entry_row(:) !< [entries] row of the block, counted in the front
-      !> [fronts+1] first number of each front's columns of the factor
+      integer, allocatable :: entry_row(:) !< [entries] position of the row in the front
+      !> [fronts+1] start of each front in the factor
       integer(long), allocatable :: factor_start(:)
-      integer, allocatable :: pivot_panels(:) !< [fronts] packed panels of the pivot rows
-      integer(long) :: panel_of_task = 0   !< numbers in the largest panel of a task's fronts
-      integer(long) :: panel_of_root = 0   !< number of a root front
-      !> root fronts wait for all tasks; a single thread processes all fronts in postorder
+      integer, allocatable :: pivot_panels(:) !< [fronts] number of packed panels of pivot rows
+      integer(long) :: panel_of_task = 0   !< size of the largest panel of a task
+      integer(long) :: panel_of_root = 0   !< size of the largest panel of a root front
+      !> root fronts wait for all tasks; .false.: one thread processes all fronts in postorder
       logical :: tasks_first = .false.
-      !> [fronts] offset of each update: in the workspace of a thread, or in the common workspace
-      !> for updates of root fronts and updates that are added to them
+      !> [fronts] offset of each update: in the workspace of a thread, or, for updates of root
+      !> fronts and of their children, in the common workspace
       integer(long), allocatable :: update_start(:)
-      integer(long) :: updates_passed = 0  !< numbers of updates from tasks to root fronts
+      integer(long) :: updates_passed = 0  !< size of the updates from tasks to root fronts
       integer(long) :: updates_of_task = 0 !< largest size of the updates within a task
       integer(long) :: updates_of_roots = 0 !< size of the updates of root fronts
-      type(task_plan_type) :: sharing      !< division between threads
-      !> [rows] position of each row in the vector of a solve; see `set_solve_rows`
+      type(task_plan_type) :: sharing      !< division of fronts between threads
+      !> [rows] position of each row in the solve vector, see `set_solve_rows`
       integer, allocatable :: solve_row(:)
       integer, allocatable :: shared_row(:) !< [any] rows of root fronts that tasks add to
       integer :: widest = 0                !< most block rows in a front
@@ -68,7 +69,7 @@ module dda_front_plan
 
 contains
 
-   !> Plan the factor of a matrix with the given graph and order of elimination.
+   !> Compute the symbolic factor of a matrix with the given graph and order of elimination.
    pure subroutine make_plan(graph, order, plan)
       type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
       integer, intent(in) :: order(graph%n)  !< block row eliminated k-th
@@ -98,7 +99,7 @@ contains
 
    !> List the children of each front, in postorder.
    pure subroutine list_children(plan)
-      type(front_plan_type), intent(inout) :: plan  !< under construction
+      type(front_plan_type), intent(inout) :: plan  !< symbolic factor, incomplete
       integer, allocatable :: order(:)
       integer :: front
 
@@ -108,12 +109,12 @@ contains
    end subroutine list_children
 
    !> List the rows below each front.
-   !> Row i is in each front on the path of the tree from a neighbour of i to i; each list ascends.
+   !> Row i is below each front on the tree path from a neighbour of i to i; each list ascends.
    pure subroutine list_rows(graph, permuted, front_at, plan)
       type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
-      !> index in the order; front of each index
+      !> permuted index of each row; front of each permuted index
       integer, intent(in) :: permuted(graph%n), front_at(graph%n)
-      type(front_plan_type), intent(inout) :: plan  !< under construction
+      type(front_plan_type), intent(inout) :: plan  !< symbolic factor, incomplete
       integer, allocatable :: of_front(:), row(:), order(:)
       integer :: mark(plan%fronts), i, e, front, noted
 
@@ -141,9 +142,9 @@ contains
       plan%row = row(order)
    end subroutine list_rows
 
-   !> Find the rows of each front in its parent, and contiguous ranges among them.
+   !> Find the position of the rows of each front in its parent, and their contiguous ranges.
    pure subroutine find_parent_rows(plan)
-      type(front_plan_type), intent(inout) :: plan  !< under construction
+      type(front_plan_type), intent(inout) :: plan  !< symbolic factor, incomplete
       integer :: front, start, last, i
 
       allocate (plan%position(size(plan%row)), plan%run_end(size(plan%row)), &
@@ -167,7 +168,7 @@ contains
 
    !> Find the positions of the rows of a front in the rows of its parent; both lists ascend.
    pure subroutine find_positions(plan, front, parent)
-      type(front_plan_type), intent(inout) :: plan  !< under construction
+      type(front_plan_type), intent(inout) :: plan  !< symbolic factor, incomplete
       integer, intent(in) :: front, parent  !< a front and the parent front
       integer :: pivots, i, p
 
@@ -186,12 +187,12 @@ contains
       end do
    end subroutine find_positions
 
-   !> Find the position of each lower block of the matrix: the column that is eliminated first.
+   !> Find the column and row of each lower block; its column is the one that is eliminated first.
    pure subroutine list_entries(graph, permuted, front_at, plan)
       type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
-      !> index in the order; front of each index
+      !> permuted index of each row; front of each permuted index
       integer, intent(in) :: permuted(graph%n), front_at(graph%n)
-      type(front_plan_type), intent(inout) :: plan  !< under construction
+      type(front_plan_type), intent(inout) :: plan  !< symbolic factor, incomplete
       integer :: local(graph%n), front, pivots, i, j, e, filled
 
       allocate (plan%entry_start(plan%n + 1), plan%entry(plan%entries), &
@@ -223,7 +224,7 @@ contains
 
    !> Divide the fronts between threads.
    pure subroutine divide_fronts(plan)
-      type(front_plan_type), intent(inout) :: plan  !< under construction
+      type(front_plan_type), intent(inout) :: plan  !< symbolic factor, incomplete
       real(wp) :: cost(plan%fronts)
       integer :: front
 
@@ -234,10 +235,10 @@ contains
       call plan_tasks(plan%parent, cost, plan%sharing)
    end subroutine divide_fronts
 
-   !> Plan the panels: columns of the factor are stored front by front, in the order of a solve.
-   !> Each thread eliminates in a panel with the size of the largest front of a task.
+   !> Set the sizes of the panels.  The factor is stored front by front, in the order of a solve;
+   !> each thread eliminates in a panel with the size of the largest front of a task.
    pure subroutine plan_panels(plan)
-      type(front_plan_type), intent(inout) :: plan  !< under construction
+      type(front_plan_type), intent(inout) :: plan  !< symbolic factor, incomplete
       integer(long) :: numbers
       integer :: front
 
@@ -259,7 +260,7 @@ contains
       end do
    end subroutine plan_panels
 
-   !> Find the largest size of a front vector: pivot rows and rows below, padded to whole panels.
+   !> Largest size of a front vector: pivot rows and rows below, padded to whole panels.
    pure integer function longest_front_vector(plan)
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
 
@@ -267,11 +268,11 @@ contains
    end function longest_front_vector
 
    !> Assign memory to the updates, for a given number of threads.
-   !> Updates passed from tasks to root fronts are retained until all tasks are done; then root
-   !> fronts use the workspaces of threads.  One thread alone adds an update at once.
+   !> Updates from tasks to root fronts are stored until all tasks are done; root fronts then use
+   !> the workspaces of threads.  A single thread adds each update at once.
    pure subroutine plan_updates(plan, threads)
-      type(front_plan_type), intent(inout) :: plan  !< plan with its fronts and tasks
-      integer, intent(in) :: threads  !< that factorise
+      type(front_plan_type), intent(inout) :: plan  !< symbolic factor with fronts and tasks
+      integer, intent(in) :: threads  !< number of threads
       integer :: level(plan%fronts), t, front
 
       plan%tasks_first = threads > 1
@@ -303,14 +304,14 @@ contains
    end subroutine plan_updates
 
    !> Stack the updates of the fronts of a task, or of the root fronts.
-   !> An update is computed while the updates of its children still exist.
-   !> Odd and even levels of the tree therefore use two stacks.
+   !> Odd and even levels of the tree use different stacks, because an update is computed while the
+   !> updates of its children still exist.
    pure subroutine stack_updates(fronts, level, before, plan, most)
       integer, intent(in) :: fronts(:)  !< some fronts, in postorder
       integer, intent(in) :: level(:)   !< [fronts] distance of each front from its root
       integer(long), intent(in) :: before  !< size of the memory before the stacks
-      type(front_plan_type), intent(inout) :: plan  !< under construction
-      integer(long), intent(inout) :: most  !< size of the stacks, largest so far
+      type(front_plan_type), intent(inout) :: plan  !< symbolic factor, incomplete
+      integer(long), intent(inout) :: most  !< largest size of the stacks so far
       integer(long) :: height(0:1), peak(0:1)
       integer :: i, c, child
 
@@ -340,9 +341,9 @@ contains
    !> Assign positions in the solve vector to the rows below each front.
    !>
    !> Different tasks must not add to the same rows of the vector.  Contributions of a task to root
-   !> fronts are stored in separate rows at the end of the vector, one per row of its root's update.
+   !> fronts are therefore stored in separate rows at the end, one per row of its root's update.
    pure subroutine set_solve_rows(plan)
-      type(front_plan_type), intent(inout) :: plan  !< under construction
+      type(front_plan_type), intent(inout) :: plan  !< symbolic factor, incomplete
       integer :: shared(plan%n), front, i, last_column
 
       plan%solve_row = plan%row
@@ -365,20 +366,20 @@ contains
       end do
    end subroutine set_solve_rows
 
-   !> .true. if this front is the root of a subtree and its parent is a root front.
+   !> .true. if the parent of a front is a root front, but the front is not.
    pure logical function is_subtree_root(plan, front)
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
-      integer, intent(in) :: front  !< number of the front in the plan
+      integer, intent(in) :: front  !< number of the front
 
       is_subtree_root = .false.
       if (plan%sharing%is_root_front(front) .or. plan%parent(front) == 0) return
       is_subtree_root = plan%sharing%is_root_front(plan%parent(front))
    end function is_subtree_root
 
-   !> .true. if the update of this front passes from a task to a root front that waits for it.
+   !> .true. if the update of a front passes from a task to a root front that waits for all tasks.
    pure logical function is_passed(plan, front)
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
-      integer, intent(in) :: front  !< number of the front in the plan
+      integer, intent(in) :: front  !< number of the front
 
       is_passed = plan%tasks_first
       if (is_passed) is_passed = is_subtree_root(plan, front)
@@ -387,7 +388,7 @@ contains
    !> Number of block columns that a front eliminates.
    pure integer function pivot_columns(plan, front)
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
-      integer, intent(in) :: front  !< number of the front in the plan
+      integer, intent(in) :: front  !< number of the front
 
       pivot_columns = plan%first(front + 1) - plan%first(front)
    end function pivot_columns
@@ -395,15 +396,15 @@ contains
    !> Number of block rows of the update of a front.
    pure integer function rows_below(plan, front)
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
-      integer, intent(in) :: front  !< number of the front in the plan
+      integer, intent(in) :: front  !< number of the front
 
       rows_below = plan%row_start(front + 1) - plan%row_start(front)
    end function rows_below
 
-   !> Size of the update of a front: in each band of columns, the rows from its first one on.
+   !> Size of the update of a front: each band of columns has the rows from its first column on.
    pure integer(long) function update_length(plan, front)
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
-      integer, intent(in) :: front  !< number of the front in the plan
+      integer, intent(in) :: front  !< number of the front
       integer :: rows, ld, skipped
 
       rows = rows_below(plan, front)
@@ -416,8 +417,8 @@ contains
    !> Position of a block column of an update.
    pure subroutine locate_column(rows, column, before, ld, skipped)
       integer, intent(in) :: rows, column    !< block rows of the update; column of the update
-      integer(long), intent(out) :: before   !< numbers before the column
-      integer, intent(out) :: ld, skipped  !< rows of the column; number of block rows omitted above
+      integer(long), intent(out) :: before   !< values before the column
+      integer, intent(out) :: ld, skipped  !< length of the column; omitted block rows above
       integer :: bands
 
       bands = (column - 1)/band

@@ -11,8 +11,8 @@
 !> removed term (inertia of the two Schur complements).  If rounding violates this, the update is
 !> rejected.
 !>
-!> A term that changes repeatedly, such as a contact that opens and closes, retains its column of W;
-!> removed terms are not part of C.
+!> A term that changes repeatedly, such as of a contact that opens and closes, keeps its column of
+!> W; terms that cancel are not part of C.
 module dda_low_rank
    use dda_kinds, only: wp, sp
    use dda_cholesky_single, only: factor_type
@@ -25,14 +25,14 @@ module dda_low_rank
    private
    public :: low_rank_type, plan_low_rank, free_low_rank, update_low_rank, rebuild_low_rank, correct
 
-   !> The changes since the factor was made, with W and C.
+   !> The changes since the factorisation, with W and C.
    type :: low_rank_type
       ! unsaved, follows from the springs and the factor: columns, gram, n, order, pivot, t
       type(rank_one_type) :: terms
       type(low_rank_columns_type) :: columns               !< W
-      integer :: n = 0                            !< terms that differ from zero
+      integer :: n = 0                            !< number of terms that do not cancel
       integer :: order(most_changes) = 0          !< [n] added terms, then removed terms
-      !> [most_changes, most_changes] WᵀW, its lower triangle of panels
+      !> [most_changes, most_changes] WᵀW, lower triangle of panels
       real(wp), allocatable :: gram(:,:)
       !> [most_changes, most_changes] C = T D Tᵀ in the order above
       real(wp), allocatable :: t(:,:)
@@ -41,9 +41,9 @@ module dda_low_rank
 
 contains
 
-   !> Discard the changes and the plan, since the pattern is new.
+   !> Discard the changes and the memory, for a new pattern.
    subroutine free_low_rank(low)
-      type(low_rank_type), intent(inout) :: low  !< loses its columns
+      type(low_rank_type), intent(inout) :: low  !< update without columns on return
 
       call forget_changes(low%terms)
       if (allocated(low%columns%w)) deallocate (low%columns%w)
@@ -51,9 +51,9 @@ contains
 
    !> Allocate the update for a pattern, if not yet allocated.
    subroutine plan_low_rank(low, plan, error)
-      type(low_rank_type), intent(inout) :: low  !< gets memory
+      type(low_rank_type), intent(inout) :: low  !< update; receives memory
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       if (.not. allocated(low%columns%w)) call plan_columns(low%columns, plan, error)
       if (allocated(low%t)) return
@@ -61,10 +61,10 @@ contains
          source=0.0_wp)
    end subroutine plan_low_rank
 
-   !> Add changes to the update; .false. if they are too many, or not accurate enough.
+   !> Add changes to the update, unless they are too many or the update would be inaccurate.
    subroutine update_low_rank(low, factor, changes, done)
       type(low_rank_type), intent(inout) :: low  !< update of the factor
-      type(factor_type), intent(in) :: factor  !< L, of the matrix before all changes
+      type(factor_type), intent(in) :: factor  !< L of the matrix before all changes
       type(rank_one_type), intent(in) :: changes  !< changes of the matrix that `low` represents
       logical, intent(out) :: done  !< .false.: the matrix must be factorised
       integer :: before, first, i, known
@@ -88,9 +88,9 @@ contains
 
    !> Find the existing term with the same u, apart from changes of geometry; 0 if there is none.
    pure integer function find_term(terms, block, u)
-      type(rank_one_type), intent(in) :: terms  !< in W
-      integer, intent(in) :: block(2)  !< block rows
-      real(wp), intent(in) :: u(6, 2)  !< looked for
+      type(rank_one_type), intent(in) :: terms  !< terms in W
+      integer, intent(in) :: block(2)  !< number of block rows
+      real(wp), intent(in) :: u(6, 2)  !< u to search for
       integer :: i
 
       do i = 1, min(terms%n, most_changes)
@@ -109,11 +109,11 @@ contains
       if (abs(total) <= drift*max(abs(a), abs(b))) total = 0.0_wp
    end function added_stiffness
 
-   !> Compute W, WᵀW and C from the first panel with new terms on.
+   !> Compute W, WᵀW and C, starting with the first panel that has new terms.
    subroutine rebuild_low_rank(low, factor, first, done)
       type(low_rank_type), intent(inout) :: low  !< update of the factor
-      type(factor_type), intent(in) :: factor  !< L, of the matrix before all changes
-      integer, intent(in) :: first  !< panel of columns
+      type(factor_type), intent(in) :: factor  !< L of the matrix before all changes
+      integer, intent(in) :: first  !< first panel of columns to compute
       logical, intent(out) :: done  !< .false.: the matrix must be factorised
       integer :: last
 
@@ -124,7 +124,7 @@ contains
       call factorise_capacity(low, done)
    end subroutine rebuild_low_rank
 
-   !> Order the terms: added terms first, since their block of C is positive definite.
+   !> Order the terms with added terms first, because their block of C is positive definite.
    pure subroutine order_terms(low)
       type(low_rank_type), intent(inout) :: low  !< update of the factor
       integer :: i, filled, pass
@@ -140,7 +140,7 @@ contains
       low%n = filled
    end subroutine order_terms
 
-   !> Factorise C = T D Tᵀ; .false. if a pivot does not have the sign of its term.
+   !> Factorise C = T D Tᵀ; fail if a pivot does not have the sign of its term.
    pure subroutine factorise_capacity(low, done)
       type(low_rank_type), intent(inout) :: low  !< update of the factor
       logical, intent(out) :: done  !< .false.: the matrix must be factorised
@@ -169,7 +169,7 @@ contains
    subroutine correct(low, plan, y)
       type(low_rank_type), intent(in) :: low  !< update of the factor
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
-      real(sp), intent(inout) :: y(6, plan%n)  !< in permuted order
+      real(sp), intent(inout) :: y(6, plan%n)  !< vector in permuted order
       real(wp) :: share(vector_width, column_panels)
       integer :: used
 
@@ -179,10 +179,10 @@ contains
       call subtract_columns(low%columns, plan, used, share, y)
    end subroutine correct
 
-   !> Solve C x = b in place; zeros for columns of panels without a term or with a removed term.
+   !> Solve C x = b in place; x is zero for columns without a term and for cancelled terms.
    pure subroutine solve_capacity(low, x)
       type(low_rank_type), intent(in) :: low  !< update of the factor
-      real(wp), intent(inout) :: x(most_changes)  !< a number for each term
+      real(wp), intent(inout) :: x(most_changes)  !< value for each term
       real(wp) :: z(most_changes)
       integer :: i, n
 

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Columns of W = L⁻¹ U, each u with two nonzero blocks, for a low-rank update of a Cholesky factor.
+!> Columns of W = L⁻¹ U for a low-rank update of a Cholesky factor; each u has two nonzero blocks.
 !>
-!> A column is nonzero only along an elimination path, the fronts between its blocks and the root:
-!> a few hundredths of the factor.  Columns are processed in panels of one vector width, each
-!> panel by one thread: results depend neither on threads nor on the other columns of a panel.
+!> A column is nonzero only along its elimination path, the fronts from its blocks to the root (a
+!> few hundredths of the factor).  Panels of one vector width are processed by one thread each, so
+!> that results depend neither on threads nor on the other columns of a panel.
 module dda_low_rank_columns
    use dda_kinds, only: wp, sp
    use dda_errors, only: error_type
@@ -20,29 +20,29 @@ module dda_low_rank_columns
       subtract_columns, vector_width, column_panels
 
    integer, parameter :: vector_width = 16                          !< columns in a panel
-   integer, parameter :: column_panels = most_changes/vector_width  !< panels
-   !> pivot columns per product, few enough for BLAS to use one thread
+   integer, parameter :: column_panels = most_changes/vector_width  !< number of panels
+   !> most pivot columns per product, for which BLAS uses one thread
    integer, parameter :: pivots_together = 64
 
    !> The columns and their nonzero fronts.
    type :: low_rank_columns_type
       integer, allocatable :: permuted(:)       !< [n] permuted index of each block row
       integer, allocatable :: front_of(:)       !< [n] front that eliminates each block row
-      logical, allocatable :: touched(:,:)  !< [fronts, panels] W ≠ 0 in the pivot rows of a front
-      integer, allocatable :: path(:,:)         !< [fronts, panels] the touched fronts, in postorder
-      integer :: path_length(column_panels) = 0 !< how many
+      logical, allocatable :: touched(:,:)  !< [fronts, panels] W is not 0 in a front's pivot rows
+      integer, allocatable :: path(:,:)         !< [fronts, panels] touched fronts in postorder
+      integer :: path_length(column_panels) = 0 !< number of touched fronts
       real(sp), allocatable :: w(:,:,:,:)       !< [width, 6, n, panels] W, in touched fronts
-      !> [width, longest, panels] the rows of W in a front
+      !> [width, longest, panels] rows of W in a front
       real(sp), allocatable :: front_vector(:,:,:)
    end type low_rank_columns_type
 
 contains
 
-   !> Allocate the columns for a pattern; memory pages of W are not used before they are written.
+   !> Allocate the columns for a pattern; unwritten memory pages of W are not used.
    subroutine plan_columns(columns, plan, error)
       type(low_rank_columns_type), intent(out) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=*), parameter :: what = 'the update of the factor'
       real(wp), parameter :: of_block = storage_size(1.0_sp)/8*vector_width*6*column_panels ! bytes
       integer :: front, i, status
@@ -72,7 +72,7 @@ contains
       type(low_rank_columns_type), intent(inout) :: columns  !< W
       type(factor_type), intent(in) :: factor  !< L
       type(rank_one_type), intent(in) :: terms  !< U
-      integer, intent(in) :: first, last  !< panels
+      integer, intent(in) :: first, last  !< first and last panel
       integer :: panel
 
       !$omp parallel do schedule(dynamic, 1) if (factor%plan%sharing%is_shared)
@@ -83,7 +83,7 @@ contains
       end do
    end subroutine make_columns
 
-   !> Find the elimination paths of the terms of a panel, as one list of fronts.
+   !> List the fronts on the elimination paths of the terms of a panel.
    pure subroutine find_elimination_path(columns, plan, terms, panel)
       type(low_rank_columns_type), intent(inout) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
@@ -110,7 +110,7 @@ contains
       end do
    end subroutine find_elimination_path
 
-   !> Scatter the columns u into the pivot rows of their elimination paths.
+   !> Copy the columns u into the pivot rows on their elimination paths.
    pure subroutine scatter_terms(columns, plan, terms, panel)
       type(low_rank_columns_type), intent(inout) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
@@ -135,7 +135,7 @@ contains
 
    !> Solve L w = u through the fronts of the elimination paths.
    pure subroutine forward_path(columns, factor, panel)
-      type(low_rank_columns_type), intent(inout) :: columns  !< u, becomes w
+      type(low_rank_columns_type), intent(inout) :: columns  !< u; on return, w
       type(factor_type), intent(in) :: factor  !< L
       integer, intent(in) :: panel  !< number of the panel
       integer :: i
@@ -155,7 +155,7 @@ contains
 
    !> Solve for the pivots of a front and subtract their products from the rows below.
    pure subroutine forward_front(pivots, below, packed, row, first, front_vector, w)
-      !> size of the front, its rows and first pivot
+      !> size, rows and first pivot of the front
       integer, intent(in) :: pivots, below, row(below), first
       real(sp), intent(in) :: packed(packed_rows, 6, *)  !< L of the front
       !> rows of W in the front
@@ -192,7 +192,7 @@ contains
    !> Gather the rows of W in a front.
    !> Zeros fill the packed panels after the pivot rows and after the last row.
    pure subroutine gather_front(pivots, below, row, first, w, front_vector)
-      !> size of the front, its rows and first pivot
+      !> size, rows and first pivot of the front
       integer, intent(in) :: pivots, below, row(below), first
       real(sp), intent(in) :: w(vector_width, 6, *)  !< one panel of W
       !> rows of W in the front
@@ -226,8 +226,8 @@ contains
 
    !> y = y − A x for a panel of columns, A one packed panel of L.
    pure subroutine subtract_panel(a, x, y)
-      real(sp), intent(in) :: a(packed_rows, 6), x(vector_width, 6)  !< factors
-      real(sp), intent(inout) :: y(vector_width, packed_rows)  !< difference
+      real(sp), intent(in) :: a(packed_rows, 6), x(vector_width, 6)  !< A and x
+      real(sp), intent(inout) :: y(vector_width, packed_rows)  !< y
       integer :: i
 
       do i = 1, packed_rows
@@ -236,12 +236,12 @@ contains
       end do
    end subroutine subtract_panel
 
-   !> Compute the products WᵀW of several panels with all panels up to them.
+   !> Compute the block rows of WᵀW of several panels, up to the diagonal.
    subroutine multiply_columns(columns, plan, first, last, gram)
       type(low_rank_columns_type), intent(in) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
-      integer, intent(in) :: first, last  !< panels
-      !> its lower triangle of panels
+      integer, intent(in) :: first, last  !< first and last panel
+      !> WᵀW, lower triangle of panels
       real(wp), intent(inout) :: gram(most_changes, most_changes)
       integer :: row, column
 
@@ -255,12 +255,12 @@ contains
       end do
    end subroutine multiply_columns
 
-   !> Compute WᵀW of two panels: sums over their common fronts.
-   !> Sums from front to front are in double precision.
+   !> Compute the block of WᵀW of two panels, as the sum over their common fronts in double
+   !> precision.
    subroutine multiply_panels(columns, plan, row, column, total)
       type(low_rank_columns_type), intent(in) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
-      integer, intent(in) :: row, column  !< panels
+      integer, intent(in) :: row, column  !< numbers of the panels
       real(wp), intent(inout) :: total(:,:)  !< [width, width] block of WᵀW of the two panels
       real(sp) :: product(vector_width, vector_width)
       integer :: i, pivot, count
@@ -284,8 +284,8 @@ contains
    subroutine project_vector(columns, plan, used, y, share)
       type(low_rank_columns_type), intent(in) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
-      integer, intent(in) :: used  !< panels with columns
-      real(sp), intent(in) :: y(6, plan%n)  !< in permuted order
+      integer, intent(in) :: used  !< number of panels with columns
+      real(sp), intent(in) :: y(6, plan%n)  !< vector in permuted order
       real(wp), intent(out) :: share(vector_width, column_panels)  !< Wᵀ y
       integer :: panel
 
@@ -300,7 +300,7 @@ contains
       type(low_rank_columns_type), intent(in) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
       integer, intent(in) :: panel  !< number of the panel
-      real(sp), intent(in) :: y(6, plan%n)  !< in permuted order
+      real(sp), intent(in) :: y(6, plan%n)  !< vector in permuted order
       real(wp), intent(out) :: share(vector_width)  !< Wᵀ y
       real(sp) :: partial(vector_width)
       integer :: i, pivot, k
@@ -323,9 +323,9 @@ contains
    subroutine subtract_columns(columns, plan, used, x, y)
       type(low_rank_columns_type), intent(in) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
-      integer, intent(in) :: used  !< panels with columns
-      real(wp), intent(in) :: x(vector_width, column_panels)  !< a number for each column
-      real(sp), intent(inout) :: y(6, plan%n)  !< in permuted order
+      integer, intent(in) :: used  !< number of panels with columns
+      real(wp), intent(in) :: x(vector_width, column_panels)  !< value for each column
+      real(sp), intent(inout) :: y(6, plan%n)  !< vector in permuted order
       integer :: front
 
       !$omp parallel do schedule(static) if (plan%sharing%is_shared)
@@ -339,8 +339,8 @@ contains
       type(low_rank_columns_type), intent(in) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
       integer, intent(in) :: front, used  !< number of the front; number of panels with columns
-      real(wp), intent(in) :: x(vector_width, column_panels)  !< a number for each column
-      real(sp), intent(inout) :: y(6, plan%n)  !< in permuted order
+      real(wp), intent(in) :: x(vector_width, column_panels)  !< value for each column
+      real(sp), intent(inout) :: y(6, plan%n)  !< vector in permuted order
       real(sp) :: partial(vector_width, 6)
       integer :: panel, pivot, k
 

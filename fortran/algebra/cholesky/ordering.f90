@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The order in which block rows are eliminated.
 !>
-!> Fill is computed on the graph of blocks, not of scalars: six times fewer vertices, the same
-!> fill.  Minimum degree is the better order for small walls.  Nested dissection is better for large
-!> walls, and its tree is better balanced between threads.  All orders are deterministic.
+!> The graph of blocks has the fill of the graph of scalars with a sixth of its vertices.  Minimum
+!> degree is the better order for small walls; nested dissection is better for large walls, and its
+!> tree balances threads better.  All orders are deterministic.
 !>
 !> References: P. R. Amestoy, T. A. Davis, I. S. Duff, ACM TOMS 30 (2004) 381, algorithm 837 (AMD);
 !> G. Karypis, V. Kumar, SIAM J. Sci. Comput. 20 (1998) 359 (METIS);
@@ -17,7 +17,7 @@ module dda_ordering
    private
    public :: fill_order, bandwidth_order, minimum_degree_order, dissection_order
 
-   !> From this number of blocks on, nested dissection saves more time than its analysis costs.
+   !> least number of blocks for which nested dissection saves more time than it costs
    integer, parameter :: dissection_from = 20000
 
    interface
@@ -26,7 +26,7 @@ module dda_ordering
          bind(c, name='amd_order')
          import :: c_int, c_ptr, c_double
          integer(c_int), value :: n  !< vertices
-         integer(c_int), intent(in) :: start(*), index(*)  !< [n+1], [any] graph by vertices
+         integer(c_int), intent(in) :: start(*), index(*)  !< [n+1], [any] neighbours
          integer(c_int), intent(out) :: order(*)  !< [n]
          type(c_ptr), value :: control  !< null: defaults
          real(c_double), intent(out) :: info(*)  !< [20] statistics
@@ -37,8 +37,8 @@ module dda_ordering
          bind(c, name='METIS_NodeND')
          import :: c_int, c_int32_t, c_ptr
          integer(c_int32_t), intent(in) :: n  !< vertices
-         integer(c_int32_t), intent(in) :: start(*), index(*)  !< [n+1], [any] graph by vertices
-         type(c_ptr), value :: weight, options  !< null: none, defaults
+         integer(c_int32_t), intent(in) :: start(*), index(*)  !< [n+1], [any] neighbours
+         type(c_ptr), value :: weight, options  !< null: no weights, default options
          !> [n] permutation and its inverse
          integer(c_int32_t), intent(out) :: order(*), permuted(*)
       end function metis_node_nd
@@ -64,7 +64,7 @@ contains
    subroutine minimum_degree_order(graph, order, done)
       type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
       integer, allocatable, intent(out) :: order(:)  !< [n] block row eliminated k-th
-      logical, intent(out) :: done !< false if the library lacked memory
+      logical, intent(out) :: done !< .false.: the library lacks memory
       real(c_double) :: info(20)
 
       allocate (order(graph%n))
@@ -77,7 +77,7 @@ contains
    subroutine dissection_order(graph, order, done)
       type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
       integer, allocatable, intent(out) :: order(:)  !< [n] block row eliminated k-th
-      logical, intent(out) :: done !< false if the library lacked memory
+      logical, intent(out) :: done !< .false.: the library lacks memory
       integer(c_int32_t), allocatable :: permuted(:)
 
       allocate (order(graph%n), permuted(graph%n))
@@ -86,7 +86,7 @@ contains
       order = order + 1
    end subroutine dissection_order
 
-   !> Find the reverse Cuthill–McKee order, one connected part after the other.
+   !> Find the reverse Cuthill–McKee order, one connected component after the other.
    pure subroutine bandwidth_order(graph, order)
       type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
       integer, allocatable, intent(out) :: order(:)  !< [n] block row eliminated k-th
@@ -104,10 +104,10 @@ contains
       order = list(graph%n:1:-1)
    end subroutine bandwidth_order
 
-   !> Find a peripheral vertex of the component of v, from which the component is long and thin.
+   !> Find a peripheral vertex of the component of v: one with many levels of few vertices.
    pure integer function peripheral_vertex(graph, v)
       type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
-      integer, intent(in) :: v  !< vertex
+      integer, intent(in) :: v  !< number of the vertex
       integer, allocatable :: list(:), mark(:)
       integer :: candidate, depth, deepest, filled, last_level
 
@@ -129,14 +129,14 @@ contains
       end do
    end function peripheral_vertex
 
-   !> Append all vertices that can be reached from a vertex, level by level, least degree first.
+   !> Append all vertices connected to a vertex, level by level, in ascending degree.
    pure subroutine breadth_first(graph, from, mark, list, filled, last_level)
       type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
-      integer, intent(in) :: from  !< vertex
+      integer, intent(in) :: from  !< number of the vertex
       integer, intent(inout) :: mark(:)    !< [n] level of each vertex, 1 for `from`; 0: not reached
-      integer, intent(inout) :: list(:)    !< [n] vertices met
-      integer, intent(inout) :: filled     !< how many
-      integer, intent(out) :: last_level   !< start of the last level in the list
+      integer, intent(inout) :: list(:)    !< [n] vertices found
+      integer, intent(inout) :: filled     !< number of vertices found
+      integer, intent(out) :: last_level   !< position of the last level in the list
       integer :: head, v, w, e, found
 
       head = filled + 1
@@ -165,7 +165,7 @@ contains
    !> Number of couplings of a block row.
    elemental integer function degree(graph, v)
       type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
-      integer, intent(in) :: v  !< vertex
+      integer, intent(in) :: v  !< number of the vertex
 
       degree = graph%start(v + 1) - graph%start(v)
    end function degree

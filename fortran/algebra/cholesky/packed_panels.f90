@@ -2,23 +2,22 @@
 !> Packed panels, the storage of the factor: a few rows by six columns each, in the order of a
 !> solve.
 !>
-!> For each pivot column of blocks of a front: the inverse of its pivot block and the pivot rows
-!> below it; then, column by column, the rows below the front.  Zeros fill each part to whole
-!> panels. A solve thus reads memory sequentially at full bandwidth, instead of six columns at a
-!> time that end after a few hundred bytes.
+!> For each pivot block column of a front: the inverse of its pivot block and the pivot rows below;
+!> then, column by column, the rows below the front.  Zeros fill each part to whole panels.  A solve
+!> then reads memory sequentially, at full bandwidth.
 module dda_packed_panels
    implicit none
    private
    public :: packed_rows, packed_size, panels_of, pivot_panels
 
-   integer, parameter :: packed_rows = 8               !< a vector register of single precision
-   integer, parameter :: packed_size = 6*packed_rows    !< numbers in a packed panel
+   integer, parameter :: packed_rows = 8  !< rows of a panel: a vector register of reals
+   integer, parameter :: packed_size = 6*packed_rows    !< values in a packed panel
 
 contains
 
    !> Number of packed panels for the given number of block rows.
    pure integer function panels_of(rows)
-      integer, intent(in) :: rows  !< block rows
+      integer, intent(in) :: rows  !< number of block rows
 
       panels_of = (6*rows + packed_rows - 1)/packed_rows
    end function panels_of

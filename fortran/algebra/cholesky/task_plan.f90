@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Division of the fronts of a tree between threads, which depends on the pattern only.
+!> Division of the fronts of a tree into tasks and root fronts, which depends on the pattern only.
 !>
-!> Whole subtrees form independent tasks; the fronts above them are the root fronts, each of which
-!> is processed by all threads.  The division must not depend
-!> on the number of threads: sums then have the same order, and results are bit-identical.
+!> Whole subtrees form independent tasks.  The fronts above them are the root fronts, each of which
+!> is processed by all threads.  Because the division does not depend on the number of threads, sums
+!> have a fixed order, and results are bit-identical.
 module dda_task_plan
    use dda_kinds, only: wp
    use dda_counting_sort, only: counting_sort
@@ -14,18 +14,18 @@ module dda_task_plan
 
    !> Fronts of tasks for single threads, and root fronts for all threads.
    type :: task_plan_type
-      integer :: tasks = 0               !< independent ranges of fronts
-      !> [tasks+2] first front of each task, the costliest task first; the last entry begins the
-      !> fronts above the tasks
+      integer :: tasks = 0               !< number of tasks
+      !> [tasks+2] start of each task in `front`, the costliest task first; then start of the root
+      !> fronts, and end
       integer, allocatable :: start(:)
       integer, allocatable :: front(:)   !< [fronts] task by task, each in postorder
       logical, allocatable :: is_root_front(:)  !< [fronts]
-      logical :: is_shared = .false.     !< several threads have work
+      logical :: is_shared = .false.     !< several threads save time
    end type task_plan_type
 
-   !> Cost below which threads save no time, in the unit of `front_cost` (about 10 ns).
+   !> least cost for which threads save time, in the unit of `front_cost` (about 10 ns)
    real(wp), parameter :: worth_sharing = 5.0e4_wp
-   !> Largest fraction of the total cost in one task.
+   !> largest fraction of the total cost in one task
    real(wp), parameter :: largest_share = 1.0_wp/12.0_wp
 
 contains
@@ -33,7 +33,7 @@ contains
    !> Cut the tree into subtrees that are cheap enough for one task.
    pure subroutine plan_tasks(parent, cost, plan)
       integer, intent(in) :: parent(:)  !< [fronts] parents in postorder; 0 for a root
-      real(wp), intent(in) :: cost(:)   !< [fronts]
+      real(wp), intent(in) :: cost(:)   !< [fronts] cost of each front
       type(task_plan_type), intent(out) :: plan  !< tasks and root fronts
       real(wp) :: subtree(size(cost)), limit
       integer :: front
@@ -54,12 +54,12 @@ contains
       integer, intent(in) :: parent(:)  !< [fronts] parents in postorder; 0 for a root
       real(wp), intent(in) :: subtree(:)  !< [fronts] cost of each subtree
       real(wp), intent(in) :: limit       !< largest cost of a task
-      type(task_plan_type), intent(inout) :: plan  !< gets its tasks
+      type(task_plan_type), intent(inout) :: plan  !< receives the tasks
       integer, dimension(size(parent)) :: first, last, task
       integer :: front, begin, t
       integer, allocatable :: costliest_first(:)
       real(wp) :: load(size(parent))
-      logical :: open  ! the last task reaches up to the front before `begin`
+      logical :: open  ! the last task may be extended
 
       begin = 1
       open = .false.
@@ -80,7 +80,7 @@ contains
             begin = front + 1
          end if
       end do
-      ! Threads that start with the costliest tasks finish at about the same time.
+      ! If the costliest tasks start first, threads finish at about the same time.
       costliest_first = ascending_order(-load(:plan%tasks))
       task = plan%tasks + 1
       do t = 1, plan%tasks
@@ -91,7 +91,7 @@ contains
    contains
 
       pure logical function is_task_root(front)
-         integer, intent(in) :: front  !< number in the tree
+         integer, intent(in) :: front  !< number of the front
 
          is_task_root = parent(front) == 0
          if (.not. is_task_root) is_task_root = plan%is_root_front(parent(front))

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> A few of the largest eigenvalues of a symmetric operator, computed by ARPACK.
 !>
-!> The start vector is fixed and irregular: results are bit-identical, and neither symmetric
-!> nor antisymmetric vectors are missed.  The residual of each returned pair is computed again.
+!> The start vector is fixed and irregular, so that results are bit-identical and neither symmetric
+!> nor antisymmetric vectors are missed.  The residual of each returned pair is checked.
 module dda_arnoldi
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type, error_solver, fail
@@ -26,8 +26,8 @@ module dda_arnoldi
       subroutine apply_operator(self, x, y)
          import :: operator_type, wp
          class(operator_type), intent(inout) :: self  !< A
-         real(wp), intent(in) :: x(:)  !< [n]
-         real(wp), intent(out) :: y(:)  !< [n]
+         real(wp), intent(in) :: x(:)  !< [n] vector
+         real(wp), intent(out) :: y(:)  !< [n] vector
       end subroutine apply_operator
    end interface
 
@@ -40,29 +40,29 @@ module dda_arnoldi
    end type iteration_type
 
    integer, parameter :: least_basis = 20
-   !> largest product of size and restarts beyond 100; static models need few restarts
+   !> most restarts times size, if above 100 restarts; static models need few restarts
    real(wp), parameter :: affordable = 5.0e6_wp
 
 contains
 
-   !> The `count` algebraically largest eigenvalues, descending, with orthonormal vectors.
+   !> Compute the `count` algebraically largest eigenvalues, descending, with orthonormal vectors.
    subroutine largest_pairs(operator, n, count, tolerance, values, vectors, residuals, error, &
       salt, most_restarts)
       class(operator_type), intent(inout) :: operator  !< operator; its products are counted
       integer, intent(in) :: n          !< size of the operator
-      integer, intent(in) :: count      !< 1 … n−1
-      real(wp), intent(in) :: tolerance !< tolerance of the residual / eigenvalue
-      real(wp), allocatable, intent(out) :: values(:)    !< [count]
-      real(wp), allocatable, intent(out) :: vectors(:,:) !< [n,count]
+      integer, intent(in) :: count      !< number of eigenvalues, 1 … n−1
+      real(wp), intent(in) :: tolerance !< tolerance of residual/eigenvalue
+      real(wp), allocatable, intent(out) :: values(:)    !< [count] eigenvalues
+      real(wp), allocatable, intent(out) :: vectors(:,:) !< [n,count] vectors
       real(wp), allocatable, intent(out) :: residuals(:) !< [count] ‖Av − λv‖ / |λ|
       type(error_type), allocatable, intent(out) :: error !< error if not converged to the tolerance
-      integer, intent(in), optional :: salt           !< another start vector
-      integer, intent(in), optional :: most_restarts  !< default 3000
+      integer, intent(in), optional :: salt           !< number that changes the start vector
+      integer, intent(in), optional :: most_restarts  !< most restarts, default 3000
       type(iteration_type) :: iteration
 
       if (count < 1 .or. count >= n) then
          call fail(error, error_solver, 'a problem of size '//to_text(n)// &
-            ' is too small for '//to_text(count)//' eigenvalues by this method')
+            ' is too small to compute '//to_text(count)//' eigenvalues by ARPACK')
          return
       end if
       call prepare_arpack(iteration, n, count, tolerance)
@@ -79,9 +79,9 @@ contains
 
    !> Set the parameters of ARPACK and allocate its workspace.
    subroutine prepare_arpack(iteration, n, count, tolerance)
-      type(iteration_type), intent(out) :: iteration  !< ready to iterate
+      type(iteration_type), intent(out) :: iteration  !< state of ARPACK
       integer, intent(in) :: n, count  !< size, requested eigenvalues
-      real(wp), intent(in) :: tolerance  !< tolerance of the residual / eigenvalue
+      real(wp), intent(in) :: tolerance  !< tolerance of residual/eigenvalue
 
       iteration%n = n
       iteration%count = count
@@ -121,8 +121,8 @@ contains
       if (info == 1) then
          call fail(error, error_solver, 'ARPACK has converged '//to_text(iteration%iparam(5))// &
             ' of '//to_text(iteration%count)//' eigenvalues to '//to_text(iteration%tolerance)// &
-            ' after '//to_text(iteration%iparam(3))//' restarts: they lie too close together, '// &
-            'or too far below the largest')
+            ' after '//to_text(iteration%iparam(3))//' restarts: the eigenvalues are too close '// &
+            'together, or too far below the largest one')
       else if (info /= 0) then
          call fail(error, error_solver, 'ARPACK dsaupd failed with info = '//to_text(info))
       end if
@@ -131,7 +131,7 @@ contains
    !> Extract eigenvalues and eigenvectors in descending order.
    subroutine extract_pairs(iteration, values, vectors, error)
       type(iteration_type), intent(inout) :: iteration  !< state of ARPACK
-      real(wp), allocatable, intent(out) :: values(:), vectors(:,:)  !< [count], [n,count]
+      real(wp), allocatable, intent(out) :: values(:), vectors(:,:)  !< [count], [n,count] pairs
       type(error_type), allocatable, intent(out) :: error  !< ARPACK has failed
       logical :: select(iteration%basis)
       integer :: info, count
@@ -151,11 +151,11 @@ contains
       vectors = vectors(:, count:1:-1)
    end subroutine extract_pairs
 
-   !> Check the residuals of the pairs with the operator itself, independently of ARPACK.
+   !> Check the residuals of the pairs with the operator, independently of ARPACK.
    subroutine check_pairs(operator, tolerance, values, vectors, residuals, error)
       class(operator_type), intent(inout) :: operator  !< operator; its products are counted
-      real(wp), intent(in) :: tolerance, values(:), vectors(:,:)  !< relative; [count]; [n,count]
-      real(wp), allocatable, intent(out) :: residuals(:)  !< [count] relative
+      real(wp), intent(in) :: tolerance, values(:), vectors(:,:)  !< [count], [n,count] pairs
+      real(wp), allocatable, intent(out) :: residuals(:)  !< [count] relative residuals
       type(error_type), allocatable, intent(out) :: error  !< a residual is too large
       real(wp), parameter :: slack = 10.0_wp, rounding = 1.0e-12_wp
       real(wp), allocatable :: image(:)
@@ -176,10 +176,10 @@ contains
       end do
    end subroutine check_pairs
 
-   !> Fill a vector with reproducible numbers between −1 and 1, by a linear congruence.
+   !> Return reproducible numbers between −1 and 1 by a linear congruence.
    pure function pseudo_random_vector(n, salt) result(vector)
-      integer, intent(in) :: n  !< numbers
-      integer, intent(in), optional :: salt  !< another sequence
+      integer, intent(in) :: n  !< length of the vector
+      integer, intent(in), optional :: salt  !< number that changes the sequence
       real(wp) :: vector(n)
       integer(long), parameter :: modulus = 2147483647_long, factor = 48271_long
       integer(long) :: seed

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Explicit interfaces of the ARPACK routines that are used.
 !>
-!> Both routines write to `tol`, so it must be a variable, and both have saved variables, so they
+!> Both routines write to `tol`, which must be a variable, and have saved variables, so that they
 !> must not run in two threads at once.
 module dda_arpack
    use dda_kinds, only: wp
@@ -16,23 +16,23 @@ module dda_arpack
          import :: wp
          integer, intent(inout) :: ido  !< next action; 0 at first
          character(len=1), intent(in) :: bmat  !< 'I': standard problem
-         integer, intent(in) :: n, nev, ncv, ldv, lworkl  !< size, eigenvalues, basis, dimensions
+         integer, intent(in) :: n, nev, ncv, ldv, lworkl  !< sizes; numbers of eigenvalues, vectors
          character(len=2), intent(in) :: which  !< 'LA': algebraically largest
          !> tolerance, vectors, workspace
          real(wp), intent(inout) :: tol, resid(*), v(ldv, *), workd(*), workl(*)
          integer, intent(inout) :: iparam(*), ipntr(*), info  !< options, pointers, 0 on success
       end subroutine dsaupd
 
-      !> Eigenvalues and eigenvectors from a finished iteration; the arguments from `bmat` on are
-      !> those of the last call of dsaupd.
+      !> Eigenvalues and eigenvectors of a finished iteration; `bmat` and the arguments after it
+      !> must be those of the last call of dsaupd.
       subroutine dseupd(rvec, howmny, select, d, z, ldz, sigma, bmat, n, which, nev, tol, resid, &
          ncv, v, ldv, iparam, ipntr, workd, workl, lworkl, info)
          import :: wp
-         logical, intent(in) :: rvec  !< vectors too
+         logical, intent(in) :: rvec  !< compute vectors too
          character(len=1), intent(in) :: howmny, bmat  !< 'A': all; 'I': standard problem
          logical, intent(inout) :: select(*)  !< workspace
          real(wp), intent(inout) :: d(*), z(ldz, *)  !< eigenvalues, ascending, and vectors
-         integer, intent(in) :: ldz, n, nev, ncv, ldv, lworkl  !< sizes as before
+         integer, intent(in) :: ldz, n, nev, ncv, ldv, lworkl  !< sizes as for dsaupd
          real(wp), intent(in) :: sigma  !< shift, not used
          character(len=2), intent(in) :: which  !< 'LA': algebraically largest
          !> tolerance, vectors, workspace

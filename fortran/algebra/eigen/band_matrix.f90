@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A block matrix stored as a band, after a bandwidth-reducing order.
+!> A block matrix stored as a band, in a bandwidth-reducing order.
 module dda_band_matrix
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type
@@ -11,8 +11,8 @@ module dda_band_matrix
 
    !> Order and band; the band is [half_width+1, 6n], lower storage.
    type :: band_type
-      integer :: n = 0                       !< block rows
-      integer :: half_width = 0              !< scalar sub-diagonals
+      integer :: n = 0                       !< number of block rows
+      integer :: half_width = 0              !< number of scalar sub-diagonals
       integer, allocatable :: permuted(:)    !< [n] permuted index of each block row
       real(wp), allocatable :: band(:,:)
    end type band_type
@@ -21,7 +21,7 @@ contains
 
    !> Find a bandwidth-reducing order and its half width.
    subroutine order_band(factor, matrix)
-      type(band_type), intent(inout) :: factor  !< factor; receives order and half width
+      type(band_type), intent(inout) :: factor  !< band; receives order and half width
       type(block_matrix_type), intent(in) :: matrix      !< matrix; only its pattern is read
       type(block_graph_type) :: graph
       integer, allocatable :: order(:)
@@ -43,7 +43,7 @@ contains
 
    !> Copy the values of a matrix into the band.
    pure subroutine fill_band(factor, matrix)
-      type(band_type), intent(inout) :: factor  !< factor with a band of the right size
+      type(band_type), intent(inout) :: factor  !< band of the right size; receives values
       type(block_matrix_type), intent(in) :: matrix      !< K
       integer :: i, e
 
@@ -59,7 +59,7 @@ contains
 
    !> Copy a 6×6 block into the band, transposed if it lies above the diagonal.
    pure subroutine put_block(factor, block, row, column)
-      type(band_type), intent(inout) :: factor  !< factor; its band is filled
+      type(band_type), intent(inout) :: factor  !< band; receives the block
       real(wp), intent(in) :: block(6, 6)  !< values
       integer, intent(in) :: row, column  !< permuted indices of the block row and column
       integer :: i, j, first

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Known vectors that are excluded from an eigenvalue search.
 !>
-!> Two kinds: null vectors on groups of block rows (rigid-body modes of an unsupported part of a
-!> model), up to three per group, and full vectors found in an earlier search.  Both are
-!> orthonormal in the coordinates of the standard problem (`dda_mass_factor`).
+!> These are full vectors found in earlier searches, and null vectors on groups of block rows: up to
+!> three rigid-body modes per unsupported part of a model.  Both are orthonormal in the coordinates
+!> of the standard problem (`dda_mass_factor`).
 module dda_deflation
    use dda_kinds, only: wp
    use dda_growth, only: grow
@@ -17,22 +17,22 @@ module dda_deflation
       integer :: groups = 0
       integer :: dimension = 0                !< number of null vectors
       integer, allocatable :: group(:)        !< [n] group of each block row
-      !> [6,3,n] up to three vectors of the row's group, else zero
+      !> [6,3,n] up to three vectors of the group of each row, else zero
       real(wp), allocatable :: basis(:,:,:)
    end type null_space_type
 
    !> Vectors to be projected out.
    type :: deflation_type
       type(null_space_type) :: known          !< `basis` in coordinates of the standard problem
-      integer :: kept = 0                     !< full vectors
-      real(wp), allocatable :: vector(:,:)    !< [6n,any]
+      integer :: kept = 0                     !< number of full vectors
+      real(wp), allocatable :: vector(:,:)    !< [6n,any] full vectors
    end type deflation_type
 
 contains
 
-   !> Set the null space of a search; without one, only the found vectors are projected out.
+   !> Set the null space of a search, if there is one, and clear the found vectors.
    pure subroutine prepare_deflation(deflation, mass, known)
-      type(deflation_type), intent(out) :: deflation  !< without full vectors
+      type(deflation_type), intent(out) :: deflation  !< deflation without full vectors
       type(mass_factor_type), intent(in) :: mass  !< factor of M
       type(null_space_type), intent(in), optional :: known  !< vectors in block coordinates
       integer :: i
@@ -47,7 +47,7 @@ contains
 
    !> Add a found vector to the vectors that are projected out.
    pure subroutine keep_vector(deflation, vector)
-      type(deflation_type), intent(inout) :: deflation  !< gets one more
+      type(deflation_type), intent(inout) :: deflation  !< deflation; receives the vector
       real(wp), intent(in) :: vector(:)  !< [6n] vector of length 1
 
       call grow(deflation%vector, size(vector), deflation%kept + 1)
@@ -58,7 +58,7 @@ contains
    !> Remove from y its components along all vectors.
    pure subroutine project_out(deflation, y)
       type(deflation_type), intent(in) :: deflation  !< known vectors
-      real(wp), intent(inout) :: y(:)  !< [6n]
+      real(wp), intent(inout) :: y(:)  !< [6n] vector
       integer :: i
 
       if (deflation%known%dimension > 0) call remove_null_components(deflation%known, y)

@@ -13,32 +13,32 @@ module dda_dense_eigen
       !> LAPACK: eigenvalues, ascending, and vectors of a symmetric matrix.
       subroutine dsyev(jobz, uplo, n, a, lda, w, work, lwork, info)
          import :: wp
-         character(len=1), intent(in) :: jobz, uplo  !< 'V': vectors too; 'L': lower triangle
+         character(len=1), intent(in) :: jobz, uplo  !< 'V': with vectors; 'L': lower triangle
          integer, intent(in) :: n, lda, lwork  !< size, dimensions
-         real(wp), intent(inout) :: a(lda, *), work(*)  !< matrix, becomes the vectors; workspace
-         real(wp), intent(out) :: w(*)  !< [n] ascending
-         integer, intent(out) :: info  !< 0 when well
+         real(wp), intent(inout) :: a(lda, *), work(*)  !< matrix, then vectors; workspace
+         real(wp), intent(out) :: w(*)  !< [n] eigenvalues, ascending
+         integer, intent(out) :: info  !< 0 on success
       end subroutine dsyev
 
       !> LAPACK: eigenvalues and vectors of A x = λ B x with B positive definite.
       subroutine dsygv(itype, jobz, uplo, n, a, lda, b, ldb, w, work, lwork, info)
          import :: wp
          integer, intent(in) :: itype, n, lda, ldb, lwork  !< 1: A x = λ B x; size, dimensions
-         character(len=1), intent(in) :: jobz, uplo  !< 'V': vectors too; 'L': lower triangle
+         character(len=1), intent(in) :: jobz, uplo  !< 'V': with vectors; 'L': lower triangle
          real(wp), intent(inout) :: a(lda, *), b(ldb, *), work(*)  !< matrices, destroyed; workspace
-         real(wp), intent(out) :: w(*)  !< [n] ascending
-         integer, intent(out) :: info  !< 0 when well
+         real(wp), intent(out) :: w(*)  !< [n] eigenvalues, ascending
+         integer, intent(out) :: info  !< 0 on success
       end subroutine dsygv
    end interface
 
-   integer, parameter :: work_columns = 34  !< workspace of a blocked tridiagonal reduction, times n
+   integer, parameter :: work_columns = 34  !< workspace of dsyev over n
 
 contains
 
    !> Solve A x = λ x; `a` is overwritten by the orthonormal vectors.
    subroutine symmetric_eigen(a, values, error)
-      real(wp), intent(inout) :: a(:,:)                 !< [n,n] lower triangle read
-      real(wp), allocatable, intent(out) :: values(:)   !< [n] ascending
+      real(wp), intent(inout) :: a(:,:)  !< [n,n] matrix; only its lower triangle is read
+      real(wp), allocatable, intent(out) :: values(:)   !< [n] eigenvalues, ascending
       type(error_type), allocatable, intent(out) :: error  !< LAPACK has failed
       real(wp) :: work(work_columns*max(1, size(a, 1)))
       integer :: n, info
@@ -53,11 +53,11 @@ contains
          to_text(info))
    end subroutine symmetric_eigen
 
-   !> Solve K x = λ M x of one block, in a few µs at most.
+   !> Solve K x = λ M x for one block (within a few µs).
    subroutine block_eigen(k, m, values, vectors, error)
       real(wp), intent(in) :: k(6, 6), m(6, 6)  !< stiffness and mass of one block
-      real(wp), intent(out) :: values(6)      !< ascending
-      real(wp), intent(out) :: vectors(6, 6)  !< columns, xᵀMx = 1
+      real(wp), intent(out) :: values(6)      !< eigenvalues, ascending
+      real(wp), intent(out) :: vectors(6, 6)  !< eigenvectors, xᵀMx = 1
       type(error_type), allocatable, intent(out) :: error  !< LAPACK has failed
       real(wp) :: b(6, 6), work(6*work_columns)
       integer :: info
@@ -68,13 +68,13 @@ contains
       b = m
       call dsygv(1, 'V', 'L', 6, vectors, 6, b, 6, values, work, size(work), info)
       if (info /= 0) call fail(error, error_solver, 'LAPACK dsygv failed with info = '// &
-         to_text(info)//' on one block')
+         to_text(info)//' for one block')
    end subroutine block_eigen
 
-   !> .true. if no eigenvalue of K x = λ M x of one block reaches `value`.
-   !> Test: value·M − K has a Cholesky factor, about 50 times cheaper than the eigenvalues.
+   !> .true. if all eigenvalues of K x = λ M x of one block are below `value`.  Then value·M − K has
+   !> a Cholesky factor, which costs 1/50 of computing the eigenvalues.
    pure logical function is_above(value, k, m)
-      real(wp), intent(in) :: value, k(6, 6), m(6, 6)  !< 1/s²; stiffness and mass of one block
+      real(wp), intent(in) :: value, k(6, 6), m(6, 6)  !< limit, 1/s²; stiffness; mass
       real(wp) :: factor(6, 6)
 
       call cholesky_block(value*m - k, factor, is_above)
@@ -82,9 +82,9 @@ contains
 
    !> Compute the lower Cholesky factor of a 6×6 block, with zeros above the diagonal.
    pure subroutine cholesky_block(block, factor, positive)
-      real(wp), intent(in) :: block(6, 6)    !< lower triangle read
+      real(wp), intent(in) :: block(6, 6)    !< block; only its lower triangle is read
       real(wp), intent(out) :: factor(6, 6)  !< lower triangle
-      !> .false. if not positive definite; the factor is then undefined
+      !> .false.: the block is not positive definite, and the factor is undefined
       logical, intent(out) :: positive
       real(wp) :: work(6, 6)
       integer :: j, k

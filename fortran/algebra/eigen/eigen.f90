@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> K x = ω² M x with M block-diagonal: the largest ω² and the lowest ω².
+!> Largest and lowest eigenvalues ω² of K x = ω² M x with block-diagonal M = G Gᵀ.
 !>
-!> Large problems are solved by ARPACK, with S = G⁻¹KG⁻ᵀ for the largest eigenvalues and Gᵀ(K −
-!> σM)⁻¹G with a small negative shift σ for the lowest, so that a singular K is allowed.  Small
-!> problems are solved by LAPACK.
+!> ARPACK solves large problems: with S = G⁻¹KG⁻ᵀ for the largest eigenvalues, and with
+!> Gᵀ(K − σM)⁻¹G for the lowest; a small negative shift σ permits a singular K.  LAPACK solves small
+!> problems.
 module dda_eigen
    use dda_kinds, only: wp, long
    use dda_arnoldi, only: operator_type, largest_pairs
@@ -23,8 +23,8 @@ module dda_eigen
       suggested_tolerance, select_pairs
    public :: shifted_inverse_type, prepare_inverse
 
-   integer, parameter :: dense_blocks = 8          !< largest model solved by LAPACK, blocks
-   integer, parameter :: most_dense_blocks = 300   !< the same if most modes are wanted, blocks
+   integer, parameter :: dense_blocks = 8          !< most blocks for LAPACK
+   integer, parameter :: most_dense_blocks = 300  !< most blocks for LAPACK if most modes are wanted
    real(wp), parameter :: low_tolerance = 1.0e-10_wp
 
    !> Eigenvalues with mass-normalised vectors.
@@ -32,9 +32,9 @@ module dda_eigen
       integer :: n = 0
       real(wp), allocatable :: value(:)       !< [n] ω², 1/s²
       real(wp), allocatable :: vector(:,:,:)  !< [6,blocks,n], xᵀMx = 1
-      !> [n] relative residual of the iterated operator; 0 if dense
+      !> [n] relative residual of the iterated operator; 0 by LAPACK
       real(wp), allocatable :: residual(:)
-      integer(long) :: products = 0           !< of that operator
+      integer(long) :: products = 0           !< number of applications of the operator
    end type eigenpairs_type
 
    !> S = G⁻¹KG⁻ᵀ
@@ -44,7 +44,7 @@ module dda_eigen
       procedure :: apply => apply_scaled
    end type scaled_stiffness_type
 
-   !> Gᵀ(K − σM)⁻¹G, without the vectors of the deflation.
+   !> Gᵀ(K − σM)⁻¹G, with deflated vectors projected out.
    type, extends(operator_type) :: shifted_inverse_type
       type(factor_type) :: factor
       type(mass_factor_type) :: mass
@@ -57,21 +57,21 @@ module dda_eigen
 
 contains
 
-   !> Tolerance that is affordable for n blocks: large models have dense spectra.
+   !> Affordable tolerance for n blocks: the spectra of large models are dense.
    pure real(wp) function suggested_tolerance(n) result(tolerance)
-      integer, intent(in) :: n  !< blocks
+      integer, intent(in) :: n  !< number of blocks
 
       tolerance = 1.0e-10_wp
       if (n > 500) tolerance = 1.0e-6_wp
       if (n > 3000) tolerance = 1.0e-3_wp
    end function suggested_tolerance
 
-   !> Find the largest ω²: a lower bound of the exact one, with an error of second order.
+   !> Find the largest ω²; the result is a lower bound with an error of second order.
    subroutine largest_eigenvalue(stiffness, mass, tolerance, pairs, error)
       type(block_matrix_type), intent(in) :: stiffness  !< K, N/m
-      real(wp), intent(in) :: mass(:,:,:)           !< [6,6,n]
+      real(wp), intent(in) :: mass(:,:,:)           !< [6,6,n] M
       real(wp), intent(in) :: tolerance             !< tolerance of the residual / ω²
-      type(eigenpairs_type), intent(out) :: pairs   !< one pair
+      type(eigenpairs_type), intent(out) :: pairs   !< the largest eigenvalue and its vector
       type(error_type), allocatable, intent(out) :: error  !< M is not definite, or no convergence
       type(scaled_stiffness_type) :: operator
       type(mass_factor_type) :: factor
@@ -93,14 +93,14 @@ contains
       call unscale_vectors(factor, values, vectors, pairs)
    end subroutine largest_eigenvalue
 
-   !> Find the `count` lowest ω² outside a known null space; fewer if fewer exist.
+   !> Find the `count` lowest ω² (or all, if fewer exist), without those of a known null space.
    subroutine lowest_eigenvalues(stiffness, mass, count, pairs, error, known)
       type(block_matrix_type), intent(in) :: stiffness  !< K, N/m
-      real(wp), intent(in) :: mass(:,:,:)           !< [6,6,n]
-      integer, intent(in) :: count  !< requested eigenvalues
-      type(eigenpairs_type), intent(out) :: pairs   !< ascending
+      real(wp), intent(in) :: mass(:,:,:)           !< [6,6,n] M
+      integer, intent(in) :: count  !< requested number of eigenvalues
+      type(eigenpairs_type), intent(out) :: pairs   !< pairs in ascending order
       type(error_type), allocatable, intent(out) :: error  !< M is not definite, or no convergence
-      type(null_space_type), intent(in), optional :: known  !< null vectors of K, left out
+      type(null_space_type), intent(in), optional :: known  !< null vectors of K to omit
       type(shifted_inverse_type) :: operator
       real(wp), allocatable :: values(:), vectors(:,:)
       integer :: left, wanted, i
@@ -132,10 +132,10 @@ contains
    !> Find all eigenvalues by LAPACK, ascending, without those of a known null space.
    subroutine all_eigenvalues(stiffness, mass, pairs, error, known)
       type(block_matrix_type), intent(in) :: stiffness  !< K, N/m
-      real(wp), intent(in) :: mass(:,:,:)           !< [6,6,n]
-      type(eigenpairs_type), intent(out) :: pairs  !< ascending
+      real(wp), intent(in) :: mass(:,:,:)           !< [6,6,n] M
+      type(eigenpairs_type), intent(out) :: pairs  !< pairs in ascending order
       type(error_type), allocatable, intent(out) :: error  !< M is not definite, or no convergence
-      type(null_space_type), intent(in), optional :: known  !< null vectors of K, left out
+      type(null_space_type), intent(in), optional :: known  !< null vectors of K to omit
       type(scaled_stiffness_type) :: operator
       type(mass_factor_type) :: factor
       type(deflation_type) :: deflation
@@ -158,7 +158,7 @@ contains
          call operator%apply(unit, a(:, i))
          call project_out(deflation, a(:, i))
       end do
-      ! The projected null space has the lowest eigenvalues, which are then omitted.
+      ! Deflation makes the eigenvalues of the null space the lowest ones, which are then omitted.
       if (deflation%known%dimension > 0) call deflate_matrix(deflation, a)
       call symmetric_eigen(a, values, error)
       if (allocated(error)) return
@@ -169,8 +169,8 @@ contains
 
    !> Subtract s ZZᵀ from a, with s larger than every eigenvalue.
    subroutine deflate_matrix(deflation, a)
-      type(deflation_type), intent(in) :: deflation  !< Z
-      real(wp), intent(inout) :: a(:,:)  !< [6n,6n]
+      type(deflation_type), intent(in) :: deflation  !< deflation with Z
+      real(wp), intent(inout) :: a(:,:)  !< [6n,6n] matrix a
       real(wp) :: unit(size(a, 1)), scale
       integer :: i
 
@@ -187,13 +187,14 @@ contains
       end do
    end subroutine deflate_matrix
 
-   !> Factorise K − σM with the smallest σ that rounding allows: K may be singular, K − σM is not.
+   !> Factorise K − σM, which is regular even if K is singular, with the least |σ| that rounding
+   !> allows.
    subroutine prepare_inverse(operator, stiffness, mass, error, known)
-      type(shifted_inverse_type), intent(out) :: operator  !< ready to apply
+      type(shifted_inverse_type), intent(out) :: operator  !< operator that can be applied
       type(block_matrix_type), intent(in) :: stiffness  !< K, N/m
-      real(wp), intent(in) :: mass(:,:,:)           !< [6,6,n]
+      real(wp), intent(in) :: mass(:,:,:)           !< [6,6,n] M
       type(error_type), allocatable, intent(out) :: error  !< M is not definite, or no convergence
-      type(null_space_type), intent(in), optional :: known  !< null vectors of K, left out
+      type(null_space_type), intent(in), optional :: known  !< null vectors of K to omit
       real(wp), parameter :: first_shift = 1.0e-12_wp, last_shift = 1.0e-6_wp
       type(block_matrix_type) :: shifted
       real(wp) :: relative
@@ -214,7 +215,7 @@ contains
       end do
    end subroutine prepare_inverse
 
-   !> Find the largest trace of a diagonal block of S: the scale of the largest ω².
+   !> Largest trace of a diagonal block of S, which has the magnitude of the largest ω².
    pure real(wp) function largest_trace(mass, stiffness) result(largest)
       type(mass_factor_type), intent(in) :: mass  !< G
       type(block_matrix_type), intent(in) :: stiffness  !< K, N/m
@@ -232,11 +233,11 @@ contains
       end do
    end function largest_trace
 
-   !> Search for missed copies of multiple eigenvalues until no larger one is found.
-   !> A Lanczos iteration may miss such copies; known vectors are projected out of each search.
+   !> Search for copies of multiple eigenvalues that a Lanczos iteration may have missed, until no
+   !> larger one is found.  Known vectors are projected out of each search.
    subroutine add_missing_copies(operator, values, vectors, residuals, error)
-      type(shifted_inverse_type), intent(inout) :: operator  !< its deflation grows
-      !> [count], [6n,count], [count]
+      type(shifted_inverse_type), intent(inout) :: operator  !< found vectors are deflated
+      !> [count] eigenvalues, [6n,count] vectors, [count] residuals
       real(wp), intent(inout) :: values(:), vectors(:,:), residuals(:)
       type(error_type), allocatable, intent(out) :: error  !< M is not definite, or no convergence
       real(wp), parameter :: larger = 1.0_wp + 1.0e-7_wp, glance = 1.0e-3_wp
@@ -249,7 +250,7 @@ contains
          call keep_vector(operator%deflation, vectors(:, i))
       end do
       do i = 1, count
-         ! A loose tolerance is enough to show that no eigenvalue as large remains.
+         ! A loose tolerance suffices to show that no larger eigenvalue remains.
          call largest_pairs(operator, n, 1, glance, new_value, new_vector, new_residual, error, &
             salt=i)
          if (allocated(error)) return
@@ -267,10 +268,10 @@ contains
       end do
    end subroutine add_missing_copies
 
-   !> Transform the eigenvectors of the standard problem back to those of K x = ω² M x.
+   !> Transform eigenvectors of the standard problem to eigenvectors of K x = ω² M x.
    subroutine unscale_vectors(factor, values, vectors, pairs)
       type(mass_factor_type), intent(in) :: factor  !< G
-      real(wp), intent(in) :: values(:), vectors(:,:)  !< [n] ω², [6 blocks,n]
+      real(wp), intent(in) :: values(:), vectors(:,:)  !< [n] ω²; [6 blocks,n] vectors
       type(eigenpairs_type), intent(inout) :: pairs  !< pairs; receives values and vectors
       integer :: i, blocks
 
@@ -283,10 +284,10 @@ contains
       end do
    end subroutine unscale_vectors
 
-   !> Retain selected pairs, in a given order.
+   !> Keep selected pairs, in a given order.
    pure subroutine select_pairs(pairs, order)
-      type(eigenpairs_type), intent(inout) :: pairs  !< sorted, shortened
-      integer, intent(in) :: order(:)  !< [any] which pairs
+      type(eigenpairs_type), intent(inout) :: pairs  !< all pairs; on return, selected pairs
+      integer, intent(in) :: order(:)  !< [any] numbers of the selected pairs
 
       pairs%value = pairs%value(order)
       pairs%residual = pairs%residual(order)
@@ -297,17 +298,17 @@ contains
    !> Multiply a vector by S = G⁻¹KG⁻ᵀ.
    subroutine apply_scaled(self, x, y)
       class(scaled_stiffness_type), intent(inout) :: self  !< S
-      real(wp), intent(in) :: x(:)  !< [6n]
-      real(wp), intent(out) :: y(:)  !< [6n]
+      real(wp), intent(in) :: x(:)  !< [6n] vector
+      real(wp), intent(out) :: y(:)  !< [6n] vector
 
       call multiply(self%matrix, x, y)
    end subroutine apply_scaled
 
    !> Multiply a vector by Gᵀ(K − σM)⁻¹G and remove the deflated vectors.
    subroutine apply_inverse(self, x, y)
-      class(shifted_inverse_type), intent(inout) :: self  !< its workspace changes
-      real(wp), intent(in) :: x(:)  !< [6n]
-      real(wp), intent(out) :: y(:)  !< [6n]
+      class(shifted_inverse_type), intent(inout) :: self  !< operator; its workspace changes
+      real(wp), intent(in) :: x(:)  !< [6n] vector
+      real(wp), intent(out) :: y(:)  !< [6n] vector
       real(wp) :: clean(size(x))
 
       clean = x

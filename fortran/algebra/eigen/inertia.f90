@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Number of eigenvalues of K x = λ M x above a value, by Sylvester's law of inertia.
+!> Number of eigenvalues of K x = λ M x above a value s, by Sylvester's law of inertia.
 !>
-!> K − sM = L D Lᵀ has as many positive pivots as there are eigenvalues above s.  The factor is a
-!> band matrix without pivoting, suitable for models of a few thousand blocks.  If a pivot is so
-!> small that its sign is uncertain, the count is reported as uncertain.
+!> This number equals the number of positive pivots of K − sM = L D Lᵀ.  The factor is a band matrix
+!> without pivoting, suitable for a few thousand blocks.  If a pivot is so small that its sign is
+!> uncertain, the number is reported as uncertain.
 module dda_inertia
    use dda_kinds, only: wp
    use dda_band_matrix, only: band_type, order_band, fill_band
@@ -13,7 +13,7 @@ module dda_inertia
    private
    public :: count_above
 
-   real(wp), parameter :: doubtful = 1.0e-11_wp  !< pivot / largest entry of S
+   real(wp), parameter :: doubtful = 1.0e-11_wp  !< least certain pivot over the largest entry of S
 
 contains
 
@@ -21,9 +21,9 @@ contains
    subroutine count_above(stiffness, mass, value, affordable, count, certain)
       type(block_matrix_type), intent(in) :: stiffness  !< K, N/m
       type(mass_factor_type), intent(in) :: mass      !< G
-      real(wp), intent(in) :: value                     !< 1/s²
+      real(wp), intent(in) :: value                     !< s, 1/s²
       real(wp), intent(in) :: affordable                !< largest number of multiplications
-      integer, intent(out) :: count                     !< eigenvalues above
+      integer, intent(out) :: count                     !< number of eigenvalues above
       logical, intent(out) :: certain  !< .false.: too costly, or uncertain sign of a pivot
       type(block_matrix_type) :: scaled
       type(band_type) :: factor
@@ -43,7 +43,7 @@ contains
    !> Eliminate column by column and count positive pivots.
    pure subroutine count_pivots(band, count, certain)
       real(wp), intent(inout) :: band(:,:)  !< [width+1, n] S − sI, lower storage; destroyed
-      integer, intent(out) :: count  !< positive pivots
+      integer, intent(out) :: count  !< number of positive pivots
       logical, intent(out) :: certain  !< the signs of all pivots are certain
       real(wp) :: least, pivot, factor
       integer :: j, k, reach

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> M = G Gᵀ for the block-diagonal mass matrix, and the resulting standard eigenproblem.
 !>
-!> With y = Gᵀx the problem K x = ω² M x becomes S y = ω² y, S = G⁻¹KG⁻ᵀ, and the mass product xᵀMx
-!> the plain yᵀy.  The scaling also removes the difference in size of translations and strains.
+!> With y = Gᵀx, K x = ω² M x becomes S y = ω² y, S = G⁻¹KG⁻ᵀ, and xᵀMx becomes yᵀy.  The scaling
+!> also makes translations and strains equal in magnitude.
 module dda_mass_factor
    use dda_kinds, only: wp
    use dda_errors, only: error_type, error_solver, fail
@@ -16,16 +16,16 @@ module dda_mass_factor
 
    !> G and G⁻¹, lower triangles.
    type :: mass_factor_type
-      real(wp), allocatable :: g(:,:,:)        !< [6,6,n]
-      real(wp), allocatable :: inverse(:,:,:)  !< [6,6,n]
+      real(wp), allocatable :: g(:,:,:)        !< [6,6,n] G
+      real(wp), allocatable :: inverse(:,:,:)  !< [6,6,n] G
    end type mass_factor_type
 
 contains
 
    !> Factorise the mass of each block.
    subroutine factor_mass(factor, mass, error)
-      type(mass_factor_type), intent(out) :: factor  !< G and its inverse
-      real(wp), intent(in) :: mass(:,:,:)  !< [6,6,n]
+      type(mass_factor_type), intent(out) :: factor  !< G and G⁻¹
+      real(wp), intent(in) :: mass(:,:,:)  !< [6,6,n] M
       type(error_type), allocatable, intent(out) :: error  !< a mass is not positive definite
       logical :: positive
       integer :: b
@@ -44,8 +44,8 @@ contains
 
    !> Replace K by S = G⁻¹KG⁻ᵀ, block by block.
    pure subroutine scale_matrix(factor, matrix)
-      type(mass_factor_type), intent(in) :: factor  !< G and its inverse
-      type(block_matrix_type), intent(inout) :: matrix  !< K, becomes S
+      type(mass_factor_type), intent(in) :: factor  !< G and G⁻¹
+      type(block_matrix_type), intent(inout) :: matrix  !< K; on return, S
       integer :: i, e
 
       do i = 1, matrix%n
@@ -58,8 +58,8 @@ contains
       end do
    end subroutine scale_matrix
 
-   !> Multiply by a transposed triangle, block by block: y = Gᵀ x or x = G⁻ᵀ y.
-   !> The first transforms block coordinates to those of the standard problem, the second back.
+   !> Multiply by a transposed triangle, block by block: y = Gᵀx transforms block coordinates to the
+   !> standard problem, x = G⁻ᵀy transforms them back.
    pure subroutine multiply_transposed(t, x, y)
       real(wp), intent(in) :: t(:,:,:)   !< [6,6,n] G or G⁻¹
       real(wp), intent(in) :: x(6, *)    !< [6,n]
@@ -71,9 +71,9 @@ contains
       end do
    end subroutine multiply_transposed
 
-   !> Compute f = G y: a force (M x, if y = Gᵀx) in block coordinates.
+   !> Compute f = G y, the force M x in block coordinates if y = Gᵀx.
    pure subroutine apply_factor(factor, y, f)
-      type(mass_factor_type), intent(in) :: factor  !< G and its inverse
+      type(mass_factor_type), intent(in) :: factor  !< G and G⁻¹
       real(wp), intent(in) :: y(6, *)   !< [6,n]
       real(wp), intent(out) :: f(:,:)   !< [6,n]
       integer :: b

@@ -11,31 +11,31 @@ module dda_anderson
    public :: anderson_type, forget, accelerate
 
    integer, parameter :: depth = 10   !< number of stored differences
-   integer, parameter :: long = 6*parallel_from  !< number of unknowns from which threads save time
-   !> fraction of the diagonal added to the normal equations, against rounding in their elimination
+   integer, parameter :: long = 6*parallel_from  !< least number of unknowns for threads
+   !> fraction of the diagonal added to the normal equations, because of rounding errors
    real(wp), parameter :: regular = depth*epsilon(1.0_wp)
 
    !> Differences of the last iterations.
    type :: anderson_type
-      integer :: count = 0                            !< iterations since the start
+      integer :: count = 0                            !< number of iterations since the start
       real(wp), allocatable :: image(:), residual(:)  !< [n] g and g − x of the last iteration
-      real(wp), allocatable :: d_image(:,:), d_residual(:,:)  !< [n, depth]
+      real(wp), allocatable :: d_image(:,:), d_residual(:,:)  !< [n, depth] their differences
       real(wp) :: normal(depth, depth) = 0.0_wp  !< products of the columns d_residual
    end type anderson_type
 
 contains
 
-   !> Clear the memory.
+   !> Forget all iterations.
    pure subroutine forget(memory)
-      type(anderson_type), intent(inout) :: memory  !< forgets its iterations
+      type(anderson_type), intent(inout) :: memory  !< memory of the acceleration
 
       memory%count = 0
    end subroutine forget
 
    !> Compute the next x from the present x and g(x).
    subroutine accelerate(memory, x, image)
-      type(anderson_type), intent(inout) :: memory  !< gets this iteration
-      real(wp), intent(inout) :: x(:)  !< [n] iterate, in the units of the unknowns
+      type(anderson_type), intent(inout) :: memory  !< memory; receives this iteration
+      real(wp), intent(inout) :: x(:)  !< [n] present x; on return, next x
       real(wp), intent(in) :: image(:)  !< [n] g(x)
       real(wp) :: share(depth), part(2*depth, most_pieces)
       integer :: n, used, slot, p
@@ -63,13 +63,13 @@ contains
       end do
    end subroutine accelerate
 
-   !> Store the differences from the last iteration for the unknowns first … last.
-   !> Add their products with all columns of d_residual and with the residual.
+   !> Store the differences from the last iteration for the unknowns first … last, and add their
+   !> products with all columns of d_residual and with the residual.
    pure subroutine store_change(memory, slot, used, x, image, first, last, products)
-      type(anderson_type), intent(inout) :: memory  !< gets this iteration
-      integer, intent(in) :: slot, used             !< column of the differences; number of columns
+      type(anderson_type), intent(inout) :: memory  !< memory; receives this iteration
+      integer, intent(in) :: slot, used             !< column to store; number of columns
       real(wp), intent(in) :: x(:), image(:)        !< [n] x and g(x)
-      integer, intent(in) :: first, last            !< of the range
+      integer, intent(in) :: first, last            !< first and last index
       real(wp), intent(out) :: products(2*depth)
       integer :: j
 
@@ -89,11 +89,11 @@ contains
       end do
    end subroutine store_change
 
-   !> Find the fractions y that minimise ‖residual − Σ y d_residual‖, by the normal equations.
+   !> Find the coefficients y that minimise ‖residual − Σ y d_residual‖, by the normal equations.
    pure subroutine solve_normal(memory, slot, used, products, share)
-      type(anderson_type), intent(inout) :: memory  !< gets the products of the last column
-      integer, intent(in) :: slot, used             !< that column; columns
-      real(wp), intent(in) :: products(2*depth)  !< from `store_change`
+      type(anderson_type), intent(inout) :: memory  !< memory; receives the products
+      integer, intent(in) :: slot, used             !< stored column; number of columns
+      real(wp), intent(in) :: products(2*depth)  !< products from `store_change`
       real(wp), intent(out) :: share(depth)
 
       if (slot > 0) then
@@ -106,10 +106,10 @@ contains
 
    !> Compute the unknowns first … last of the next x.
    pure subroutine combine_iterates(memory, share, x, first, last)
-      type(anderson_type), intent(in) :: memory  !< with this iteration
-      real(wp), intent(in) :: share(:)           !< of the differences
+      type(anderson_type), intent(in) :: memory  !< memory with this iteration
+      real(wp), intent(in) :: share(:)           !< coefficients of the differences
       real(wp), intent(inout) :: x(:)            !< [n] next iterate
-      integer, intent(in) :: first, last         !< of the range
+      integer, intent(in) :: first, last         !< first and last index
       integer :: j
 
       x(first:last) = memory%image(first:last)
@@ -120,8 +120,8 @@ contains
 
    !> Allocate memory for n unknowns, if it is too small.
    subroutine allocate_memory(memory, n)
-      type(anderson_type), intent(inout) :: memory  !< gets room
-      integer, intent(in) :: n  !< unknowns
+      type(anderson_type), intent(inout) :: memory  !< memory to allocate
+      integer, intent(in) :: n  !< number of unknowns
 
       if (allocated(memory%image)) then
          if (size(memory%image) >= n) return
@@ -132,10 +132,10 @@ contains
       memory%count = 0
    end subroutine allocate_memory
 
-   !> Solve A y = b by Gauss elimination without pivoting: A is definite.
+   !> Solve A y = b by Gauss elimination without pivoting, because A is definite.
    pure subroutine solve_definite(a, y)
-      real(wp), intent(in) :: a(:,:)   !< [m,m]
-      real(wp), intent(inout) :: y(:)  !< [m] b, becomes the solution
+      real(wp), intent(in) :: a(:,:)   !< [m,m] A
+      real(wp), intent(inout) :: y(:)  !< [m] b; on return, the solution
       real(wp) :: rest(size(y), size(y)), factor
       integer :: i, j, m
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The inverse diagonal blocks: the preconditioner for small p Δt²/m, also used by SOR.
+!> The inverse diagonal blocks, as preconditioner for small p Δt²/m and for SOR.
 module dda_block_jacobi
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, multiply_block
@@ -10,11 +10,11 @@ module dda_block_jacobi
    private
    public :: block_jacobi_type, invert_diagonal, most_iterations, most_condition
 
-   integer, parameter :: parallel_from = 500  !< number of blocks from which threads save time
+   integer, parameter :: parallel_from = 500  !< least number of blocks for threads
 
    !> Inverses of the diagonal blocks.
    type, extends(preconditioner_type) :: block_jacobi_type
-      real(wp), allocatable :: inverse(:,:,:)   !< [6,6,n]
+      real(wp), allocatable :: inverse(:,:,:)   !< [6,6,n] inverse blocks
    contains
       procedure :: apply
    end type block_jacobi_type
@@ -23,8 +23,8 @@ contains
 
    !> Invert the diagonal blocks of a matrix.
    subroutine invert_diagonal(jacobi, matrix)
-      type(block_jacobi_type), intent(inout) :: jacobi  !< gets the inverses
-      type(block_matrix_type), intent(in) :: matrix        !< positive definite
+      type(block_jacobi_type), intent(inout) :: jacobi  !< receives the inverses
+      type(block_matrix_type), intent(in) :: matrix        !< positive definite matrix
       integer :: i
 
       if (allocated(jacobi%inverse)) then
@@ -40,7 +40,7 @@ contains
    !> Compute z = D⁻¹ r.
    subroutine apply(self, n, r, z)
       class(block_jacobi_type), intent(inout) :: self  !< D⁻¹
-      integer, intent(in) :: n         !< block rows
+      integer, intent(in) :: n         !< number of block rows
       real(wp), intent(in) :: r(6, n)  !< residual
       real(wp), intent(out) :: z(6, n)  !< preconditioned residual
 
@@ -55,7 +55,7 @@ contains
 
    !> Compute z = D⁻¹ r, divided between the threads of a team.
    subroutine apply_rows(n, inverse, r, z)
-      integer, intent(in) :: n                    !< block rows
+      integer, intent(in) :: n                    !< number of block rows
       real(wp), intent(in) :: inverse(6, 6, n), r(6, n)  !< D⁻¹, residual
       real(wp), intent(inout) :: z(6, n)  !< preconditioned residual
       integer :: i
@@ -67,29 +67,28 @@ contains
       !$omp end do nowait
    end subroutine apply_rows
 
-   !> Upper bound on the conjugate-gradient iterations for a relative accuracy ε.
-   !> Chebyshev: ½ √κ ln(2/ε).
+   !> Upper bound on the conjugate-gradient iterations for a relative accuracy ε: ½ √κ ln(2/ε).
    real(wp) function most_iterations(matrix, alone, accuracy) result(bound)
       type(block_matrix_type), intent(in) :: matrix  !< K̂
-      real(wp), intent(in) :: alone(compact_size, matrix%n)  !< A, as in `most_condition`
-      real(wp), intent(in) :: accuracy               !< ε, of the error in the energy norm
+      real(wp), intent(in) :: alone(compact_size, matrix%n)  !< A, see `most_condition`
+      real(wp), intent(in) :: accuracy               !< ε of the error in the energy norm
 
       bound = 0.5_wp*sqrt(most_condition(matrix, alone))*log(2.0_wp/accuracy)
    end function most_iterations
 
    !> Upper bound on the condition number κ of D⁻¹K̂.
    !>
-   !> Let A be the block-diagonal part of K̂ whose terms act on one block each (inertia, strains,
-   !> supports), and let every other term E be positive semi-definite and couple two blocks:
-   !> contacts, and any element that couples blocks.  Then K̂ − A ⪰ 0, so that D⁻¹K̂ has no
-   !> eigenvalue below μ = min λ(D⁻¹A) over the blocks; and uᵀEu ≤ 2 Σ u_iᵀE_ii u_i gives
-   !> 2D − K̂ ⪰ 0, so that it has none above 2.  1/trace(A⁻¹D) bounds μ from below.
+   !> Let A be the sum of the terms of K̂ that act on one block each (inertia, strains, supports).
+   !> Every other term E (contacts, elements that couple blocks) is positive semi-definite and
+   !> couples two blocks.  Then K̂ − A ⪰ 0, so that no eigenvalue of D⁻¹K̂ is below μ = min λ(D⁻¹A),
+   !> the minimum over the blocks.  From uᵀEu ≤ 2 Σ u_iᵀE_ii u_i follows 2D − K̂ ⪰ 0, so that no
+   !> eigenvalue exceeds 2.  1/trace(A⁻¹D) bounds μ from below.
    !>
-   !> The diagonal parts of coupling terms must therefore not be in A.  If A includes them, or if a
-   !> term couples m > 2 blocks (its factor is then m), the bound may be too small.
+   !> The bound may be too small if A includes diagonal parts of coupling terms, or if a term
+   !> couples m > 2 blocks (the factor 2 is then m).
    real(wp) function most_condition(matrix, alone) result(bound)
       type(block_matrix_type), intent(in) :: matrix  !< K̂
-      !> A, the terms of each block that couple it to no other block, see dda_compact_block
+      !> A, the terms that act on one block only, see dda_compact_block
       real(wp), intent(in) :: alone(compact_size, matrix%n)
       real(wp) :: block(6, 6), inverse(6, 6), worst
       integer :: i

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Preconditioned conjugate gradients on 6×6 blocks.
 !>
-!> The preconditioner is an object that applies z = P⁻¹ r: the inverse diagonal blocks, or a lagged
-!> Cholesky factor in single precision.
+!> The preconditioner applies z = P⁻¹ r: with the inverse diagonal blocks, or with a lagged Cholesky
+!> factor in single precision.
 module dda_conjugate_gradients
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, multiply
@@ -13,8 +13,8 @@ module dda_conjugate_gradients
    private
    public :: preconditioner_type, workspace_type, make_workspace, iterate_to_solution
 
-   integer, parameter :: trusted = 10  !< iterations in which the updated residual is accurate
-   real(wp), parameter :: drift = 10.0_wp          !< accepted ratio of true residual to updated one
+   integer, parameter :: trusted = 10  !< iterations with an accurate updated residual
+   real(wp), parameter :: drift = 10.0_wp          !< accepted ratio of true to updated residual
 
    !> An approximate inverse of the matrix.
    type, abstract :: preconditioner_type
@@ -27,7 +27,7 @@ module dda_conjugate_gradients
       subroutine apply_type(self, n, r, z)
          import :: preconditioner_type, wp
          class(preconditioner_type), intent(inout) :: self  !< P
-         integer, intent(in) :: n  !< block rows
+         integer, intent(in) :: n  !< number of block rows
          real(wp), intent(in) :: r(6, n)  !< residual
          real(wp), intent(out) :: z(6, n)  !< preconditioned residual
       end subroutine apply_type
@@ -35,7 +35,7 @@ module dda_conjugate_gradients
 
    !> Vectors of the iteration.
    type :: workspace_type
-      !> [6,n] residual; P⁻¹ r, then K p; direction, of a refinement K x
+      !> [6,n] residual r; P⁻¹ r, then K p; direction p, or K x
       real(wp), allocatable :: r(:,:), z(:,:), p(:,:)
    end type workspace_type
 
@@ -43,8 +43,8 @@ contains
 
    !> Allocate vectors for n block rows, if not yet allocated.
    subroutine make_workspace(work, n)
-      type(workspace_type), intent(inout) :: work  !< gets its vectors
-      integer, intent(in) :: n  !< block rows
+      type(workspace_type), intent(inout) :: work  !< vectors to allocate
+      integer, intent(in) :: n  !< number of block rows
 
       if (allocated(work%r)) then
          if (size(work%r, 2) == n) return
@@ -53,23 +53,22 @@ contains
       allocate (work%r(6, n), work%z(6, n), work%p(6, n), source=0.0_wp)
    end subroutine make_workspace
 
-   !> Solve K x = b from the x given, until ‖r‖ ≤ tolerance·size or ‖r‖ ≤ reduction·‖first r‖.
+   !> Solve K x = b from the given x, until ‖r‖ ≤ tolerance·size or ‖r‖ ≤ reduction·‖first r‖.
    !>
-   !> After many iterations the updated residual differs from the true residual.
-   !> The true residual is then computed.
+   !> After many iterations the true residual is computed, because the updated residual may differ.
    subroutine iterate_to_solution(matrix, preconditioner, b, size, x, tolerance, reduction, most, &
       work, iterations, residual, enough)
       type(block_matrix_type), intent(in) :: matrix  !< K
       class(preconditioner_type), intent(inout) :: preconditioner  !< its workspace changes
       real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side
-      real(wp), intent(in) :: size  !< norm that residuals are compared with: ‖b‖, or more
-      real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution
-      real(wp), intent(in) :: tolerance, reduction !< limits of ‖r‖/size, and of ‖r‖ / the first ‖r‖
-      integer, intent(in) :: most                !< iterations
+      real(wp), intent(in) :: size  !< reference value of residuals, at least ‖b‖
+      real(wp), intent(inout) :: x(6, matrix%n)  !< first guess; on return, solution
+      real(wp), intent(in) :: tolerance, reduction !< limits of ‖r‖/size and of ‖r‖/‖first r‖
+      integer, intent(in) :: most                !< largest number of iterations
       type(workspace_type), intent(inout) :: work  !< vectors of the iteration
-      integer, intent(out) :: iterations  !< made
-      real(wp), intent(out) :: residual          !< ‖r‖/size reached
-      logical, intent(out) :: enough             !< the residual is as small as requested
+      integer, intent(out) :: iterations  !< number of iterations
+      real(wp), intent(out) :: residual          !< reached ‖r‖/size
+      logical, intent(out) :: enough             !< the requested residual is reached
       real(wp) :: wanted, slope, old_slope, alpha
       integer :: n
 
@@ -108,9 +107,9 @@ contains
       residual = residual/size
    end subroutine iterate_to_solution
 
-   !> .true. if a stop is requested; tested in large systems only.
+   !> .true. if a stop is requested (tested only in large systems).
    logical function is_given_up(n)
-      integer, intent(in) :: n  !< block rows
+      integer, intent(in) :: n  !< number of block rows
 
       is_given_up = n >= parallel_from
       if (is_given_up) is_given_up = stop_within_step()
@@ -120,7 +119,7 @@ contains
    subroutine find_residual(matrix, b, x, work)
       type(block_matrix_type), intent(in) :: matrix  !< K
       real(wp), intent(in) :: b(6, matrix%n), x(6, matrix%n)  !< right-hand side, iterate
-      type(workspace_type), intent(inout) :: work  !< its r changes
+      type(workspace_type), intent(inout) :: work  !< vectors; r is set
 
       call multiply(matrix, x, work%r)
       call multiply_and_add(matrix%n, b, -1.0_wp, work%r)

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The interface of every linear solver of K̂ d = f̂.
 !>
-!> A solver is analysed for a pattern, renewed for new values, and then solves for any number of
-!> right-hand sides.  It reports its work; `dda_linear_solver` counts the work, checks
-!> residuals and changes solvers.
+!> A solver analyses a pattern, is renewed for new values, and then solves for any number of
+!> right-hand sides.  `dda_linear_solver` sums the reported work, checks residuals and changes
+!> solvers.
 module dda_abstract_solver
    use dda_kinds, only: wp
    use dda_archive, only: archive_type
@@ -15,13 +15,13 @@ module dda_abstract_solver
    private
    public :: equations_type, linear_solver_type, convergence_type, accuracy
 
-   real(wp), parameter :: accuracy = 1.0e-11_wp  !< ‖r‖/scale that a solve aims at
+   real(wp), parameter :: accuracy = 1.0e-11_wp  !< tolerance of ‖r‖/scale
 
    !> Requested and reached convergence of a solve.
    type :: convergence_type
-      real(wp) :: scale = 0.0_wp                 !< norm that residuals are compared with
+      real(wp) :: scale = 0.0_wp                 !< reference value of residuals
       real(wp) :: reduction = 0.0_wp          !< sufficient fraction of the first residual, or 0
-      real(wp) :: residual = 0.0_wp              !< ‖r‖/scale reached
+      real(wp) :: residual = 0.0_wp              !< reached ‖r‖/scale
       logical :: enough = .false.                !< the iteration has reached the tolerance
    end type convergence_type
 
@@ -31,11 +31,11 @@ module dda_abstract_solver
       procedure(residual_at), deferred :: residual
    end type equations_type
 
-   !> A solution method; its values and plans are components of the types that extend it.
+   !> A solution method; types that extend this one add its data.
    type, abstract :: linear_solver_type
-      character(len=6) :: name = ''              !< in `solver_names`
-      integer :: factors = 0                     !< made by the last call
-      integer :: iterations = 0  !< iterations of the last solve; 0 with an exact factor
+      character(len=6) :: name = ''              !< one of `solver_names`
+      integer :: factors = 0                     !< number of factors computed by the last call
+      integer :: iterations = 0  !< iterations of the last solve; 0: exact factor
       type(workspace_type) :: work
    contains
       procedure(analyse_pattern), deferred :: analyse
@@ -52,11 +52,11 @@ module dda_abstract_solver
       subroutine residual_at(self, x, r)
          import :: equations_type, wp
          class(equations_type), intent(in) :: self    !< the equations
-         real(wp), intent(in), contiguous :: x(:,:)   !< [6,n] m
-         real(wp), intent(out), contiguous :: r(:,:)  !< [6,n] N
+         real(wp), intent(in), contiguous :: x(:,:)   !< [6,n] x, m
+         real(wp), intent(out), contiguous :: r(:,:)  !< [6,n] residual, N
       end subroutine residual_at
 
-      !> Prepare for a new pattern.
+      !> Analyse a new pattern.
       subroutine analyse_pattern(self, matrix)
          import :: linear_solver_type, block_matrix_type
          class(linear_solver_type), intent(inout) :: self  !< the solver
@@ -79,13 +79,13 @@ module dda_abstract_solver
          type(block_matrix_type), intent(in) :: matrix  !< matrix of the last call of `renew`
          real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side, N
          real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution, m
-         type(convergence_type), intent(inout) :: convergence  !< asked and reached
+         type(convergence_type), intent(inout) :: convergence  !< requested and reached convergence
       end subroutine solve_system
    end interface
 
 contains
 
-   !> Factorise the last values with a larger diagonal; default: not possible, the error remains.
+   !> Factorise the last values with a larger diagonal; default: keep the error.
    subroutine keep_error(self, matrix, error)
       class(linear_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< K̂
@@ -95,7 +95,7 @@ contains
    !> Update x for a change of b by one preconditioner application; default: not possible.
    subroutine correct_nothing(self, n, change, x, done)
       class(linear_solver_type), intent(inout) :: self  !< the solver
-      integer, intent(in) :: n  !< block rows
+      integer, intent(in) :: n  !< number of block rows
       real(wp), intent(in) :: change(6, n)  !< change of the right-hand side, N
       real(wp), intent(inout) :: x(6, n)  !< solution, m
       logical, intent(out) :: done  !< .false.: x is unchanged
@@ -106,19 +106,19 @@ contains
    !> Solve with the values of an earlier matrix; default: not possible.
    subroutine solve_nothing(self, equations, x, convergence, done)
       class(linear_solver_type), intent(inout) :: self  !< the solver
-      class(equations_type), intent(in) :: equations    !< of a matrix with nearly the same values
+      class(equations_type), intent(in) :: equations    !< equations with nearly the same matrix
       real(wp), intent(inout), contiguous :: x(:,:)  !< [6,n] first guess, becomes the solution, m
-      type(convergence_type), intent(inout) :: convergence  !< asked and reached
+      type(convergence_type), intent(inout) :: convergence  !< requested and reached convergence
       logical, intent(out) :: done  !< .false.: x is not the solution
 
       done = .false.
    end subroutine solve_nothing
 
-   !> Save or restore stored values; default: none, since most solvers are rebuilt from the matrix.
+   !> Save or restore stored values; default: none, because the solver is rebuilt from the matrix.
    subroutine serialise_nothing(self, matrix, archive)
       class(linear_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< matrix; only its pattern is read
-      type(archive_type), intent(inout) :: archive  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
    end subroutine serialise_nothing
 
 end module dda_abstract_solver

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> `direct`: a sparse Cholesky factor.
 !>
-!> The factor is retained while no contact changes its springs: the effect of small changes of
-!> geometry (about 1e-6 of the matrix) is removed by one or two steps of iterative
-!> refinement, which cost a tenth of a factorisation.
+!> The factor is retained while no contact springs change.  One or two steps of iterative refinement
+!> correct small changes of geometry (about 1e-6 of the matrix), at a tenth of the cost of a
+!> factorisation.
 module dda_factor_solver
    use dda_kinds, only: wp
    use dda_abstract_solver, only: equations_type, linear_solver_type, convergence_type, &
@@ -20,19 +20,19 @@ module dda_factor_solver
    private
    public :: factor_solver_type
 
-   !> steps of refinement: one with the factor of the matrix itself, unless springs are so stiff
-   !> that it has few digits; this number with an earlier factor, before a new one is computed
+   !> most steps of refinement with an earlier factor, before a new one is computed; the factor of
+   !> the matrix itself usually needs one step, more if springs are very stiff
    integer, parameter :: most_rounds = 4
 
-   real(wp), parameter :: drift = 2.0_wp   !< allowed factor of the contraction per step
+   real(wp), parameter :: drift = 2.0_wp   !< allowed growth of the contraction factor
 
-   !> The factor.
+   !> A factor and its accuracy.
    type, extends(linear_solver_type) :: factor_solver_type
-      type(factor_type) :: sparse         !< of a matrix
+      type(factor_type) :: sparse         !< factor of this or an earlier matrix
       logical :: kept = .false.           !< the factor is reused while no spring changes
-      logical :: exact = .false.          !< the factor is that of the present matrix
-      real(wp) :: contraction = 1.0_wp    !< contraction of corrections with an earlier factor
-      real(wp) :: last_correction = 0.0_wp  !< its length
+      logical :: exact = .false.          !< the factor belongs to the present matrix
+      real(wp) :: contraction = 1.0_wp    !< ratio of successive corrections with an earlier factor
+      real(wp) :: last_correction = 0.0_wp  !< length of the last correction
    contains
       procedure :: analyse
       procedure :: renew
@@ -44,14 +44,14 @@ module dda_factor_solver
    !> Equations with an assembled matrix.
    type, extends(equations_type) :: assembled_type
       type(block_matrix_type), pointer :: matrix => null()  !< K
-      real(wp), pointer :: b(:,:) => null()                 !< [6,n] N
+      real(wp), pointer :: b(:,:) => null()                 !< [6,n] right-hand side, N
    contains
       procedure :: residual
    end type assembled_type
 
 contains
 
-   !> Set the pattern.
+   !> Analyse the pattern of a matrix.
    subroutine analyse(self, matrix)
       class(factor_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< matrix; only its pattern is read
@@ -86,13 +86,13 @@ contains
       self%contraction = 1.0_wp
    end subroutine make_factor
 
-   !> Solve K x = b; with an earlier factor from the given x, else from zero.
+   !> Solve K x = b, with an earlier factor from the given x, else from zero.
    subroutine solve(self, matrix, b, x, convergence)
       class(factor_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< K̂
       real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side, N
       real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution, m
-      type(convergence_type), intent(inout) :: convergence  !< asked and reached
+      type(convergence_type), intent(inout) :: convergence  !< requested and reached convergence
       type(error_type), allocatable :: error
 
       convergence%enough = .false.
@@ -111,7 +111,7 @@ contains
       type(block_matrix_type), intent(in), target :: matrix  !< K̂
       real(wp), intent(in), target :: b(6, matrix%n)  !< right-hand side, N
       real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution, m
-      type(convergence_type), intent(inout) :: convergence  !< asked and reached
+      type(convergence_type), intent(inout) :: convergence  !< requested and reached convergence
       type(assembled_type) :: equations
 
       equations%matrix => matrix
@@ -125,12 +125,12 @@ contains
       call refine(self, equations, x, convergence)
    end subroutine refine_assembled
 
-   !> Refine x with the factor of an earlier matrix; if this is not accurate, drop the factor.
+   !> Refine x with the factor of an earlier matrix; discard a factor that is not accurate enough.
    subroutine solve_kept(self, equations, x, convergence, done)
       class(factor_solver_type), intent(inout) :: self  !< the solver
-      class(equations_type), intent(in) :: equations    !< of a matrix with nearly the same values
+      class(equations_type), intent(in) :: equations    !< equations with nearly the same matrix
       real(wp), intent(inout), contiguous :: x(:,:)  !< [6,n] first guess, becomes the solution, m
-      type(convergence_type), intent(inout) :: convergence  !< asked and reached
+      type(convergence_type), intent(inout) :: convergence  !< requested and reached convergence
       logical, intent(out) :: done  !< .false.: x is not the solution
 
       self%exact = .false.
@@ -144,8 +144,8 @@ contains
    !> Residual of equations with an assembled matrix.
    subroutine residual(self, x, r)
       class(assembled_type), intent(in) :: self    !< equations
-      real(wp), intent(in), contiguous :: x(:,:)   !< [6,n] m
-      real(wp), intent(out), contiguous :: r(:,:)  !< [6,n] N
+      real(wp), intent(in), contiguous :: x(:,:)   !< [6,n] x, m
+      real(wp), intent(out), contiguous :: r(:,:)  !< [6,n] residual, N
 
       call multiply(self%matrix, x, r)
       r = self%b - r
@@ -156,7 +156,7 @@ contains
       class(factor_solver_type), intent(inout) :: self  !< the solver
       class(equations_type), intent(in) :: equations    !< K x = b
       real(wp), intent(inout), contiguous :: x(:,:)  !< [6,n] first guess, becomes the solution, m
-      type(convergence_type), intent(inout) :: convergence  !< asked and reached
+      type(convergence_type), intent(inout) :: convergence  !< requested and reached convergence
       integer :: round
 
       associate (work => self%work)
@@ -177,10 +177,10 @@ contains
 
    !> .true. if the next correction would be negligible.
    !>
-   !> A small residual alone is no proof for directions that only inertia restrains. The remaining
-   !> error is estimated from the ratio of two successive corrections.
+   !> A small residual does not prove a small error in directions that only inertia restrains, so
+   !> the remaining error is estimated from the ratio of two successive corrections.
    logical function is_accurate_enough(self, x, round)  ! total
-      class(factor_solver_type), intent(inout) :: self  !< the solver, with the correction in `work`
+      class(factor_solver_type), intent(inout) :: self  !< the solver; `work` has the correction
       real(wp), intent(in), contiguous :: x(:,:)  !< [6,n] solution, m
       integer, intent(in) :: round    !< number of the correction, from 1
       real(wp) :: length
@@ -195,11 +195,11 @@ contains
       is_accurate_enough = self%contraction*length <= accuracy*sqrt(inner_product(size(x, 2), x, x))
    end function is_accurate_enough
 
-   !> Save or restore the values of a factor whose matrix no longer exists.
+   !> Save or restore the values of a factor of an earlier matrix.
    subroutine serialise(self, matrix, archive)
       class(factor_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< matrix; only its pattern is read
-      type(archive_type), intent(inout) :: archive  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
       type(error_type), allocatable :: error
       logical, allocatable :: coupled(:)
 

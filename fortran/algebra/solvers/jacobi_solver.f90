@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> `jacobi`: conjugate gradients with the inverse diagonal blocks, for small p Δt²/m.
+!> `jacobi`: conjugate gradients preconditioned by the diagonal blocks, for small p Δt²/m.
 module dda_jacobi_solver
    use dda_kinds, only: wp
    use dda_abstract_solver, only: linear_solver_type, convergence_type, accuracy
@@ -25,7 +25,7 @@ module dda_jacobi_solver
 
 contains
 
-   !> Prepare for a pattern: only the vectors of the iteration depend on it.
+   !> Allocate the vectors of the iteration, which depend only on the pattern.
    subroutine analyse(self, matrix)
       class(jacobi_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< matrix; only its pattern is read
@@ -38,7 +38,7 @@ contains
       class(jacobi_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< K̂
       type(rank_one_type), intent(in) :: changes           !< not used
-      type(error_type), allocatable, intent(out) :: error  !< never
+      type(error_type), allocatable, intent(out) :: error  !< never allocated
 
       call invert_diagonal(self%diagonal, matrix)
    end subroutine renew
@@ -49,7 +49,7 @@ contains
       type(block_matrix_type), intent(in) :: matrix  !< K̂
       real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side, N
       real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution, m
-      type(convergence_type), intent(inout) :: convergence  !< asked and reached
+      type(convergence_type), intent(inout) :: convergence  !< requested and reached convergence
 
       call iterate_to_solution(matrix, self%diagonal, b, convergence%scale, x, accuracy, &
          convergence%reduction, most_iterations, self%work, self%iterations, &

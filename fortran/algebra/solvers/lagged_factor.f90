@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> A lagged Cholesky factor, in single precision, as preconditioner of conjugate gradients.
 !>
-!> Rank-one terms that were added or removed since are included by a low-rank update;
-!> other changes cost iterations, two or three if only the geometry changes.
+!> A low-rank update includes terms that have been added or removed since the factorisation; other
+!> changes cost iterations, two or three if only the geometry changes.
 module dda_lagged_factor
    use dda_kinds, only: sp, wp
    use dda_block_matrix, only: block_matrix_type
@@ -15,14 +15,14 @@ module dda_lagged_factor
    private
    public :: lagged_factor_type, analyse_lagged, refactorise
 
-   real(sp), parameter :: shift = 16*epsilon(1.0_sp)  !< shift of the diagonal over its rounding
+   real(sp), parameter :: shift = 16*epsilon(1.0_sp)  !< diagonal shift, in rounding errors
 
    !> The factor and its age.
    type, extends(preconditioner_type) :: lagged_factor_type
       type(factor_type) :: factor
-      type(low_rank_type) :: low                 !< update for the terms changed since factorising
+      type(low_rank_type) :: low                 !< update for the changed terms
       logical :: factorised = .false.            !< a factor exists for this pattern
-      integer :: extra_iterations = 0            !< extra iterations, compared with a new factor
+      integer :: extra_iterations = 0            !< additional iterations over those of a new factor
    contains
       procedure :: apply
    end type lagged_factor_type
@@ -31,7 +31,7 @@ contains
 
    !> Set a new pattern.
    subroutine analyse_lagged(lagged, matrix)
-      type(lagged_factor_type), intent(inout) :: lagged  !< without a factor
+      type(lagged_factor_type), intent(inout) :: lagged  !< on return without a factor
       type(block_matrix_type), intent(in) :: matrix  !< matrix; only its pattern is read
 
       call analyse(lagged%factor, matrix)
@@ -39,12 +39,11 @@ contains
       lagged%factorised = .false.
    end subroutine analyse_lagged
 
-   !> Factorise the present matrix, or the matrix with a larger diagonal, as preconditioner.
-   !> Conjugate gradients correct the difference.
+   !> Factorise the present matrix as preconditioner, with a larger diagonal if `shifted`.
    subroutine refactorise(lagged, matrix, error, shifted)
       type(lagged_factor_type), intent(inout) :: lagged  !< gets a new factor
       type(block_matrix_type), intent(in) :: matrix  !< K̂
-      !> memory error, or a pivot that is lost in single precision
+      !> memory error, or a pivot that is not positive in single precision
       type(error_type), allocatable, intent(out) :: error
       logical, intent(in) :: shifted  !< factorise with a larger diagonal
 
@@ -60,7 +59,7 @@ contains
    !> Compute z = P⁻¹ r.
    subroutine apply(self, n, r, z)
       class(lagged_factor_type), intent(inout) :: self  !< the solver
-      integer, intent(in) :: n           !< block rows
+      integer, intent(in) :: n           !< number of block rows
       real(wp), intent(in) :: r(6, n)  !< residual
       real(wp), intent(out) :: z(6, n)  !< preconditioned residual
 

@@ -2,7 +2,7 @@
 !> `lagged`: conjugate gradients with a lagged factor as preconditioner.
 !>
 !> The factor is retained while a low-rank update can include the changed terms, and until the
-!> extra iterations since its computation have cost as much as a new factor.
+!> additional iterations have cost as much as a new factor.
 module dda_lagged_solver
    use dda_kinds, only: wp
    use dda_abstract_solver, only: linear_solver_type, convergence_type, accuracy
@@ -22,9 +22,9 @@ module dda_lagged_solver
 
    integer, parameter :: most_iterations = 60
    integer, parameter :: usual_iterations = 4  !< iterations with a new factor
-   integer, parameter :: worth_a_factor = 8    !< extra iterations that cost as much as a new factor
+   integer, parameter :: worth_a_factor = 8    !< additional iterations at the cost of a new factor
 
-   !> A factor of an earlier matrix.
+   !> A factor of this or an earlier matrix.
    type, extends(linear_solver_type) :: lagged_solver_type
       type(lagged_factor_type) :: lagged
    contains
@@ -38,7 +38,7 @@ module dda_lagged_solver
 
 contains
 
-   !> Plan the factor for a pattern.
+   !> Analyse the pattern for the factor.
    subroutine analyse(self, matrix)
       class(lagged_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< matrix; only its pattern is read
@@ -63,7 +63,7 @@ contains
       self%factors = 1
    end subroutine renew
 
-   !> Compute a factor with a larger diagonal after single precision has lost a pivot.
+   !> Factorise with a larger diagonal if rounding in single precision has made a pivot negative.
    subroutine renew_shifted(self, matrix, error)
       class(lagged_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< K̂
@@ -79,7 +79,7 @@ contains
       type(block_matrix_type), intent(in) :: matrix  !< K̂
       real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side, N
       real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution, m
-      type(convergence_type), intent(inout) :: convergence  !< asked and reached
+      type(convergence_type), intent(inout) :: convergence  !< requested and reached convergence
       type(error_type), allocatable :: error
       integer :: attempt
 
@@ -97,10 +97,10 @@ contains
       end do
    end subroutine solve
 
-   !> Compute x = x + P⁻¹ change, if the last solve with this matrix took one application.
+   !> Compute x = x + P⁻¹ change, if the last solve with this matrix took one application of P⁻¹.
    subroutine correct(self, n, change, x, done)
       class(lagged_solver_type), intent(inout) :: self  !< the solver
-      integer, intent(in) :: n  !< block rows
+      integer, intent(in) :: n  !< number of block rows
       real(wp), intent(in) :: change(6, n)  !< change of the right-hand side, N
       real(wp), intent(inout) :: x(6, n)  !< solution, m
       logical, intent(out) :: done  !< .false.: x is unchanged
@@ -111,11 +111,11 @@ contains
       call add_multiple(n, 1.0_wp, self%work%z, x)
    end subroutine correct
 
-   !> Save or restore the values of the factor, whose matrix no longer exists.
+   !> Save or restore the values of the factor of an earlier matrix.
    subroutine serialise_factor(self, matrix, archive)
       class(lagged_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< matrix; only its pattern is read
-      type(archive_type), intent(inout) :: archive  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
       type(error_type), allocatable :: error
       logical, allocatable :: coupled(:)
 
@@ -135,10 +135,10 @@ contains
       call serialise_changes(archive, self%lagged)
    end subroutine serialise_factor
 
-   !> Save or restore the terms changed since the factor was computed, and update the factor.
+   !> Save or restore the terms that have changed since the factorisation, and update the factor.
    subroutine serialise_changes(archive, lagged)
-      type(archive_type), intent(inout) :: archive  !< written or read
-      !> receives its terms, and the update computed from them
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
+      !> receives the terms and the update for them
       type(lagged_factor_type), intent(inout) :: lagged
       logical :: done
       integer :: i
@@ -153,7 +153,7 @@ contains
          if (.not. archive%reading .or. allocated(archive%failure)) return
       end associate
       call rebuild_low_rank(lagged%low, lagged%factor, 1, done)
-      if (.not. done) call fail_archive(archive, 'its changed terms do not fit its factor')
+      if (.not. done) call fail_archive(archive, 'the changed terms do not match the factor')
    end subroutine serialise_changes
 
 end module dda_lagged_solver

@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Solution of K̂ d = f̂ by a solver chosen by name or by rule, with the direct one as fallback.
+!> Solution of K̂ d = f̂ by a solver chosen by name or rule, with the direct solver as fallback.
 !>
 !>     call analyse(solver, matrix)                        ! the pattern has changed
 !>     call renew(solver, matrix, alone, changes, error)   ! the values have changed
 !>     call solve(solver, matrix, b, x, error)
 !>
-!> The methods are the types that extend `linear_solver_type`.  `auto` uses `direct` for small
-!> models, else `jacobi` or `lagged` by the bound on the iterations and then by their last count.
-!> The rules use counts only, never a clock, so that runs are reproducible.  Every solve ends with a
-!> checked residual; if a solver does not reach it, the direct solver repeats the solve.
+!> Types that extend `linear_solver_type` are the methods.  `auto` uses `direct` for small models,
+!> else `jacobi` or `lagged`, according to a bound on the iterations or their last number.
+!> Computing times are not used, so that runs are reproducible.  The residual of every solve is
+!> checked; if it is too large, the direct solver repeats the solve.
 module dda_linear_solver
    use dda_interrupts, only: fail_within_step, stop_within_step
    use dda_kinds, only: wp, long
@@ -28,45 +28,45 @@ module dda_linear_solver
    public :: solver_type, choose_solver, analyse, set_method, renew, weigh_loads, &
       record_rigid_terms, solve, solve_change, solve_kept, work_done, solver_names, is_solver_name
 
-   integer, parameter :: small = 60               !< blocks up to which `auto` is `direct`
+   integer, parameter :: small = 60               !< most blocks for which `auto` is `direct`
    !> largest number of Jacobi iterations that cost no more than a solve with a lagged factor
    integer, parameter :: few = 30
    real(wp), parameter :: acceptable = 1.0e-9_wp  !< ‖r‖/scale above which a solve has failed
-   real(wp), parameter :: rounding = 1.0e-14_wp   !< ‖r‖/‖b‖ that no solve can reach
-   !> condition number at which rounding in single precision may lose a pivot; in double precision
-   !> six digits remain
+   real(wp), parameter :: rounding = 1.0e-14_wp   !< attainable ‖r‖/‖b‖
+   !> condition number above which rounding in single precision may make a pivot negative; in double
+   !> precision six digits remain
    real(wp), parameter :: well_conditioned = 1.0e10_wp
-   !> factors with a larger diagonal for one pattern: a loose solve with one omits soft modes, which
-   !> is acceptable in a few steps, but not in a whole stage
+   !> most factors with a larger diagonal for one pattern: loose solves with such a factor omit soft
+   !> modes, which is acceptable in a few steps, but not in a whole stage
    integer, parameter :: most_shifted = 2
-   !> largest ‖r‖/‖|K| |x|‖ after a solve: x is exact for a matrix that differs by rounding
+   !> largest ‖r‖/‖|K| |x|‖ after a solve: x is then exact for a matrix within rounding errors of K
    real(wp), parameter :: rounding_of_product = 4*epsilon(1.0_wp)
 
    !> The active solver and counts of its work.
    type :: solver_type
       ! unsaved, the input: name
       ! unsaved, recomputed in each step: loads
-      character(len=6) :: name = 'auto'           !< as chosen
-      character(len=6) :: method = ''             !< present method; 'auto' before the first values
+      character(len=6) :: name = 'auto'           !< name in the input
+      character(len=6) :: method = ''  !< method in use; 'auto' until the first values are set
       class(linear_solver_type), allocatable :: active
-      real(wp) :: loads = 0.0_wp                  !< smallest scale that residuals are compared with
-      logical :: rigid = .false.                  !< b contains terms that only make blocks rigid
+      real(wp) :: loads = 0.0_wp                  !< least reference value of residuals
+      logical :: rigid = .false.                  !< b has terms that only make blocks rigid
       integer :: last_iterations = 0              !< iterations of the last solve
       integer :: shifted = 0  !< number of factors with a larger diagonal, for this pattern
       logical :: exact = .true.                   !< the last solve had full accuracy
-      integer(long) :: solves = 0                 !< systems solved
-      integer(long) :: factors = 0                !< factors made
-      integer(long) :: iterations = 0             !< of all solves
-      integer(long) :: handed_over = 0            !< solves repeated by the direct solver
+      integer(long) :: solves = 0                 !< number of solved systems
+      integer(long) :: factors = 0                !< number of factors
+      integer(long) :: iterations = 0             !< iterations of all solves
+      integer(long) :: handed_over = 0            !< solves that the direct solver repeated
    end type solver_type
 
 contains
 
    !> Choose a solver by name.
    subroutine choose_solver(solver, name, error)
-      type(solver_type), intent(out) :: solver  !< solver; has no pattern yet
-      character(len=*), intent(in) :: name  !< in `solver_names`
-      type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
+      type(solver_type), intent(out) :: solver  !< solver without a pattern
+      character(len=*), intent(in) :: name  !< name in the input
+      type(error_type), allocatable, intent(out) :: error  !< the name is unknown
       integer :: i
       character(len=:), allocatable :: known
 
@@ -79,7 +79,7 @@ contains
       call fail(error, error_input, 'unknown solver '//quoted(name)//'; use one of:'//known)
    end subroutine choose_solver
 
-   !> Prepare for a pattern; needed again only when the pattern changes.
+   !> Analyse the pattern of a matrix; must be repeated only when the pattern changes.
    subroutine analyse(solver, matrix)
       type(solver_type), intent(inout) :: solver  !< solver and counts
       type(block_matrix_type), intent(in) :: matrix  !< matrix; its values are not read
@@ -110,7 +110,7 @@ contains
    subroutine renew(solver, matrix, alone, changes, error)
       type(solver_type), intent(inout) :: solver  !< solver and counts
       type(block_matrix_type), intent(in) :: matrix  !< K̂
-      !> terms of each diagonal block that couple no other block, for the bound `most_iterations`
+      !> part of each diagonal block from terms of that block alone, for the bound `most_iterations`
       real(wp), intent(in) :: alone(compact_size, matrix%n)
       type(rank_one_type), intent(in) :: changes  !< changes of the values since the last call
       type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
@@ -130,11 +130,11 @@ contains
       if (allocated(error)) call use_direct_solver(solver, matrix, error)
    end subroutine renew
 
-   !> Choose Jacobi or lagged: first by the guaranteed bound, then by the count of the last solve.
+   !> Choose `jacobi` or `lagged`: first by the guaranteed bound, later by the last iteration count.
    subroutine choose_jacobi_or_lagged(solver, matrix, alone)
       type(solver_type), intent(inout) :: solver  !< solver and counts
       type(block_matrix_type), intent(in) :: matrix  !< K̂
-      real(wp), intent(in) :: alone(compact_size, matrix%n)  !< as in `renew`
+      real(wp), intent(in) :: alone(compact_size, matrix%n)  !< see `renew`
       character(len=6) :: method
 
       method = solver%method
@@ -167,24 +167,25 @@ contains
       solver%active%factors = 0
    end subroutine count_factors
 
-   !> Set the loads that the next right-hand sides balance; residuals below their round-off suffice.
+   !> Set the loads of the next right-hand sides; residuals may be as large as their rounding
+   !> errors.
    subroutine weigh_loads(solver, load)
       type(solver_type), intent(inout) :: solver  !< solver and counts
-      real(wp), intent(in) :: load(:,:)  !< [6,n]
+      real(wp), intent(in) :: load(:,:)  !< [6,n] loads, N
 
       solver%loads = sqrt(inner_product(size(load, 2), load, load))
       solver%rigid = .false.
    end subroutine weigh_loads
 
-   !> Record terms in the matrix and b that make blocks rigid.
-   !> They far exceed the forces, so a residual relative to b would not resolve the forces.
+   !> Record that the matrix and b contain terms that make blocks rigid.
+   !> These far exceed the forces, so a residual relative to b would not resolve the forces.
    pure subroutine record_rigid_terms(solver)
       type(solver_type), intent(inout) :: solver  !< solver and counts
 
       solver%rigid = .true.
    end subroutine record_rigid_terms
 
-   !> Solve K x = b from the given x; iterations may stop at a fraction of the first residual.
+   !> Solve K x = b from the given x, to full accuracy or to a fraction of the first residual.
    subroutine solve(solver, matrix, b, x, error, reduction)
       type(solver_type), intent(inout) :: solver  !< solver and counts
       type(block_matrix_type), intent(in) :: matrix  !< matrix of the last call of `renew`
@@ -240,12 +241,13 @@ contains
    end subroutine solve_kept
 
    !> Update x after a change of b that is small or needs little accuracy.
-   !> One preconditioner application, if the last solve with this matrix needed one; else a solve.
+   !> This takes one preconditioner application if the last solve with this matrix did, else a
+   !> solve.
    subroutine solve_change(solver, matrix, b, change, x, error, reduction)
       type(solver_type), intent(inout) :: solver  !< solver and counts
       type(block_matrix_type), intent(in) :: matrix  !< matrix of the last `renew` and solve
       real(wp), intent(in) :: b(6, matrix%n)  !< changed right-hand side, N
-      real(wp), intent(in) :: change(6, matrix%n)  !< change from the one before, N
+      real(wp), intent(in) :: change(6, matrix%n)  !< change of the right-hand side, N
       real(wp), intent(inout) :: x(6, matrix%n)  !< last solution; on return the new solution, m
       type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
       real(wp), intent(in) :: reduction  !< sufficient fraction of the first residual
@@ -261,18 +263,18 @@ contains
       solver%exact = .false.
    end subroutine solve_change
 
-   !> Norm that residuals are compared with: of b, or of the loads if they nearly cancel in b.
-   !> For a b with rigid terms, only its rounding counts.
+   !> Reference value of residuals: the norm of b, or of the loads if they nearly cancel in b.
+   !> For rigid terms, it is the rounding error of b.
    real(wp) function residual_scale(solver, b) result(scale)
       type(solver_type), intent(in) :: solver  !< solver and counts
-      real(wp), intent(in) :: b(:,:)  !< [6,n]
+      real(wp), intent(in) :: b(:,:)  !< [6,n] right-hand side, N
 
       scale = sqrt(inner_product(size(b, 2), b, b))
       if (solver%rigid) scale = rounding/accuracy*scale
       if (scale < solver%loads) scale = solver%loads  ! NaN remains NaN
    end function residual_scale
 
-   !> Text on the solves, factors and iterations so far.
+   !> Text on the numbers of solves, factors and iterations so far.
    pure function work_done(solver) result(text)
       type(solver_type), intent(in) :: solver  !< solver and counts
       character(len=:), allocatable :: text

@@ -18,7 +18,7 @@ contains
 
    !> .true. if a solver of this name exists.
    pure logical function is_solver_name(name)
-      character(len=*), intent(in) :: name  !< any text
+      character(len=*), intent(in) :: name  !< text to test
 
       is_solver_name = any(solver_names == name)
    end function is_solver_name
@@ -26,7 +26,7 @@ contains
    !> Create a solver by name, without a matrix.
    subroutine make_solver(name, solver)
       character(len=*), intent(in) :: name  !< one of `solver_names`, except 'auto'
-      class(linear_solver_type), allocatable, intent(out) :: solver  !< of that method
+      class(linear_solver_type), allocatable, intent(out) :: solver  !< solver with that method
 
       select case (name)
       case ('lagged')

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> `sor`: block successive over-relaxation, the solver of the original DDA, kept for comparison.
+!> `sor`: block successive over-relaxation, the solver of the original DDA, for comparison.
 module dda_sor_solver
    use dda_kinds, only: wp
    use dda_abstract_solver, only: convergence_type, accuracy
@@ -11,13 +11,13 @@ module dda_sor_solver
    private
    public :: sor_solver_type
 
-   integer, parameter :: sweeps_between = 10    !< sweeps between two residuals
-   integer, parameter :: patience = 1000        !< sweeps after which there must be progress
-   real(wp), parameter :: progress = 0.1_wp     !< reduction of the residual; at most 11,000 sweeps
-   real(wp), parameter :: omega = 1.5_wp        !< relaxation factor of the original
-   real(wp), parameter :: diverged = 1.0e30_wp  !< a larger residual has diverged
+   integer, parameter :: sweeps_between = 10    !< sweeps between two tests of the residual
+   integer, parameter :: patience = 1000        !< sweeps in which `progress` is required
+   real(wp), parameter :: progress = 0.1_wp     !< reduction of the residual
+   real(wp), parameter :: omega = 1.5_wp        !< relaxation factor of the original DDA
+   real(wp), parameter :: diverged = 1.0e30_wp  !< least residual of divergence
 
-   !> The inverse diagonal blocks, as in `jacobi`, with another iteration.
+   !> Inverse diagonal blocks, as of `jacobi`, with another iteration.
    type, extends(jacobi_solver_type) :: sor_solver_type
    contains
       procedure :: solve
@@ -25,14 +25,14 @@ module dda_sor_solver
 
 contains
 
-   !> Sweep until ‖r‖ ≤ accuracy·‖b‖, the requested reduction, or slow convergence.
-   !> Slow: at rounding, or without convergence (such as for a matrix that is not definite).
+   !> Sweep until ‖r‖ ≤ accuracy·‖b‖, the requested reduction is reached, or convergence is slow: at
+   !> the rounding error, or without convergence (such as if the matrix is not definite).
    subroutine solve(self, matrix, b, x, convergence)
       class(sor_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< K̂
       real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side, N
       real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution, m
-      type(convergence_type), intent(inout) :: convergence  !< convergence; its scale becomes ‖b‖
+      type(convergence_type), intent(inout) :: convergence  !< convergence; scale is set to ‖b‖
       real(wp) :: size_of_b, wanted, enough
 
       self%iterations = 0
