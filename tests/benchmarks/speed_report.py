@@ -26,9 +26,9 @@ MEANING = """- *sudden*: the first ten steps after sudden gravity on a wall whos
 
 ![Cost of a step against the number of blocks](benchmarks.png)"""
 AGAINST_PLAIN = """The same step in numpy and scipy (`tests/benchmarks/plain_step.py`) uses the
-contacts that the engine has detected. It reuses its factor if no spring changes, has no line
-search, and stops after 25 open–close iterations. The last column is the difference of positions
-relative to the largest displacement (– if the numpy iteration did not converge):
+contacts that the engine has detected. This program reuses its factor if no spring changes, has no
+line search, and stops after 25 open–close iterations. The last column is the difference of
+positions relative to the largest displacement (– if the numpy iteration did not converge):
 
 """
 NOTES = """## Design choices
@@ -40,8 +40,6 @@ NOTES = """## Design choices
   entries and 39 % of the operations.
 - **Factorisation** of 6×6 blocks: 2.7 to 5.8 times as fast as the supernodal factorisation of
   CHOLMOD, for walls of 1,000 and 10,000 bricks and one thread.
-- **No SSOR**: prototypes were at most 11 % faster than block Jacobi on one thread, and slower on
-  two. For stiff models the lagged factor is several times faster than both.
 """
 GROWTH = ("wall 1000", "wall 10000", "wall 100000")
 LOOKS = {(1e-3, 1): "C0o-", (1e-3, 2): "C1s-", (1e-5, 1): "C2o--", (1e-5, 2): "C3s--"}
