@@ -4,12 +4,12 @@
 !>
 !> The half-space moves with the motion u of its outcrop, twice the incoming wave
 !> (Joyner and Chen 1975): a dashpot exerts c (Δu − T d)/Δt over a step.  Its loss is
-!> |Δu − T d|² c/Δt; the work of the half-space is that force times Δu.
+!> |Δu − T d|² c/Δt; the work of the half-space is this force times Δu.
 !>
-!> Static stages fix the edges by springs.  At the change of stage, the reactions of the
-!> springs become constant forces on the blocks, and the dashpots begin to act.  A remaining
-!> unbalanced force would move the model for ever, since only dashpots restrain it.  It is therefore
-!> added to the reactions, so that the model does not move.
+!> In static stages springs fix the edges.  At the end of these stages, the reactions of the springs
+!> become constant forces on the blocks, and the dashpots begin to act.  A remaining unbalanced
+!> force would move the model forever, because only dashpots restrain it; it is therefore added to
+!> the reactions.
 module dda_absorbing
    use dda_kinds, only: wp
    use dda_archive, only: archive_type, archive_values => serialise
@@ -29,7 +29,7 @@ module dda_absorbing
 
    !> Gauss points of all absorbing boundaries.
    type, extends(element_type) :: absorbing_type
-      type(fixed_point_type), allocatable :: point(:)  !< [points] position; support in statics
+      type(fixed_point_type), allocatable :: point(:)  !< [points] positions; supports in statics
       real(wp), allocatable :: axes(:,:,:)             !< [2,2,points] normal and edge, in columns
       real(wp), allocatable :: dashpot(:,:)  !< [2,points] dashpots along these axes, N s/m per m
       integer, allocatable :: motion(:,:)  !< [2,points] motions of the half-space; 0: none
@@ -37,8 +37,8 @@ module dda_absorbing
       integer, allocatable :: block(:)  !< [any] blocks with points, without repetition
       real(wp), allocatable :: reaction(:,:)  !< [6,any] constant force on each block, N/m …
       real(wp) :: stiffness = 0.0_wp                   !< stiffness of a static support, N/m per m
-      integer :: kind = term_boundary                  !< of its terms
-      type(fixed_points_type), allocatable :: support  !< in static stages
+      integer :: kind = term_boundary                  !< kind of the terms
+      type(fixed_points_type), allocatable :: support  !< supports in static stages
    contains
       procedure :: add_linear_terms
       procedure :: add_force
@@ -55,8 +55,8 @@ contains
 
    !> Create the Gauss points of boundaries, without reactions.
    pure function new_absorbing_boundaries(boundaries, motions, stiffness) result(self)
-      type(boundary_type), intent(in) :: boundaries(:)  !< of the model
-      type(motion_type), intent(in) :: motions(:)       !< of the model
+      type(boundary_type), intent(in) :: boundaries(:)  !< boundaries of the model
+      type(motion_type), intent(in) :: motions(:)       !< motions of the model
       real(wp), intent(in) :: stiffness  !< stiffness of a support in static stages, N/m per m
       type(absorbing_type) :: self
       integer :: n, i, g, at
@@ -87,7 +87,7 @@ contains
    !> Matrix rows of a point's displacement normal to and along the edge; zero for a removed block.
    pure function displacement_rows(self, i, blocks) result(t)
       class(absorbing_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: i                   !< point
+      integer, intent(in) :: i                   !< number of the point
       type(blocks_type), intent(in) :: blocks    !< blocks in their present state
       real(wp) :: t(2, 6)
 
@@ -101,8 +101,8 @@ contains
    !> Displacement Δu of the outcrop over a step along the normal and along the edge, m.
    pure function motion_increment(self, i, step) result(increment)
       class(absorbing_type), intent(in) :: self    !< elements of this kind
-      integer, intent(in) :: i                     !< point
-      type(step_type), intent(in) :: step          !< the present one
+      integer, intent(in) :: i                     !< number of the point
+      type(step_type), intent(in) :: step          !< the present step
       real(wp) :: increment(2)
 
       increment = self%factor(i)*(displacement_of(self%motions, self%motion(:, i), end_time(step)) &
@@ -110,11 +110,11 @@ contains
       increment = matmul(increment, self%axes(:, :, i))
    end function motion_increment
 
-   !> Add two dashpots for each point; in statics, springs.
+   !> Add two dashpots for each point, or springs in statics.
    subroutine add_linear_terms(self, blocks, step, terms)
       class(absorbing_type), intent(in) :: self        !< elements of this kind
       type(blocks_type), intent(in) :: blocks          !< blocks in their present state
-      type(step_type), intent(in) :: step              !< the present one
+      type(step_type), intent(in) :: step              !< the present step
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       type(linear_term_type) :: term
       real(wp) :: t(2, 6)
@@ -144,8 +144,8 @@ contains
    subroutine add_force(self, blocks, step, load)
       class(absorbing_type), intent(in) :: self    !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
-      type(step_type), intent(in) :: step          !< the present one
-      real(wp), intent(inout) :: load(:,:)         !< [6,blocks] N/m …
+      type(step_type), intent(in) :: step          !< the present step
+      real(wp), intent(inout) :: load(:,:)         !< [6,blocks] forces, N/m …
       real(wp) :: force(2)
       integer :: i
 
@@ -171,8 +171,8 @@ contains
    subroutine add_stored_energy(self, blocks, step, energy)
       class(absorbing_type), intent(in) :: self    !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
-      type(step_type), intent(in) :: step          !< the next one
-      type(energy_type), intent(inout) :: energy   !< J per metre of thickness
+      type(step_type), intent(in) :: step          !< the next step
+      type(energy_type), intent(inout) :: energy   !< energy budget, J per metre
 
       if (allocated(self%support)) call self%support%add_stored_energy(blocks, step, energy)
    end subroutine add_stored_energy
@@ -181,9 +181,9 @@ contains
    subroutine add_to_budget(self, blocks, step, d, energy)
       class(absorbing_type), intent(in) :: self    !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
-      type(step_type), intent(in) :: step          !< the present one
+      type(step_type), intent(in) :: step          !< the present step
       real(wp), intent(in) :: d(:,:)               !< [6,blocks] increments of the coordinates
-      type(energy_type), intent(inout) :: energy   !< J per metre of thickness
+      type(energy_type), intent(inout) :: energy   !< energy budget, J per metre
       real(wp) :: moved(2), increment(2), force(2)
       integer :: i
 
@@ -207,11 +207,11 @@ contains
       end do
    end subroutine add_to_budget
 
-   !> Freeze the boundary for statics: springs fix the points at their present positions.
+   !> Fix the points at their present positions by springs in static stages.
    subroutine freeze_for_statics(self, blocks, time)
       class(absorbing_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks       !< blocks in their present state
-      real(wp), intent(in) :: time                  !< s
+      real(wp), intent(in) :: time                  !< time, s
       type(fixed_point_type) :: held(size(self%point))
       integer :: i
 
@@ -223,7 +223,7 @@ contains
       self%support = new_fixed_points(held, self%motions, self%stiffness, time)
    end subroutine freeze_for_statics
 
-   !> Inherit the reactions of the former element, and add those of its static springs.
+   !> Inherit the reactions of the former element, and add the reactions of its static springs.
    subroutine inherit_state(self, before, blocks)
       class(absorbing_type), intent(inout) :: self  !< elements of this kind
       class(element_type), intent(in) :: before     !< former element, of the same type
@@ -244,7 +244,7 @@ contains
    !> Add the unbalanced forces of the blocks to the reactions, so that all forces sum to zero.
    subroutine balance_reactions(self, blocks, unbalanced)
       class(absorbing_type), intent(inout) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks       !< at rest
+      type(blocks_type), intent(in) :: blocks       !< blocks in static equilibrium
       real(wp), intent(in) :: unbalanced(:,:)       !< [6,blocks] sum of all forces, N/m …
       real(wp) :: total(3)
       integer :: i, b
@@ -273,7 +273,7 @@ contains
    !> Save or restore the reactions.
    subroutine serialise(self, archive)
       class(absorbing_type), intent(inout) :: self   !< elements of this kind
-      type(archive_type), intent(inout) :: archive   !< written or read
+      type(archive_type), intent(inout) :: archive   !< archive that is written or read
 
       call archive_values(archive, self%reaction)
    end subroutine serialise

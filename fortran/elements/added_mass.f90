@@ -3,8 +3,8 @@
 !>
 !> At a depth z below the level of a reservoir of depth H, the face has the mass (7/8) ρ √(Hz) per
 !> area, in the direction of its normal (Westergaard 1933; for sloping faces Clough 1982).  With
-!> s = √z the integrals over a straight face are polynomials of degree 6 in s, exact with four Gauss
-!> points.  The mass belongs to the wet points of the initial geometry.
+!> s = √z the integrals over a straight face are polynomials of degree 6 in s, for which four Gauss
+!> points are exact.  The mass belongs to the wet points of the initial geometry.
 module dda_added_mass
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, shape_matrix
@@ -27,12 +27,12 @@ module dda_added_mass
    real(wp), parameter :: weight(points) = 0.5_wp*[0.3478548451374538_wp, 0.6521451548625461_wp, &
       0.6521451548625461_wp, 0.3478548451374538_wp]
    real(wp), parameter :: westergaard = 0.875_wp  !< 7/8
-   real(wp), parameter :: standard_gravity = 9.81_wp  !< m/s²: unit weight of water over its density
+   real(wp), parameter :: standard_gravity = 9.81_wp  !< weight over mass of water, m/s²
 
    !> A mass that moves with a point of a face, in the direction of the normal of the face.
    type :: wet_point_type
       type(edge_piece_type) :: piece
-      real(wp) :: reference(2) = 0.0_wp  !< m, offset ρ
+      real(wp) :: reference(2) = 0.0_wp  !< offset ρ, m
       real(wp) :: mass = 0.0_wp          !< kg per metre of thickness
    end type wet_point_type
 
@@ -53,9 +53,9 @@ contains
    !> Create the masses of the reservoirs of a model.
    pure type(added_mass_type) function new_added_mass(loads, base_motion, motions, blocks) &
       result(self)
-      type(edge_load_type), intent(in) :: loads(:)  !< of the model
-      integer, intent(in) :: base_motion(2)         !< of the model
-      type(motion_type), intent(in) :: motions(:)   !< of the model
+      type(edge_load_type), intent(in) :: loads(:)  !< loads of the model
+      integer, intent(in) :: base_motion(2)         !< base motion of the model
+      type(motion_type), intent(in) :: motions(:)   !< motions of the model
       type(blocks_type), intent(in) :: blocks       !< blocks in their present state
       integer :: i, k
 
@@ -73,8 +73,8 @@ contains
 
    !> Masses on part k of a load.
    pure function added_masses(load, k, blocks) result(point)
-      type(edge_load_type), intent(in) :: load  !< of a reservoir
-      integer, intent(in) :: k                  !< piece
+      type(edge_load_type), intent(in) :: load  !< load of a reservoir
+      integer, intent(in) :: k                  !< number of the part
       type(blocks_type), intent(in) :: blocks   !< blocks in their present state
       type(wet_point_type), allocatable :: point(:)
       real(wp) :: depth(2), root(2), s, area
@@ -96,7 +96,7 @@ contains
 
    !> Row nᵀT of a point.
    pure function normal_row(point, blocks) result(row)
-      type(wet_point_type), intent(in) :: point  !< of a face
+      type(wet_point_type), intent(in) :: point  !< point of a face
       type(blocks_type), intent(in) :: blocks    !< blocks in their present state
       real(wp) :: row(6)
 
@@ -108,7 +108,7 @@ contains
    subroutine add_linear_terms(self, blocks, step, terms)
       class(added_mass_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(step_type), intent(in) :: step  !< the present one
+      type(step_type), intent(in) :: step  !< the present step
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       type(linear_term_type) :: term
       integer :: i
@@ -128,8 +128,8 @@ contains
    subroutine add_force(self, blocks, step, load)
       class(added_mass_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(step_type), intent(in) :: step  !< the present one
-      real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
+      type(step_type), intent(in) :: step  !< the present step
+      real(wp), intent(inout) :: load(:,:)  !< [6,blocks] forces, N/m …
       real(wp) :: row(6), force(2)
       integer :: i
 
@@ -147,8 +147,8 @@ contains
    subroutine add_stored_energy(self, blocks, step, energy)
       class(added_mass_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(step_type), intent(in) :: step  !< the next one
-      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
+      type(step_type), intent(in) :: step  !< the next step
+      type(energy_type), intent(inout) :: energy  !< energy budget, J per metre
       integer :: i
 
       do i = 1, size(self%point)
@@ -159,14 +159,14 @@ contains
       end do
    end subroutine add_stored_energy
 
-   !> Add kinetic energy at the end of the step, loss by the scheme and work of the base.
-   !> The loss is (χ − ½) m Δv²; the work is that of the inertia in the frame of the base.
+   !> Add the kinetic energy at the end of the step, the loss (χ − ½) m Δv² by the scheme, and the
+   !> work of the inertia in the frame of the base.
    subroutine add_to_budget(self, blocks, step, d, energy)
       class(added_mass_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(step_type), intent(in) :: step  !< the present one
+      type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
-      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
+      type(energy_type), intent(inout) :: energy  !< energy budget, J per metre
       real(wp) :: row(6), force(2), moved, before, after
       integer :: i
 
@@ -185,11 +185,11 @@ contains
       end do
    end subroutine add_to_budget
 
-   !> Freeze the base motion: the base does not move in statics.
+   !> Stop the base motion in static stages.
    subroutine freeze_for_statics(self, blocks, time)
       class(added_mass_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      real(wp), intent(in) :: time  !< s
+      real(wp), intent(in) :: time  !< time, s
 
       self%base_motion = 0
    end subroutine freeze_for_statics

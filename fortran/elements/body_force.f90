@@ -1,6 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Body force per unit mass: gravity, and the acceleration of the base in the frame of the base,
-!> taken at t₀ + θΔt.
+!> Body force per unit mass at t₀ + θΔt: gravity, and in the frame of the base its acceleration.
 module dda_body_force
    use dda_kinds, only: wp
    use dda_baseline, only: step_acceleration
@@ -26,11 +25,11 @@ module dda_body_force
 
 contains
 
-   !> Base acceleration, m/s²; zero if base motions are frozen.
+   !> Base acceleration, m/s²; zero in static stages.
    pure function base_force(base_motion, motions, step) result(force)
       integer, intent(in) :: base_motion(2)       !< motions of the base in x and y; 0: none
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      type(step_type), intent(in) :: step  !< the present one
+      type(motion_type), intent(in) :: motions(:)  !< prescribed motions
+      type(step_type), intent(in) :: step  !< the present step
       real(wp) :: force(2)
       integer :: axis
 
@@ -46,8 +45,8 @@ contains
    subroutine add_force(self, blocks, step, load)
       class(body_force_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(step_type), intent(in) :: step  !< the present one
-      real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
+      type(step_type), intent(in) :: step  !< the present step
+      real(wp), intent(inout) :: load(:,:)  !< [6,blocks] forces, N/m …
       real(wp) :: force(2)
       integer :: b
 
@@ -61,9 +60,9 @@ contains
    subroutine add_to_budget(self, blocks, step, d, energy)
       class(body_force_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(step_type), intent(in) :: step  !< the present one
+      type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
-      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
+      type(energy_type), intent(inout) :: energy  !< energy budget, J per metre
       real(wp) :: part(2, most_pieces), moved(2)
       integer :: p
 
@@ -81,11 +80,11 @@ contains
          base_force(self%base_motion, self%motions, step), moved))
    end subroutine add_to_budget
 
-   !> Freeze base motions: only gravity acts.
+   !> Stop base motions in static stages, so that only gravity acts.
    subroutine freeze_for_statics(self, blocks, time)
       class(body_force_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      real(wp), intent(in) :: time  !< s
+      real(wp), intent(in) :: time  !< time, s
 
       self%base_motion = 0
    end subroutine freeze_for_statics
@@ -94,7 +93,7 @@ contains
    pure function sum_mass_increments(blocks, d, first, last) result(moved)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
-      integer, intent(in) :: first, last  !< of the range
+      integer, intent(in) :: first, last  !< first and last index
       real(wp) :: moved(2)
       integer :: b
 

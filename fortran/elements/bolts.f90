@@ -2,15 +2,15 @@
 !> Bolts: springs between material points of blocks, elastic–perfectly plastic, until they break.
 !>
 !> Along the axis the force is F = k (s − s_p), with the stretch s at the end of the step and the
-!> stretch s_p at which the bolt is free of force; the stretch of a cable is the length of all its
-!> legs, with one force throughout.  A bolt without compression is slack below s_p.  Beyond the
-!> yield force s_p increases, which dissipates F Δs_p.  In a step a component is assumed elastic,
-!> yielding or slack; if the converged step contradicts this, it is solved again (`revise_states`).
+!> stretch s_p at zero force.  The stretch of a cable is the length of all its legs, which have the
+!> same force.  A bolt without compression is slack below s_p.  Beyond the yield force s_p
+!> increases, which dissipates F Δs_p.  A step assumes each component elastic, yielding or slack,
+!> and is solved again if the solution contradicts this (`revise_states`).
 !> The energy of an elastic bolt is ½ k (s − s_p)²; its numerical loss is defined in `dda_energy`.
 !>
-!> The tension N of the last step stiffens a bolt across its legs as well, by N ∂²s/∂q² of the
-!> legs that turn (N/L) and of the lever arms (N times the arm along the leg, if
-!> positive).  Without it a block that hangs from a bolt would gain energy as it swings.
+!> The tension N of the last step also stiffens a bolt across its legs by N ∂²s/∂q²: N/L of legs
+!> that turn, and N times the lever arm along the leg, if positive.  Without this stiffness a block
+!> that hangs from a bolt would gain energy while it swings.
 module dda_bolts
    use dda_kinds, only: wp
    use dda_archive, only: archive_type, archive_values => serialise
@@ -27,7 +27,7 @@ module dda_bolts
    public :: bolts_type, new_bolts, bolt_columns
 
    integer, parameter :: absent = 0, elastic = 1, yielding = 2, slack = 3, broken = 4
-   integer, parameter :: bolt_columns = columns_of(in_bolts)  !< numbers of a bolt in the output
+   integer, parameter :: bolt_columns = columns_of(in_bolts)  !< values of a bolt in the output
 
    !> All bolts of a model and their state.
    type, extends(element_type) :: bolts_type
@@ -81,7 +81,7 @@ contains
    !> Vector from point k of bolt i to the next one, m.
    pure function leg_vector(self, i, k, blocks) result(leg)
       class(bolts_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: i, k  !< number, from 1; leg
+      integer, intent(in) :: i, k  !< number of the element; leg
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp) :: leg(2)
 
@@ -94,7 +94,7 @@ contains
    !> Unit vector of a component in leg k.
    pure function unit_direction(self, i, c, k, blocks) result(direction)
       class(bolts_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: i, c, k  !< number, from 1; component; leg
+      integer, intent(in) :: i, c, k  !< number of the element; component; leg
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp) :: direction(2)
 
@@ -112,7 +112,7 @@ contains
    !> Stretch of a component in the present geometry, m.
    pure real(wp) function present_stretch(self, i, c, blocks) result(stretch)
       class(bolts_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: i, c  !< number, from 1; component
+      integer, intent(in) :: i, c  !< number of the element; component
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       integer :: k
 
@@ -127,7 +127,7 @@ contains
    !> A grouted bolt turns with its first block, so that both forces act at one point.
    pure subroutine find_stretch_gradient(self, i, c, blocks, row)
       class(bolts_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: i, c  !< number, from 1; component
+      integer, intent(in) :: i, c  !< number of the element; component
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(out) :: row(6, most_points)  !< rows for the points of the bolt
       real(wp) :: direction(2), leg(2)
@@ -147,10 +147,10 @@ contains
       end associate
    end subroutine find_stretch_gradient
 
-   !> Number of points of bolt i: its ends, and the points between them.
+   !> Number of points of bolt i, including its ends.
    pure integer function point_count(self, i)
       class(bolts_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: i  !< number, from 1
+      integer, intent(in) :: i  !< number of the element
 
       point_count = size(self%bolt(i)%block)
    end function point_count
@@ -158,7 +158,7 @@ contains
    !> Number of force components of bolt i.
    pure integer function component_count(self, i)
       class(bolts_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: i  !< number, from 1
+      integer, intent(in) :: i  !< number of the element
 
       component_count = merge(across, axial, self%bolt(i)%grouted)
    end function component_count
@@ -166,7 +166,7 @@ contains
    !> Force of a component in an assumed mode at a stretch, N/m.
    pure real(wp) function component_force(self, i, c, stretch) result(force)
       class(bolts_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: i, c  !< number, from 1; component
+      integer, intent(in) :: i, c  !< number of the element; component
       real(wp), intent(in) :: stretch  !< m
 
       force = 0.0_wp
@@ -179,7 +179,7 @@ contains
    !> Mode of a component at a stretch.
    pure integer function component_mode(self, i, c, stretch) result(mode)
       class(bolts_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: i, c  !< number, from 1; component
+      integer, intent(in) :: i, c  !< number of the element; component
       real(wp), intent(in) :: stretch  !< m
       real(wp) :: trial
 
@@ -195,17 +195,17 @@ contains
    !> .true. if bolt i acts.
    elemental logical function is_active(self, i)
       class(bolts_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: i  !< number, from 1
+      integer, intent(in) :: i  !< number of the element
 
       is_active = self%mode(axial, i) /= absent .and. self%mode(axial, i) /= broken
    end function is_active
 
    !> Append a spring for each elastic component.
-   !> Others retain their position in the list, without stiffness, so that the pattern is constant.
+   !> Other components keep their place in the list, without stiffness: the pattern is constant.
    subroutine add_linear_terms(self, blocks, step, terms)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(step_type), intent(in) :: step  !< the present one
+      type(step_type), intent(in) :: step  !< the present step
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       type(linear_term_type) :: term
       real(wp) :: row(6, most_points)
@@ -226,19 +226,19 @@ contains
       end do
    end subroutine add_linear_terms
 
-   !> Append springs across bolt i due to its tension: one per leg and per point.
+   !> Number of springs across bolt i due to its tension: one per leg and per point, if it is tense.
    pure integer function curvatures(self, i)
       class(bolts_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: i  !< number, from 1
+      integer, intent(in) :: i  !< number of the element
 
       curvatures = merge(0, 2*point_count(self, i) - 1, self%bolt(i)%grouted)
    end function curvatures
 
-   !> Spring across a bolt: of points 1 … n, then of legs 1 … n − 1.
-   !> The spring of a point acts only on the rotation of its block, and does not support it.
+   !> Spring j across bolt i: j = 1 … n for its points, then for its n − 1 legs.
+   !> The spring of a point acts only on the rotation of its block, and is no support.
    pure type(linear_term_type) function curvature_term(self, i, j, blocks) result(term)
       class(bolts_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: i, j  !< number, from 1; point, or points and leg
+      integer, intent(in) :: i, j  !< number of the element; spring
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp) :: row(6, 2), direction(2), tension
       integer :: a, b, n
@@ -267,7 +267,7 @@ contains
    !> Offset of point k of bolt i along the resultant of the unit forces of its legs, m.
    pure real(wp) function curvature_arm(self, i, k, blocks) result(arm)
       class(bolts_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: i, k  !< number, from 1; point
+      integer, intent(in) :: i, k  !< number of the element; point
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp) :: pull(2)
 
@@ -281,7 +281,7 @@ contains
    !> Energy of the springs across a bolt in the increment d, J per metre of thickness.
    pure real(wp) function curvature_energy(self, i, blocks, d) result(energy)
       class(bolts_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: i  !< number, from 1
+      integer, intent(in) :: i  !< number of the element
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       type(linear_term_type) :: term
@@ -294,10 +294,10 @@ contains
       end do
    end function curvature_energy
 
-   !> A term of bolt i without stiffness.
+   !> Return a term of bolt i without stiffness.
    pure type(linear_term_type) function empty_term(self, i, blocks) result(term)
       class(bolts_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: i  !< number, from 1
+      integer, intent(in) :: i  !< number of the element
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
 
       term%kind = term_bolt
@@ -310,8 +310,8 @@ contains
    subroutine add_force(self, blocks, step, load)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(step_type), intent(in) :: step  !< the present one
-      real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
+      type(step_type), intent(in) :: step  !< the present step
+      real(wp), intent(inout) :: load(:,:)  !< [6,blocks] forces, N/m …
       real(wp) :: row(6, most_points), force
       integer :: i, c, k
 
@@ -333,8 +333,8 @@ contains
    subroutine add_stored_energy(self, blocks, step, energy)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(step_type), intent(in) :: step  !< the present one
-      type(energy_type), intent(inout) :: energy  !< energy, J per metre of thickness
+      type(step_type), intent(in) :: step  !< the present step
+      type(energy_type), intent(inout) :: energy  !< energy budget, J per metre
       integer :: i, c
 
       do i = 1, size(self%bolt)
@@ -349,7 +349,7 @@ contains
    !> Energy of the spring of a component at a stretch, J per metre of thickness.
    pure real(wp) function component_energy(self, i, c, stretch) result(stored)
       class(bolts_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: i, c  !< number, from 1; component
+      integer, intent(in) :: i, c  !< number of the element; component
       real(wp), intent(in) :: stretch  !< m
       real(wp) :: elongation
 
@@ -362,9 +362,9 @@ contains
    subroutine add_to_budget(self, blocks, step, d, energy)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(step_type), intent(in) :: step  !< the present one
+      type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
-      type(energy_type), intent(inout) :: energy  !< energy, J per metre of thickness
+      type(energy_type), intent(inout) :: energy  !< energy budget, J per metre
       real(wp) :: before, after, start, force, flow, curvature
       integer :: i, c, kept
 
@@ -391,7 +391,7 @@ contains
    !> Plastic stretch of a component in the step, m.
    pure real(wp) function plastic_increment(self, i, c) result(flow)
       class(bolts_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: i, c  !< number, from 1; component
+      integer, intent(in) :: i, c  !< number of the element; component
 
       flow = 0.0_wp
       if (self%mode(c, i) == yielding) flow = self%stretch(c, i) - self%free(c, i) &
@@ -401,7 +401,7 @@ contains
    !> .true. if the converged step stretches bolt i beyond its rupture.
    pure logical function is_ruptured(self, i)
       class(bolts_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: i  !< number, from 1
+      integer, intent(in) :: i  !< number of the element
 
       is_ruptured = self%stretch(axial, i) - self%first(axial, &
          i) > self%bolt(i)%rupture(axial) .or. abs(self%stretch(across, i) - self%first(across, &
@@ -412,7 +412,7 @@ contains
    subroutine revise_states(self, blocks, step, d, changed)
       class(bolts_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
-      type(step_type), intent(in) :: step           !< the present one
+      type(step_type), intent(in) :: step           !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer, intent(inout) :: changed  !< number of components with another mode
       real(wp) :: row(6, most_points)
@@ -434,11 +434,11 @@ contains
       end do
    end subroutine revise_states
 
-   !> Accept the step: update the plastic stretch after yielding; broken bolts no longer act.
+   !> Accept the step: update plastic stretches, and deactivate broken bolts.
    subroutine accept_step(self, blocks, step, d)
       class(bolts_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
-      type(step_type), intent(in) :: step  !< the present one
+      type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer :: i, c
 
@@ -454,7 +454,7 @@ contains
       end do
    end subroutine accept_step
 
-   !> Inherit the state of the former bolts, except of removed ones.
+   !> Inherit the states of former bolts, except of removed bolts.
    subroutine inherit_state(self, before, blocks)
       class(bolts_type), intent(inout) :: self  !< elements of this kind
       class(element_type), intent(in) :: before  !< former element, of the same type
@@ -481,7 +481,7 @@ contains
    !> Save or restore modes, stretches and forces.
    subroutine serialise(self, archive)
       class(bolts_type), intent(inout) :: self  !< elements of this kind
-      type(archive_type), intent(inout) :: archive  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
       real(wp) :: flags(3, size(self%bolt))
 
       flags(:2, :) = self%mode

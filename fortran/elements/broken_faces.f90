@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Welded faces that break: forces and tractions on intact faces, start of the joints that replace
-!> broken ones, and their damage, opening and slip.
+!> Welded faces that break: forces and tractions on intact faces; start of the joints that replace
+!> broken faces; damage, opening and slip of these joints.
 module dda_broken_faces
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -22,8 +22,8 @@ contains
 
    !> Forces on the deformations of whole face i in the present state.
    pure function face_force(elements, i, blocks) result(force)
-      type(elements_type), intent(in) :: elements  !< of the model
-      integer, intent(in) :: i                     !< face
+      type(elements_type), intent(in) :: elements  !< elements of the model
+      integer, intent(in) :: i                     !< number of the face
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       real(wp) :: force(n_deformations)
       integer :: k
@@ -39,10 +39,10 @@ contains
       end do
    end function face_force
 
-   !> Contribution of the points of whole face i to the forces on its deformations at present.
+   !> Forces of the points of whole face i on its deformations in the present state.
    pure function force_of_points(points, i, blocks) result(force)
       class(material_points_type), intent(in) :: points  !< elements of this kind
-      integer, intent(in) :: i                           !< face
+      integer, intent(in) :: i                           !< number of the face
       type(blocks_type), intent(in) :: blocks            !< blocks in their present state
       real(wp) :: force(n_deformations)
       integer :: p, group, k, faces
@@ -58,13 +58,14 @@ contains
       end do
    end function force_of_points
 
-   !> Tractions at the points of whole face i for such forces, relative to their strength.
+   !> Tractions at the points of whole face i due to forces, and their largest ratio to the
+   !> strength.
    pure subroutine face_strength(elements, i, force, traction, ratio)
-      type(elements_type), intent(in) :: elements         !< of the model
+      type(elements_type), intent(in) :: elements         !< elements of the model
       integer, intent(in) :: i                            !< face that can break
-      real(wp), intent(in) :: force(n_deformations)       !< of `face_force`
+      real(wp), intent(in) :: force(n_deformations)       !< forces from `face_force`
       real(wp), intent(out) :: traction(2, crack_points)  !< tension and shear, Pa
-      real(wp), intent(out) :: ratio                      !< the largest; 1: damage begins
+      real(wp), intent(out) :: ratio                      !< largest ratio; damage begins at 1
       integer :: k, c, p
 
       traction = 0.0_wp
@@ -87,7 +88,7 @@ contains
 
    !> Begin the joint of face i with tractions at its points.
    subroutine begin_joint(elements, i, blocks, traction)
-      type(elements_type), intent(inout) :: elements     !< of the model
+      type(elements_type), intent(inout) :: elements     !< elements of the model
       integer, intent(in) :: i                           !< face that has just broken
       type(blocks_type), intent(in) :: blocks            !< blocks in their present state
       real(wp), intent(in) :: traction(2, crack_points)  !< tension and shear, Pa
@@ -112,10 +113,10 @@ contains
 
    !> Find the mean damage of the joint of face i, and whether its bond has failed.
    pure subroutine joint_damage(elements, i, damage, spent)
-      type(elements_type), intent(in) :: elements  !< of the model
+      type(elements_type), intent(in) :: elements  !< elements of the model
       integer, intent(in) :: i                     !< broken face
       real(wp), intent(out) :: damage              !< weighted mean damage of the points
-      logical, intent(out) :: spent                !< no bond is left
+      logical, intent(out) :: spent                !< the bond has failed at all points
       integer :: k, c, p
 
       damage = 0.0_wp
@@ -133,9 +134,9 @@ contains
       end do
    end subroutine joint_damage
 
-   !> Find opening and slip at the points of the joint of face i, m, from the state without force.
+   !> Find opening and slip, m, at the points of the joint of face i, relative to zero force.
    pure function joint_motion(elements, i, blocks) result(motion)
-      type(elements_type), intent(in) :: elements  !< of the model
+      type(elements_type), intent(in) :: elements  !< elements of the model
       integer, intent(in) :: i                     !< broken face
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       real(wp) :: motion(2, crack_points), strain(3)
@@ -154,11 +155,11 @@ contains
       end do
    end function joint_motion
 
-   !> Mean damage of the faces of each edge, weighted by length: 0 whole, 1 broken.
+   !> Mean damage of the faces of each edge, weighted by length: 0 intact, 1 broken.
    pure function edge_damage(elements, welds, edges) result(damage)
-      type(elements_type), intent(in) :: elements  !< of the model
+      type(elements_type), intent(in) :: elements  !< elements of the model
       type(weld_type), intent(in) :: welds(:)      !< all faces
-      integer, intent(in) :: edges                 !< of all blocks
+      integer, intent(in) :: edges                 !< number of edges of all blocks
       real(wp) :: damage(edges), length(edges), own
       logical :: spent
       integer :: i

@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Law of a point of a broken face: the cohesive joint that replaces it, (1 − D) bond + D contact,
-!> as in `dda_joint_bond` for contacts.
+!> Law of a point of a broken face: a cohesive joint, (1 − D) bond + D contact, as in
+!> `dda_joint_bond` for contacts.
 !>
-!> Variables are the opening g and the slip s of the face, and tractions instead of stresses.
-!> The bond acts at t₀ + θΔt, the contact at the end of the step.  Between the damages D₀ and D₁ at
-!> its ends, a step has a damage D* for which it dissipates exactly the fracture energy.  D* and the
-!> pressure that bounds friction are frozen in each solution of a step, which then minimises a
-!> convex function.
+!> The variables are the opening g and the slip s of the face, with tractions instead of stresses.
+!> The bond acts at t₀ + θΔt, the contact at the end of the step.  The damage D* that acts in a step
+!> is chosen between its initial and final values D₀ and D₁ so that the step dissipates exactly the
+!> fracture energy.  D* and the pressure that bounds friction are frozen in each solution of a step,
+!> which then minimises a convex function.
 module dda_crack_law
    use dda_kinds, only: wp
    use dda_cohesive, only: cohesive_type
@@ -17,9 +17,9 @@ module dda_crack_law
    private
    public :: crack_law_type, is_spent
 
-   integer, parameter :: damaged = 1  !< D in a state
-   integer, parameter :: slipped = 2  !< slip of the friction slider, m
-   !> smallest fraction of the stiffness in the tangent, so that both cells stay coupled
+   integer, parameter :: damaged = 1  !< index of D in a state
+   integer, parameter :: slipped = 2  !< index of the slip of the friction slider, m
+   !> least tangent over stiffness, which keeps both cells coupled
    real(wp), parameter :: floor_share = 1.0e-9_wp
 
    !> Law of a joint material.
@@ -60,7 +60,7 @@ contains
       k = [self%joint%normal_stiffness, self%joint%shear_stiffness]
    end function springs
 
-   !> Traction over the strength: 1 at the start of damage.
+   !> Return traction over strength: damage begins at 1.
    pure real(wp) function traction_ratio(self, traction) result(ratio)
       class(crack_law_type), intent(in) :: self  !< law
       real(wp), intent(in) :: traction(2)        !< tension, shear, Pa
@@ -71,12 +71,12 @@ contains
       end associate
    end function traction_ratio
 
-   !> Motion of a point in a step, with the frozen pressure.
+   !> Compute the motion of a point in a step, with the frozen pressure.
    pure type(motion_type) function point_motion(self, point, state, strain, change) result(motion)
       class(crack_law_type), intent(in) :: self     !< law
-      type(strain_point_type), intent(in) :: point  !< at its position
+      type(strain_point_type), intent(in) :: point  !< point
       real(wp), intent(in) :: state(:)              !< [any] state at the start of the step
-      real(wp), intent(in) :: strain(3), change(3)  !< g and s at the start, their change, m
+      real(wp), intent(in) :: strain(3), change(3)  !< g and s at the start; their changes, m
       real(wp) :: elastic, most
 
       motion%opening = strain(1) + [0.0_wp, change(1)]
@@ -88,22 +88,23 @@ contains
       if (.not. motion%sticks) motion%slider(2) = motion%slip(2) - sign(most, elastic)
    end function point_motion
 
-   !> D* of a point, frozen in a solution.
+   !> Return D* of a point, which is frozen in a solution.
    pure real(wp) function acting_damage(self, point, state) result(share)
       class(crack_law_type), intent(in) :: self     !< law
-      type(strain_point_type), intent(in) :: point  !< at its position
+      type(strain_point_type), intent(in) :: point  !< point
       real(wp), intent(in) :: state(:)              !< [any] state at the start of the step
 
       share = max(state(damaged), min(1.0_wp, point%bounding(2)/self%joint%strengths(1)))
    end function acting_damage
 
-   !> Frozen values: the pressure that bounds friction, and D* times the tensile strength.
+   !> Return the values to freeze: the pressure that bounds friction, and D* times the tensile
+   !> strength.
    pure function frozen_stress(self, point, state, strain, change, step) result(stress)
       class(crack_law_type), intent(in) :: self     !< law
-      type(strain_point_type), intent(in) :: point  !< at its position
+      type(strain_point_type), intent(in) :: point  !< point
       real(wp), intent(in) :: state(:)              !< [any] state at the start of the step
-      real(wp), intent(in) :: strain(3), change(3)  !< g and s at the start, their change, m
-      type(step_type), intent(in) :: step           !< the present one
+      real(wp), intent(in) :: strain(3), change(3)  !< g and s at the start; their changes, m
+      type(step_type), intent(in) :: step           !< the present step
       real(wp) :: stress(3), energy(2), after, share, surplus
       type(motion_type) :: motion
 
@@ -128,11 +129,11 @@ contains
    !> Find the traction that acts in a step, and its tangent.
    pure subroutine find_traction(self, point, state, strain, change, step, stress, tangent)
       class(crack_law_type), intent(in) :: self          !< law
-      type(strain_point_type), intent(in) :: point       !< at its position
+      type(strain_point_type), intent(in) :: point       !< point
       real(wp), intent(in) :: state(:)                   !< [any] state at the start of the step
-      real(wp), intent(in) :: strain(3), change(3)       !< g and s at the start, their change, m
-      type(step_type), intent(in) :: step                !< the present one
-      real(wp), intent(out) :: stress(3), tangent(3, 3)  !< Pa; Pa/m
+      real(wp), intent(in) :: strain(3), change(3)       !< g and s at the start; their changes, m
+      type(step_type), intent(in) :: step                !< the present step
+      real(wp), intent(out) :: stress(3), tangent(3, 3)  !< traction, Pa; tangent, Pa/m
       type(motion_type) :: motion
       real(wp) :: share, slope(2)
 
@@ -157,10 +158,10 @@ contains
    !> Find the state at the end of a step, and its losses by fracture, friction and scheme.
    pure subroutine finish_step(self, point, state, strain, change, step, loss)
       class(crack_law_type), intent(in) :: self      !< law
-      type(strain_point_type), intent(in) :: point   !< at its position
+      type(strain_point_type), intent(in) :: point   !< point
       real(wp), intent(inout) :: state(:)  !< [any] state at the start; on return at the end
-      real(wp), intent(in) :: strain(3), change(3)   !< g and s at the start, their change, m
-      type(step_type), intent(in) :: step            !< the present one
+      real(wp), intent(in) :: strain(3), change(3)   !< g and s at the start; their changes, m
+      type(step_type), intent(in) :: step            !< the present step
       real(wp), intent(out) :: loss(losses)          !< J/m²
       type(motion_type) :: motion
       real(wp) :: share, after, rise(2), stretch(2), k(2), pressed(2)
@@ -188,7 +189,7 @@ contains
    !> Energy of bond and contact, J/m².
    pure real(wp) function stored(self, point, state, strain)
       class(crack_law_type), intent(in) :: self     !< law
-      type(strain_point_type), intent(in) :: point  !< at its position
+      type(strain_point_type), intent(in) :: point  !< point
       real(wp), intent(in) :: state(:)              !< [any] state of the point
       real(wp), intent(in) :: strain(3)             !< g and s, m
       real(wp) :: k(2)

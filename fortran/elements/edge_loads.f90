@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Loads on edges at t₀ + θΔt: tractions and water pressure, by exact integrals of ∫ Tᵀ f ds.
 !>
-!> A pressure is linear between the positions where an edge crosses a level, the phreatic line, or a
-!> point of that line; the shape matrix is linear along the edge, so two Gauss points are exact.
-!> Full hydrostatic pressure around a block thus equals its buoyancy, to rounding.  Loads use ends
-!> and normals of the geometry at the start of the step.
+!> Pressure is linear between the positions at which an edge crosses a water level, the phreatic
+!> line or the abscissa of a point of this line.  Two Gauss points are exact, because the shape
+!> matrix is linear too.  Full hydrostatic pressure around a block equals its buoyancy to rounding
+!> errors.  Loads use the ends and normals at the start of the step.
 module dda_edge_loads
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, place_of, shape_matrix
@@ -19,7 +19,7 @@ module dda_edge_loads
    public :: edge_loads_type, new_edge_loads
 
    real(wp), parameter :: near = 0.5_wp - 0.5_wp/sqrt(3.0_wp)  !< first Gauss point
-   real(wp), parameter :: close = 1.0e-9_wp  !< tolerance at ends of a phreatic line, relative
+   real(wp), parameter :: close = 1.0e-9_wp  !< relative tolerance at ends of a phreatic line
 
    !> All loads on edges of a model.
    type, extends(element_type) :: edge_loads_type
@@ -45,8 +45,8 @@ contains
    subroutine add_force(self, blocks, step, load)
       class(edge_loads_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(step_type), intent(in) :: step  !< the present one
-      real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
+      type(step_type), intent(in) :: step  !< the present step
+      real(wp), intent(inout) :: load(:,:)  !< [6,blocks] forces, N/m …
       integer :: i, k
 
       do i = 1, size(self%load)
@@ -64,9 +64,9 @@ contains
    subroutine add_to_budget(self, blocks, step, d, energy)
       class(edge_loads_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(step_type), intent(in) :: step  !< the present one
+      type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
-      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
+      type(energy_type), intent(inout) :: energy  !< energy budget, J per metre
       integer :: i, k
 
       do i = 1, size(self%load)
@@ -84,17 +84,17 @@ contains
    !> Time of the loads of a step, s.
    pure real(wp) function load_instant(self, step)
       class(edge_loads_type), intent(in) :: self  !< elements of this kind
-      type(step_type), intent(in) :: step  !< the present one
+      type(step_type), intent(in) :: step  !< the present step
 
       load_instant = merge(self%time, load_time(step), self%frozen)
    end function load_instant
 
    !> Force of a load on part k, N/m …
    pure function force_on_part(load, k, blocks, time) result(force)
-      type(edge_load_type), intent(in) :: load  !< one of them
-      integer, intent(in) :: k  !< piece
+      type(edge_load_type), intent(in) :: load  !< load
+      integer, intent(in) :: k  !< number of the part
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      real(wp), intent(in) :: time  !< s
+      real(wp), intent(in) :: time  !< time, s
       real(wp) :: force(6)
       real(wp) :: ends(2, 2), values(3)
       integer :: i
@@ -127,11 +127,11 @@ contains
       end associate
    end function force_on_part
 
-   !> Add hydrostatic pressure below a phreatic line, straight between its points; none outside.
+   !> Add hydrostatic pressure below a phreatic line, which is straight between its points.
    pure subroutine add_below_line(force, load, k, blocks, ends, rise, factor)
-      real(wp), intent(inout) :: force(6)  !< N/m …
-      type(edge_load_type), intent(in) :: load  !< with its line
-      integer, intent(in) :: k  !< piece
+      real(wp), intent(inout) :: force(6)  !< force, N/m …
+      type(edge_load_type), intent(in) :: load  !< load with a phreatic line
+      integer, intent(in) :: k  !< number of the part
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: ends(2, 2)  !< ends of the part, m
       real(wp), intent(in) :: rise, factor  !< rise of the phreatic line, m; factor of the pressure
@@ -149,12 +149,12 @@ contains
                /(line(1, j + 1) - line(1, j)) + rise
             call add_wet_pressure(force, load%piece(k), blocks, ends, span, &
                load%unit_weight*(head - ends(2, 1) - span*(ends(2, 2) - ends(2, 1))), factor)
-            if (ends(1, 1) == ends(1, 2)) return  ! a vertical edge is complete
+            if (ends(1, 1) == ends(1, 2)) return  ! no slope
          end do
       end associate
    end subroutine add_below_line
 
-   !> Fractions of an edge between two abscissae; first > last if there are none.
+   !> Interval of an edge, as fractions, between two abscissae; first > last: empty.
    pure function fractions_between(x, low, high) result(span)
       real(wp), intent(in) :: x(2)       !< abscissae of the ends of the edge, m
       real(wp), intent(in) :: low, high  !< m
@@ -166,15 +166,15 @@ contains
       span = [max(0.0_wp, minval(span)), min(1.0_wp, maxval(span))]
    end function fractions_between
 
-   !> Add pressure that is linear over a part of an edge, where it is positive.
+   !> Add the positive part of a linear pressure over a part of an edge.
    pure subroutine add_wet_pressure(force, piece, blocks, ends, span, pressure, factor)
-      real(wp), intent(inout) :: force(6)  !< N/m …
-      type(edge_piece_type), intent(in) :: piece  !< of an edge
+      real(wp), intent(inout) :: force(6)  !< force, N/m …
+      type(edge_piece_type), intent(in) :: piece  !< part of an edge
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: ends(2, 2)  !< ends of the part, m
-      real(wp), intent(in) :: span(2)  !< fractions of the part at the start and end of the stretch
-      real(wp), intent(in) :: pressure(2)  !< there, Pa
-      real(wp), intent(in) :: factor  !< of the pressure
+      real(wp), intent(in) :: span(2)  !< start and end as fractions of the part
+      real(wp), intent(in) :: pressure(2)  !< pressure at start and end, Pa
+      real(wp), intent(in) :: factor  !< factor of the pressure
       real(wp) :: wet(2), dry
 
       if (maxval(pressure) <= 0.0_wp) return
@@ -189,12 +189,12 @@ contains
 
    !> Add ∫ Tᵀ (−p n + τ t) ds over a part of an edge, p linear and τ constant.
    pure subroutine add_linear_traction(force, piece, blocks, ends, span, pressure, shear)
-      real(wp), intent(inout) :: force(6)  !< N/m …
-      type(edge_piece_type), intent(in) :: piece  !< of an edge
+      real(wp), intent(inout) :: force(6)  !< force, N/m …
+      type(edge_piece_type), intent(in) :: piece  !< part of an edge
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: ends(2, 2)  !< ends of the part, m
-      real(wp), intent(in) :: span(2)  !< fractions of the part at the start and end of the stretch
-      real(wp), intent(in) :: pressure(2)  !< there, Pa
+      real(wp), intent(in) :: span(2)  !< start and end as fractions of the part
+      real(wp), intent(in) :: pressure(2)  !< pressure at start and end, Pa
       real(wp), intent(in) :: shear  !< shear in the counter-clockwise sense, Pa
       real(wp) :: along(2), at, p
       integer :: i
@@ -209,11 +209,11 @@ contains
       end do
    end subroutine add_linear_traction
 
-   !> Freeze the loads at their values at a time.
+   !> Keep the loads constant in static stages, at their values at a given time.
    subroutine freeze_for_statics(self, blocks, time)
       class(edge_loads_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      real(wp), intent(in) :: time  !< s
+      real(wp), intent(in) :: time  !< time, s
 
       self%frozen = .true.
       self%time = time

@@ -1,10 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> An element: whatever acts on blocks linearly, such as a support, a load, a body force, a dashpot
-!> or a bolt.
+!> Interface of elements, such as supports, loads, body forces, dashpots and bolts.
 !>
-!> Its terms are used by the assembly, the energy budget, the checks and the transfer function.
-!> An object contains all elements of its kind.  A new kind is one file that extends
-!> `element_type` and one line of registration in `dda_elements`; it overrides what differs.
+!> The assembly, the energy budget, the checks and the transfer function use their terms.  An object
+!> contains all elements of its kind.  A new kind needs one file that extends `element_type` and
+!> overrides the procedures that differ, and one line of registration in `dda_elements`.
 module dda_element
    use dda_kinds, only: wp
    use dda_archive, only: archive_type
@@ -19,7 +18,7 @@ module dda_element
 
    !> All elements of a kind.
    type, abstract :: element_type
-      !> motions of the model, if the elements follow any
+      !> motions of the model, if the elements need them
       type(motion_type), allocatable :: motions(:)
    contains
       procedure :: add_linear_terms => add_no_linear
@@ -43,8 +42,8 @@ module dda_element
          import :: element_type, blocks_type, step_type, wp
          class(element_type), intent(in) :: self  !< elements of this kind
          type(blocks_type), intent(in) :: blocks       !< blocks at the start of the step
-         type(step_type), intent(in) :: step  !< the present one
-         real(wp), intent(inout) :: load(:,:)          !< [6,blocks] N/m …
+         type(step_type), intent(in) :: step  !< the present step
+         real(wp), intent(inout) :: load(:,:)          !< [6,blocks] forces, N/m …
       end subroutine force_interface
 
       !> Add work, losses and stored energy of the converged increment d, before the update.
@@ -52,9 +51,9 @@ module dda_element
          import :: element_type, blocks_type, step_type, energy_type, wp
          class(element_type), intent(in) :: self  !< elements of this kind
          type(blocks_type), intent(in) :: blocks       !< blocks at the start of the step
-         type(step_type), intent(in) :: step  !< the present one
+         type(step_type), intent(in) :: step  !< the present step
          real(wp), intent(in) :: d(:,:)                !< [6,blocks] increments of the coordinates
-         type(energy_type), intent(inout) :: energy    !< J per metre of thickness
+         type(energy_type), intent(inout) :: energy    !< energy budget, J per metre
       end subroutine budget_interface
    end interface
 
@@ -64,7 +63,7 @@ contains
    subroutine add_no_linear(self, blocks, step, terms)
       class(element_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(step_type), intent(in) :: step  !< the present one
+      type(step_type), intent(in) :: step  !< the present step
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
    end subroutine add_no_linear
 
@@ -72,56 +71,56 @@ contains
    subroutine add_no_stored(self, blocks, step, energy)
       class(element_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(step_type), intent(in) :: step           !< the next one
-      type(energy_type), intent(inout) :: energy    !< J per metre of thickness
+      type(step_type), intent(in) :: step           !< the next step
+      type(energy_type), intent(inout) :: energy    !< energy budget, J per metre
    end subroutine add_no_stored
 
    !> Accept the step: update the state of the element; default: none.
    subroutine accept_nothing(self, blocks, step, d)
       class(element_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks       !< blocks at the start of the step
-      type(step_type), intent(in) :: step  !< the present one
+      type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)                !< [6,blocks] increments of the coordinates
    end subroutine accept_nothing
 
-   !> Prepare a step, or forces in equilibrium: linearise about an increment; default: linear.
+   !> Prepare a step or the forces in equilibrium: linearise at an increment; default: do nothing.
    subroutine prepare_nothing(self, blocks, step, d)
       class(element_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks       !< blocks at the start of the step
-      type(step_type), intent(in) :: step           !< the present one
+      type(step_type), intent(in) :: step           !< the present step
       real(wp), intent(in) :: d(:,:)                !< [6,blocks] increments of the coordinates
    end subroutine prepare_nothing
 
-   !> Revise assumed states after a converged solution, which is then repeated; default: none.
+   !> Revise assumed states that contradict a converged solution; default: none.
    subroutine revise_nothing(self, blocks, step, d, changed)
       class(element_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks       !< blocks at the start of the step
-      type(step_type), intent(in) :: step           !< the present one
+      type(step_type), intent(in) :: step           !< the present step
       real(wp), intent(in) :: d(:,:)                !< [6,blocks] increments of the coordinates
-      integer, intent(inout) :: changed             !< states that have changed
+      integer, intent(inout) :: changed             !< number of changed states
    end subroutine revise_nothing
 
-   !> Slope of the energy of nonlinear forces on a path between two increments, J per metre.
-   !> It is taken at a fraction of the path; default: none.
+   !> Slope of the energy of nonlinear forces, J per metre, at a fraction of the path between two
+   !> increments; default: none.
    real(wp) function no_slope(self, blocks, step, from, to, share)
       class(element_type), intent(in) :: self     !< elements of this kind
       type(blocks_type), intent(in) :: blocks     !< blocks at the start of the step
-      type(step_type), intent(in) :: step         !< the present one
+      type(step_type), intent(in) :: step         !< the present step
       real(wp), intent(in) :: from(:,:), to(:,:)  !< [6,blocks] increments of the coordinates
-      real(wp), intent(in) :: share               !< 0 … 1
+      real(wp), intent(in) :: share               !< fraction of the path, 0 … 1
 
       no_slope = 0.0_wp
    end function no_slope
 
-   !> Match initial velocities to those that a stiff element admits; default: all are admitted.
+   !> Correct initial velocities that a stiff element does not permit; default: none.
    subroutine match_nothing(self, blocks, step, velocity)
       class(element_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(step_type), intent(in) :: step           !< the next one
-      real(wp), intent(inout) :: velocity(:,:)      !< [6,blocks] per s
+      type(step_type), intent(in) :: step           !< the next step
+      real(wp), intent(inout) :: velocity(:,:)      !< [6,blocks] velocities, 1/s …
    end subroutine match_nothing
 
-   !> Freeze loads and prescribed positions from a time on; default: none depends on time.
+   !> Freeze loads and prescribed positions at their values at a time; default: none.
    subroutine freeze_nothing(self, blocks, time)
       class(element_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks       !< blocks in their present state
@@ -135,17 +134,17 @@ contains
       type(blocks_type), intent(in) :: blocks       !< blocks in their present state
    end subroutine inherit_nothing
 
-   !> Balance after statics: add the unbalanced forces to constant reactions; default: none.
+   !> Add unbalanced forces after statics to constant reactions; default: none.
    subroutine balance_nothing(self, blocks, unbalanced)
       class(element_type), intent(inout) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks       !< at rest
+      type(blocks_type), intent(in) :: blocks       !< blocks in static equilibrium
       real(wp), intent(in) :: unbalanced(:,:)       !< [6,blocks] sum of all forces, N/m …
    end subroutine balance_nothing
 
    !> Save or restore the state of the element; default: none.
    subroutine serialise_nothing(self, archive)
       class(element_type), intent(inout) :: self  !< elements of this kind
-      type(archive_type), intent(inout) :: archive  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
    end subroutine serialise_nothing
 
 end module dda_element

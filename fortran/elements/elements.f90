@@ -50,10 +50,10 @@ contains
 
    !> Create the elements that a model requires.  New kinds are registered here.
    subroutine set_elements(elements, model, blocks, time)
-      type(elements_type), intent(inout) :: elements  !< elements; their states are retained
+      type(elements_type), intent(inout) :: elements  !< elements; states are retained
       type(model_type), intent(in) :: model  !< model with the changes of the stages so far
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      real(wp), intent(in) :: time  !< time from which they act, s
+      real(wp), intent(in) :: time  !< time from which elements act, s
       type(kind_type), allocatable :: before(:)
 
       call move_alloc(elements%kind, before)
@@ -91,9 +91,9 @@ contains
       if (allocated(before)) call inherit_states(elements, before, blocks)
    end subroutine set_elements
 
-   !> Laws of faces that break, by joint; blank for joints that never replace a face.
+   !> Laws of faces that break, by joint; blank for joints that cannot replace a face.
    function crack_laws(model) result(laws)
-      type(model_type), intent(in) :: model  !< joints
+      type(model_type), intent(in) :: model  !< model with joints
       type(crack_law_type) :: laws(size(model%joints))
       type(law_slot_type) :: slot
       integer :: j
@@ -110,8 +110,8 @@ contains
 
    !> Transfer states to the elements of the same type in a new model.
    subroutine inherit_states(elements, before, blocks)
-      type(elements_type), intent(inout) :: elements  !< new ones
-      type(kind_type), intent(in) :: before(:)        !< those before
+      type(elements_type), intent(inout) :: elements  !< new elements
+      type(kind_type), intent(in) :: before(:)        !< former elements
       type(blocks_type), intent(in) :: blocks         !< blocks in their present state
       integer :: i, k
 
@@ -125,7 +125,7 @@ contains
 
    !> Append a kind of elements.
    subroutine register(elements, element)
-      type(elements_type), intent(inout) :: elements  !< of the model
+      type(elements_type), intent(inout) :: elements  !< elements of the model
       class(element_type), intent(in) :: element  !< elements of a kind
       type(kind_type), allocatable :: more(:)
       integer :: i
@@ -140,13 +140,13 @@ contains
 
    !> List all springs and dashpots in the present geometry.
    subroutine linear_terms_of(elements, blocks, step, terms)
-      type(elements_type), intent(in) :: elements  !< of the model
+      type(elements_type), intent(in) :: elements  !< elements of the model
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(step_type), intent(in) :: step  !< the present one
+      type(step_type), intent(in) :: step  !< the present step
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       integer :: i
 
-      terms%n = 0  ! retains its memory
+      terms%n = 0  ! keeps its memory
       do i = 1, size(elements%kind)
          call elements%kind(i)%element%add_linear_terms(blocks, step, terms)
       end do
@@ -154,10 +154,10 @@ contains
 
    !> Add all forces of a step at d = 0 to f̂.
    subroutine add_forces(elements, blocks, step, load)
-      type(elements_type), intent(in) :: elements  !< of the model
+      type(elements_type), intent(in) :: elements  !< elements of the model
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(step_type), intent(in) :: step  !< the present one
-      real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
+      type(step_type), intent(in) :: step  !< the present step
+      real(wp), intent(inout) :: load(:,:)  !< [6,blocks] forces, N/m …
       integer :: i
 
       do i = 1, size(elements%kind)
@@ -167,10 +167,10 @@ contains
 
    !> Sum the energy that elements store in the present state.
    subroutine update_stored(elements, blocks, step, energy)
-      type(elements_type), intent(in) :: elements  !< of the model
+      type(elements_type), intent(in) :: elements  !< elements of the model
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(step_type), intent(in) :: step         !< the next one
-      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
+      type(step_type), intent(in) :: step         !< the next step
+      type(energy_type), intent(inout) :: energy  !< energy budget, J per metre
       integer :: i
 
       energy%value([energy_support, energy_welded, energy_law, energy_water]) = 0.0_wp
@@ -181,11 +181,11 @@ contains
 
    !> Add work, losses and stored energy of the converged increment d, before the update.
    subroutine account_elements(elements, blocks, step, d, energy)
-      type(elements_type), intent(in) :: elements  !< of the model
+      type(elements_type), intent(in) :: elements  !< elements of the model
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(step_type), intent(in) :: step  !< the present one
-      real(wp), intent(in) :: d(:,:)              !< [6,blocks]
-      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
+      type(step_type), intent(in) :: step  !< the present step
+      real(wp), intent(in) :: d(:,:)              !< [6,blocks] increments of the coordinates
+      type(energy_type), intent(inout) :: energy  !< energy budget, J per metre
       integer :: i
 
       energy%value([energy_support, energy_welded, energy_law, energy_water]) = 0.0_wp
@@ -194,12 +194,12 @@ contains
       end do
    end subroutine account_elements
 
-   !> Prepare a step: linearise nonlinear terms about an increment.
+   !> Prepare a step: linearise nonlinear terms at an increment.
    subroutine prepare_elements(elements, blocks, step, d)
-      type(elements_type), intent(inout) :: elements  !< of the model
+      type(elements_type), intent(inout) :: elements  !< elements of the model
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
-      type(step_type), intent(in) :: step      !< the present one
-      real(wp), intent(in) :: d(:,:)           !< [6,blocks]
+      type(step_type), intent(in) :: step      !< the present step
+      real(wp), intent(in) :: d(:,:)           !< [6,blocks] increments of the coordinates
       integer :: i
 
       do i = 1, size(elements%kind)
@@ -207,13 +207,13 @@ contains
       end do
    end subroutine prepare_elements
 
-   !> Number of states of elements that differ from those assumed for the converged increment d.
+   !> Count and revise assumed states that contradict the converged increment d.
    subroutine revise_elements(elements, blocks, step, d, changed)
-      type(elements_type), intent(inout) :: elements  !< of the model
+      type(elements_type), intent(inout) :: elements  !< elements of the model
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
-      type(step_type), intent(in) :: step      !< the present one
-      real(wp), intent(in) :: d(:,:)           !< [6,blocks]
-      integer, intent(out) :: changed          !< states that have changed
+      type(step_type), intent(in) :: step      !< the present step
+      real(wp), intent(in) :: d(:,:)           !< [6,blocks] increments of the coordinates
+      integer, intent(out) :: changed          !< number of changed states
       integer :: i
 
       changed = 0
@@ -222,12 +222,12 @@ contains
       end do
    end subroutine revise_elements
 
-   !> Slope of the nonlinear part of the energy of a step on a path between two increments.
-   !> Unit: J per metre of thickness.
+   !> Slope of the nonlinear part of the energy of a step, J per metre of thickness, at a fraction
+   !> of the path between two increments.
    real(wp) function slope_beyond(elements, blocks, step, from, to, share) result(slope)
       type(elements_type), intent(in) :: elements  !< prepared for the step
       type(blocks_type), intent(in) :: blocks      !< blocks at the start of the step
-      type(step_type), intent(in) :: step          !< the present one
+      type(step_type), intent(in) :: step          !< the present step
       real(wp), intent(in) :: from(:,:), to(:,:)   !< [6,blocks]
       real(wp), intent(in) :: share                !< fraction of the path, 0 … 1
       integer :: i
@@ -238,9 +238,9 @@ contains
       end do
    end function slope_beyond
 
-   !> Block whose stress does not agree with the last solution; 0 if all agree.
+   !> Block with the largest unconverged stress of a material law; 0 if all have converged.
    pure integer function worst_of_points(elements) result(block)
-      type(elements_type), intent(in) :: elements  !< of the model
+      type(elements_type), intent(in) :: elements  !< elements of the model
       integer :: i
 
       block = 0
@@ -252,9 +252,9 @@ contains
       end do
    end function worst_of_points
 
-   !> .true. if bounds of materials do not agree with the stress of the step.
+   !> .true. if frozen bounds of materials have not converged in the step.
    pure logical function has_bounds_off(elements)
-      type(elements_type), intent(in) :: elements  !< of the model
+      type(elements_type), intent(in) :: elements  !< elements of the model
       integer :: i
 
       has_bounds_off = .false.
@@ -268,7 +268,7 @@ contains
 
    !> Values of the bolts in the output.
    pure function bolt_states(elements, n) result(states)
-      type(elements_type), intent(in) :: elements  !< of the model
+      type(elements_type), intent(in) :: elements  !< elements of the model
       integer, intent(in) :: n                     !< bolts of the model
       real(wp) :: states(bolt_columns, n)
       integer :: i
@@ -284,7 +284,7 @@ contains
 
    !> Values of the nodes and channels of water in the output.
    pure subroutine flow_states(elements, nodes, channels)
-      type(elements_type), intent(in) :: elements  !< of the model
+      type(elements_type), intent(in) :: elements  !< elements of the model
       real(wp), intent(out) :: nodes(:,:)     !< [`node_columns`,nodes]
       real(wp), intent(out) :: channels(:,:)  !< [`channel_columns`,channels]
       integer :: i
@@ -298,14 +298,14 @@ contains
       end do
    end subroutine flow_states
 
-   !> Forces of ties, and of welds with images, on the blocks of one face, at t₀ + θΔt.
-   !> The increment d of the step is known.
+   !> Forces of ties, and of welds with images, on the blocks of one face, at t₀ + θΔt of a step
+   !> with a known d.
    function face_forces(elements, face, blocks, step, d) result(force)
-      type(elements_type), intent(in) :: elements  !< of the model
+      type(elements_type), intent(in) :: elements  !< elements of the model
       integer, intent(in) :: face                  !< face of each tie and weld, 1 or 2
       type(blocks_type), intent(in) :: blocks      !< blocks at the start of the step
-      type(step_type), intent(in) :: step          !< the present one
-      real(wp), intent(in) :: d(:,:)               !< [6,blocks]
+      type(step_type), intent(in) :: step          !< the present step
+      real(wp), intent(in) :: d(:,:)               !< [6,blocks] increments of the coordinates
       real(wp) :: force(6, blocks%n)               !< N/m …
       integer :: i
 
@@ -322,9 +322,9 @@ contains
       end do
    end function face_forces
 
-   !> Stress (σx, σy, τxy) of all blocks in the model's axes, Pa; of cells the mean over their area.
+   !> Mean stress (σx, σy, τxy) of each block or cell in the axes of the model, Pa.
    function block_stress(elements, blocks) result(stress)
-      type(elements_type), intent(in) :: elements  !< of the model
+      type(elements_type), intent(in) :: elements  !< elements of the model
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       real(wp), allocatable :: stress(:,:)         !< [3,blocks]
       real(wp), allocatable :: of_faces(:,:)
@@ -350,10 +350,10 @@ contains
       end do
    end function block_stress
 
-   !> Error of the stresses of cells, Pa; 0 for other blocks.
-   !> It is a uniaxial stress with the energy of the jumps about the cell, for zero lateral strain.
+   !> Estimated stress error of cells, Pa; 0 for other blocks: the uniaxial stress that stores, at
+   !> zero lateral strain, the energy of the jumps around the cell.
    function stress_error(elements, blocks) result(stress)
-      type(elements_type), intent(in) :: elements  !< of the model
+      type(elements_type), intent(in) :: elements  !< elements of the model
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       real(wp) :: stress(blocks%n), stored
       integer :: b
@@ -366,7 +366,7 @@ contains
 
    !> Largest plastic strain within each block whose material yields.
    function plastic_strain(elements, blocks) result(strain)
-      type(elements_type), intent(in) :: elements  !< of the model
+      type(elements_type), intent(in) :: elements  !< elements of the model
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       real(wp) :: strain(blocks%n), own
       integer :: i, k, p
@@ -389,12 +389,12 @@ contains
       end do
    end function plastic_strain
 
-   !> Estimate the error of the stress in each cell, and sum the energy of all faces.
-   !> Unit of the energy: J per metre of thickness.
+   !> Estimate the stress error of each cell as an energy, and sum the energy of all faces, J per
+   !> metre of thickness.
    subroutine estimate_stress_errors(elements, blocks, error, stored)
-      type(elements_type), intent(in) :: elements  !< of the model
+      type(elements_type), intent(in) :: elements  !< elements of the model
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
-      real(wp), intent(out) :: error(:), stored    !< [blocks]; all
+      real(wp), intent(out) :: error(:), stored    !< [blocks] jump energies; sum over all faces
       integer :: i
 
       error = 0.0_wp
@@ -407,10 +407,10 @@ contains
       end do
    end subroutine estimate_stress_errors
 
-   !> Energies of bodies, J per metre of thickness: that of the jumps, and the total.
-   !> The energy of the jumps estimates the error of stresses.
+   !> Energies of bodies, J per metre of thickness: the energy of the jumps, which estimates the
+   !> stress error, and the total energy.
    function body_energies(elements, blocks) result(energies)
-      type(elements_type), intent(in) :: elements  !< of the model
+      type(elements_type), intent(in) :: elements  !< elements of the model
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       real(wp) :: energies(2), error(blocks%n)
       integer :: b
@@ -426,12 +426,12 @@ contains
       end do
    end function body_energies
 
-   !> Pass the step of the column of a free field to its side: its motion, and the forces between
-   !> blocks and images.
+   !> Pass the motion of a free-field column in a step, and the forces between its blocks and their
+   !> images, to a side of the model.
    subroutine follow_free_field(elements, number, block, column, d, force)
-      type(elements_type), intent(inout) :: elements  !< of the model
+      type(elements_type), intent(inout) :: elements  !< elements of the model
       integer, intent(in) :: number                   !< number of the free field
-      integer, intent(in) :: block(:)                 !< [n] blocks of the model that the column has
+      integer, intent(in) :: block(:)                 !< [n] blocks of the model in the column
       type(blocks_type), intent(in) :: column  !< blocks of the column at the start of the step
       real(wp), intent(in) :: d(:,:)  !< [6,n] increments of these blocks in the step
       real(wp), intent(in) :: force(:,:)  !< [6,n] forces on these blocks at the side, N/m …
@@ -454,11 +454,11 @@ contains
       end do
    end subroutine follow_free_field
 
-   !> Accept the step: move the states of elements to its end.
+   !> Accept the step: update the states of all elements.
    subroutine accept_elements(elements, blocks, step, d)
-      type(elements_type), intent(inout) :: elements  !< of the model
+      type(elements_type), intent(inout) :: elements  !< elements of the model
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
-      type(step_type), intent(in) :: step  !< the present one
+      type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer :: i
 
@@ -467,11 +467,11 @@ contains
       end do
    end subroutine accept_elements
 
-   !> Match initial velocities to those that stiff elements admit.
+   !> Correct initial velocities that stiff elements do not permit.
    subroutine match_velocities(elements, blocks, step)
-      type(elements_type), intent(in) :: elements  !< of the model
+      type(elements_type), intent(in) :: elements  !< elements of the model
       type(blocks_type), intent(inout) :: blocks  !< blocks in their present state
-      type(step_type), intent(in) :: step         !< the next one
+      type(step_type), intent(in) :: step         !< the next step
       real(wp) :: velocity(6, blocks%n)
       integer :: i
 
@@ -482,11 +482,11 @@ contains
       blocks%velocity = velocity
    end subroutine match_velocities
 
-   !> Freeze loads and prescribed positions at a time for statics; base motions do not act.
+   !> Keep loads and prescribed positions constant in statics, without base motions.
    subroutine freeze_elements(elements, blocks, time)
-      type(elements_type), intent(inout) :: elements  !< of the model
+      type(elements_type), intent(inout) :: elements  !< elements of the model
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      real(wp), intent(in) :: time  !< s
+      real(wp), intent(in) :: time  !< time, s
       integer :: i
 
       do i = 1, size(elements%kind)
@@ -494,10 +494,10 @@ contains
       end do
    end subroutine freeze_elements
 
-   !> Balance after statics: constant reactions include the unbalanced forces.
+   !> Add unbalanced forces after statics to constant reactions.
    subroutine balance_elements(elements, blocks, unbalanced)
-      type(elements_type), intent(inout) :: elements  !< of the model
-      type(blocks_type), intent(in) :: blocks  !< at rest
+      type(elements_type), intent(inout) :: elements  !< elements of the model
+      type(blocks_type), intent(in) :: blocks  !< blocks in static equilibrium
       real(wp), intent(in) :: unbalanced(:,:)  !< [6,blocks] sum of all forces, N/m …
       integer :: i
 
@@ -508,8 +508,8 @@ contains
 
    !> Save or restore the states of all elements.
    subroutine serialise_elements(elements, archive)
-      type(elements_type), intent(inout) :: elements  !< of the model
-      type(archive_type), intent(inout) :: archive  !< written or read
+      type(elements_type), intent(inout) :: elements  !< elements of the model
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
       integer :: i
 
       do i = 1, size(elements%kind)

@@ -2,11 +2,11 @@
 !> Energy budget: every joule of a run belongs to a named term, and `balance` is the remainder.
 !>
 !> ΔT = d·F − (χ − ½) ΔvᵀMΔv is exact in a step (`dda_scheme`), so the numerical loss
-!> in a force with a convex potential V at the end of the step is V₀ − V₁ − ∇V₁·(x₀ − x₁) ≥ 0.
-!> The difference between spring energies in exact geometry at the start of the next step and in the
-!> linear one is the geometric energy.
+!> in a force with a convex potential V at the end of the step is V₀ − V₁ − ∇V₁·(x₀ − x₁) ≥ 0.  The
+!> geometric energy is the spring energy in exact geometry at the start of the next step minus the
+!> spring energy in the linearised geometry of this step.
 !>
-!> Names and roles of the terms are lines of `schema.txt` in `output`.
+!> Lines of `schema.txt` in `output` give the names and roles of the terms.
 module dda_energy
    use dda_kinds, only: wp
    use dda_output_schema, only: energy_terms, is_stored, is_gain, is_loss, energy_kinetic, &
@@ -37,7 +37,7 @@ contains
 
    !> Add an amount to a term.
    pure subroutine add_energy(energy, term, more)
-      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
+      type(energy_type), intent(inout) :: energy  !< energy budget, J per metre
       integer, intent(in) :: term   !< one of energy_kinetic …
       real(wp), intent(in) :: more  !< J per metre of thickness
 
@@ -46,15 +46,15 @@ contains
 
    !> Kinetic plus potential energy, J per metre of thickness.
    pure real(wp) function total_energy(energy)
-      type(energy_type), intent(in) :: energy  !< J per metre of thickness
+      type(energy_type), intent(in) :: energy  !< energy budget, J per metre
 
       total_energy = sum(energy%value, mask=energy_terms%role == is_stored)
    end function total_energy
 
-   !> Balance, J per metre of thickness: the total minus all terms that explain it.
-   !> It contains rounding and the tolerance of the open–close iteration.
+   !> Balance, J per metre of thickness: total energy minus all terms that explain its change.
+   !> It is due to rounding and to the tolerance of the open–close iteration.
    pure real(wp) function balance(energy)  ! total
-      type(energy_type), intent(in) :: energy  !< J per metre of thickness
+      type(energy_type), intent(in) :: energy  !< energy budget, J per metre
       integer :: i
 
       balance = total_energy(energy)
@@ -64,10 +64,10 @@ contains
       end do
    end function balance
 
-   !> Gross energy exchanged, J per metre of thickness.
-   !> It is the scale of `balance` and of the geometric term.
+   !> Sum of all exchanged energies, J per metre of thickness: the reference value of `balance` and
+   !> of the geometric term.
    pure real(wp) function turnover(energy)
-      type(energy_type), intent(in) :: energy  !< J per metre of thickness
+      type(energy_type), intent(in) :: energy  !< energy budget, J per metre
 
       turnover = sum(abs(energy%value)) - abs(energy%value(energy_geometric)) &
          - abs(energy%value(energy_balance))
@@ -75,7 +75,7 @@ contains
 
    !> Values of all terms in the order of `energy_terms`, with the balance.
    pure function energy_values(energy) result(values)
-      type(energy_type), intent(in) :: energy  !< J per metre of thickness
+      type(energy_type), intent(in) :: energy  !< energy budget, J per metre
       real(wp) :: values(size(energy_terms))  !< J per metre of thickness
 
       values = energy%value

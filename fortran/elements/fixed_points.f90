@@ -16,7 +16,7 @@ module dda_fixed_points
    private
    public :: fixed_points_type, new_fixed_points, new_spring_beds, reaction_of
 
-   real(wp), parameter :: stiffest = 1.0e10_wp  !< times the mass: six digits of the mass remain
+   real(wp), parameter :: stiffest = 1.0e10_wp  !< most stiffness over mass in K̂ (6 digits left)
 
    !> All fixed points of a model.
    type, extends(spring_element_type) :: fixed_points_type
@@ -33,13 +33,13 @@ module dda_fixed_points
 
 contains
 
-   !> Create fixed points, which act from a time on.
+   !> Create fixed points that act from a given time on.
    pure type(fixed_points_type) function new_fixed_points(points, motions, stiffness, &
       time) result(self)
       type(fixed_point_type), intent(in) :: points(:)  !< [points]
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      real(wp), intent(in) :: stiffness  !< stiffness of points without their own, N/m per metre
-      real(wp), intent(in) :: time       !< s
+      type(motion_type), intent(in) :: motions(:)  !< prescribed motions
+      real(wp), intent(in) :: stiffness  !< default stiffness, N/m per metre
+      real(wp), intent(in) :: time       !< time, s
       integer :: i
 
       allocate (self%point, source=points)
@@ -53,10 +53,10 @@ contains
       end do
    end function new_fixed_points
 
-   !> Create a bed of springs [Winkler, 1867], in compression and tension at t₀ + θΔt.
+   !> Create a bed of springs [Winkler, 1867], which act in compression and tension at t₀ + θΔt.
    pure type(fixed_points_type) function new_spring_beds(points, motions, time) result(self)
       type(fixed_point_type), intent(in) :: points(:)  !< [points] points with their stiffness
-      type(motion_type), intent(in) :: motions(:)      !< prescribed ones
+      type(motion_type), intent(in) :: motions(:)      !< prescribed motions
       real(wp), intent(in) :: time                     !< time from which they act, s
 
       self = new_fixed_points(points, motions, 0.0_wp, time)
@@ -68,9 +68,9 @@ contains
    !> Set the springs along the fixed directions of point i.
    pure subroutine get_spring(self, i, blocks, spring)
       class(fixed_points_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: i                 !< number, from 1
+      integer, intent(in) :: i                 !< number of the element
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(spring_type), intent(out) :: spring !< to the ground
+      type(spring_type), intent(out) :: spring !< springs to the ground
       real(wp) :: shape(2, 6), offset(2)
 
       associate (point => self%point(i), axes => self%point(i)%axes)
@@ -90,7 +90,7 @@ contains
    !> Forces of the spring of point i on its block in the present state, N/m …, without its motion.
    pure function reaction_of(self, i, blocks) result(force)
       type(fixed_points_type), intent(in) :: self  !< all points
-      integer, intent(in) :: i  !< number, from 1
+      integer, intent(in) :: i  !< number of the element
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp) :: force(6)
       type(spring_type) :: spring
@@ -99,11 +99,11 @@ contains
       force = -matmul(spring%row(:, :, 1), spring%stiffness*spring%stretch)
    end function reaction_of
 
-   !> Accept the step: end velocities of motions become start velocities of the next step.
+   !> Accept the step: store the velocities of the motions for the start of the next step.
    subroutine accept_step(self, blocks, step, d)
       class(fixed_points_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
-      type(step_type), intent(in) :: step  !< the present one
+      type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer :: i
 
@@ -112,13 +112,13 @@ contains
       end do
    end subroutine accept_step
 
-   !> Match velocities to stiff supports, which follow a jump of velocity without storing energy.
-   !> Minimum of ½ |v − v₀|² in M plus ½ (1 − χ) c Δt Σ [w + y/((1 − χ)Δt)]².
+   !> Match velocities to stiff supports, which must not store energy at a jump of velocity:
+   !> minimise ½ (v − v₀)ᵀM(v − v₀) + ½ (1 − χ) c Δt Σ [w + y/((1 − χ)Δt)]².
    subroutine match_velocity(self, blocks, step, velocity)
       class(fixed_points_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(step_type), intent(in) :: step  !< the present one
-      real(wp), intent(inout) :: velocity(:,:)  !< [6,blocks] per s
+      type(step_type), intent(in) :: step  !< the present step
+      real(wp), intent(inout) :: velocity(:,:)  !< [6,blocks] velocities, 1/s …
       type(spring_type) :: spring
       real(wp) :: wanted(2, size(self%point))
       integer :: i
@@ -142,10 +142,10 @@ contains
    pure subroutine match_block(self, blocks, step, b, wanted, velocity)
       class(fixed_points_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(step_type), intent(in) :: step  !< the present one
+      type(step_type), intent(in) :: step  !< the present step
       integer, intent(in) :: b  !< number of the block
       real(wp), intent(in) :: wanted(:,:)  !< [2,points] m/s
-      real(wp), intent(inout) :: velocity(:,:)  !< [6,blocks] per s
+      real(wp), intent(inout) :: velocity(:,:)  !< [6,blocks] velocities, 1/s …
       type(spring_type) :: spring
       real(wp) :: matrix(6, 6), inverse(6, 6), impulse(6), weight(2)
       integer :: i, axis, column
@@ -174,7 +174,7 @@ contains
    subroutine freeze_for_statics(self, blocks, time)
       class(fixed_points_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      real(wp), intent(in) :: time  !< s
+      real(wp), intent(in) :: time  !< time, s
       integer :: i
 
       do i = 1, size(self%point)
@@ -188,7 +188,7 @@ contains
    !> Save or restore the velocities of the motions.
    subroutine serialise(self, archive)
       class(fixed_points_type), intent(inout) :: self  !< elements of this kind
-      type(archive_type), intent(inout) :: archive  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
 
       call archive_values(archive, self%rate)
    end subroutine serialise

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Nodes of water that are solved together, and their effect on the blocks as springs.
+!> Groups of water nodes that are solved together, and their effect on the blocks as springs.
 !>
-!> The pressures of a group satisfy M Δp = r − Bᵀd.  With M = L Lᵀ the force on the blocks is
-!> B (p₀ + M⁻¹r) − G Gᵀd with G = B L⁻ᵀ: each column of G is a spring of stiffness 1 between all
-!> blocks of the group; that of a single node is B with the stiffness 1/M.  Nodes without flow
-!> are separate groups, and couple only the blocks around them; nodes with flow couple all blocks
-!> of their component, at a cost of nodes × blocks².
+!> The pressures of a group satisfy M Δp = r − Bᵀd.  With M = L Lᵀ and G = B L⁻ᵀ the force on the
+!> blocks is B (p₀ + M⁻¹r) − G Gᵀd: each column of G is a spring of stiffness 1 between all blocks
+!> of the group.  A single node has the spring B with the stiffness 1/M.  A node without flow is its
+!> own group and couples only the blocks around it; nodes with flow couple all blocks of their
+!> component, at a cost of nodes × blocks².
 module dda_flow_groups
    use dda_kinds, only: wp
    use dda_flow_network, only: network_type
@@ -19,24 +19,24 @@ module dda_flow_groups
    type :: group_type
       integer, allocatable :: node(:)
       ! Only in groups of several nodes
-      integer, allocatable :: block(:)        !< beside them
+      integer, allocatable :: block(:)        !< blocks beside the nodes
       real(wp), allocatable :: factor(:,:)    !< [nodes,nodes] L; M for a single node
       real(wp), allocatable :: spring(:,:,:)  !< [6,blocks,nodes] G
-      integer, allocatable :: place(:)        !< [blocks of the model] position of each in `block`
+      integer, allocatable :: place(:)        !< [blocks of the model] position in `block`
    end type group_type
 
    !> fraction of the conductance of channels above the water table in steady flow
    real(wp), parameter :: of_air = 1.0e-3_wp
    integer, parameter :: most_rounds = 60  !< rounds of the search for the water table
-   real(wp), parameter :: rounding = 1.0e-9_wp  !< rounding of a potential over the largest one
+   real(wp), parameter :: rounding = 1.0e-9_wp  !< rounding of potentials over the largest one
 
 contains
 
    !> Form groups: components of the network, or single nodes.
    pure subroutine set_groups(network, flowing, groups)
-      type(network_type), intent(in) :: network  !< of the model
+      type(network_type), intent(in) :: network  !< network of the model
       logical, intent(in) :: flowing             !< water flows from node to node
-      type(group_type), allocatable, intent(out) :: groups(:)  !< of all nodes
+      type(group_type), allocatable, intent(out) :: groups(:)  !< groups of all nodes
       integer :: label(size(network%volume)), owner(size(network%volume)), c, i, n, low
       logical :: changed
 
@@ -72,7 +72,7 @@ contains
    !> List the nodes of each group.
    pure subroutine list_nodes(owner, groups)
       integer, intent(in) :: owner(:)               !< [nodes] group
-      type(group_type), intent(inout) :: groups(:)  !< of all nodes
+      type(group_type), intent(inout) :: groups(:)  !< groups of all nodes
       integer :: count(size(groups)), i, g
 
       count = 0
@@ -91,8 +91,8 @@ contains
 
    !> Find the blocks beside the nodes of a group, and allocate its springs.
    pure subroutine find_blocks(network, group)
-      type(network_type), intent(in) :: network  !< of the model
-      type(group_type), intent(inout) :: group   !< with its nodes
+      type(network_type), intent(in) :: network  !< network of the model
+      type(group_type), intent(inout) :: group   !< group with its nodes
       integer :: place(maxval(network%block)), i, r
 
       place = 0
@@ -108,12 +108,12 @@ contains
       allocate (group%spring(6, size(group%block), size(group%node)))
    end subroutine find_blocks
 
-   !> Compute factor and springs of all groups: M = S + Δt H of free nodes; fixed ones are rigid.
+   !> Compute factors and springs of all groups from M = S + Δt H of the free nodes.
    pure subroutine set_springs(network, conductance, fixed, groups)
-      type(network_type), intent(in) :: network       !< of the model
+      type(network_type), intent(in) :: network       !< network of the model
       real(wp), intent(in) :: conductance(:)          !< [channels] Δt times the conductance, m²/Pa
       logical, intent(in) :: fixed(:)                 !< [nodes] the pressure is known
-      type(group_type), intent(inout) :: groups(:)    !< get new numbers
+      type(group_type), intent(inout) :: groups(:)    !< receive new values
       integer :: place(size(fixed)), owner(size(fixed)), g, i
 
       do g = 1, size(groups)
@@ -135,11 +135,11 @@ contains
 
    !> Add Δt H between free nodes, and between free and fixed nodes.
    pure subroutine add_conductances(network, conductance, fixed, place, owner, groups)
-      type(network_type), intent(in) :: network       !< of the model
+      type(network_type), intent(in) :: network       !< network of the model
       real(wp), intent(in) :: conductance(:)          !< [channels] Δt times the conductance, m²/Pa
       logical, intent(in) :: fixed(:)                 !< [nodes] the pressure is known
       integer, intent(in) :: place(:), owner(:)       !< [nodes] position in the group; group
-      type(group_type), intent(inout) :: groups(:)    !< get new numbers
+      type(group_type), intent(inout) :: groups(:)    !< receive new values
       integer :: c, i, k
 
       do c = 1, size(conductance)
@@ -159,9 +159,9 @@ contains
 
    !> Set the rows B of the free nodes of a group.
    pure subroutine set_rows(network, fixed, group)
-      type(network_type), intent(in) :: network  !< of the model
+      type(network_type), intent(in) :: network  !< network of the model
       logical, intent(in) :: fixed(:)            !< [nodes] the pressure is known
-      type(group_type), intent(inout) :: group   !< gets new numbers
+      type(group_type), intent(inout) :: group   !< receives new values
       integer :: i, r
 
       group%spring = 0.0_wp
@@ -184,11 +184,12 @@ contains
          1.0_wp, group%factor, n, group%spring, 6*size(group%block))
    end subroutine factorise
 
-   !> Append the springs; those of fixed nodes have no stiffness, so that the pattern is constant.
+   !> Append the springs; fixed nodes have springs without stiffness, so that the pattern is
+   !> constant.
    pure subroutine add_springs(network, fixed, groups, terms)
-      type(network_type), intent(in) :: network         !< of the model
+      type(network_type), intent(in) :: network         !< network of the model
       logical, intent(in) :: fixed(:)                   !< [nodes] the pressure is known
-      type(group_type), intent(in) :: groups(:)         !< of all nodes
+      type(group_type), intent(in) :: groups(:)         !< groups of all nodes
       type(linear_terms_type), intent(inout) :: terms   !< springs and dashpots
       integer :: g, i
 
@@ -209,12 +210,12 @@ contains
       end do
    end subroutine add_springs
 
-   !> Append the spring of a node, if it has at least two blocks; memory is reused if it fits.
+   !> Append the spring of a node with at least two blocks, in reused memory if its size is right.
    pure subroutine add_spring(network, node, stiffness, block, row, terms)
-      type(network_type), intent(in) :: network  !< of the model
-      integer, intent(in) :: node                !< number
+      type(network_type), intent(in) :: network  !< network of the model
+      integer, intent(in) :: node                !< number of the node
       real(wp), intent(in) :: stiffness          !< stiffness; 0 at a fixed node
-      integer, intent(in) :: block(:)            !< beside it
+      integer, intent(in) :: block(:)            !< blocks beside the node
       real(wp), intent(in) :: row(:,:)           !< [6,blocks] row of the spring
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       integer :: more
@@ -249,7 +250,7 @@ contains
 
    !> Add M⁻¹ r to the pressures of all groups.
    pure subroutine change_by(groups, rest, pressure)
-      type(group_type), intent(in) :: groups(:) !< with their factors
+      type(group_type), intent(in) :: groups(:) !< groups with factors
       real(wp), intent(in) :: rest(:)           !< [nodes] r, m³ per metre of thickness
       real(wp), intent(inout) :: pressure(:)    !< [nodes] Pa
       integer :: g
@@ -267,7 +268,7 @@ contains
 
    !> Add M⁻¹ r to the pressures of a group of several nodes.
    pure subroutine add_group_change(group, rest, pressure)
-      type(group_type), intent(in) :: group     !< with its factor
+      type(group_type), intent(in) :: group     !< group with its factor
       real(wp), intent(in) :: rest(:)           !< [nodes] r, m³ per metre of thickness
       real(wp), intent(inout) :: pressure(:)    !< [nodes] Pa
       real(wp) :: change(size(group%node), 1)
@@ -285,13 +286,13 @@ contains
    !> Water exists only below the water table: a channel with both nodes above it conducts little
    !> (residual flow, Desai 1976).
    pure subroutine find_steady_heads(network, group, fixed, source, conductance, head, settled)
-      type(network_type), intent(in) :: network   !< of the model
-      type(group_type), intent(in) :: group       !< a component
+      type(network_type), intent(in) :: network   !< network of the model
+      type(group_type), intent(in) :: group       !< component of the network
       logical, intent(in) :: fixed(:)             !< [nodes] the pressure is known
       real(wp), intent(in) :: source(:)           !< [nodes] inflow, m²/s
       real(wp), intent(inout) :: conductance(:)   !< [channels] final conductance, m²/(Pa s)
       real(wp), intent(inout) :: head(:)          !< [nodes] φ, Pa; known at fixed nodes
-      logical, intent(inout) :: settled           !< set to .false. if no water table was found
+      logical, intent(inout) :: settled           !< .false. on return if no water table was found
       real(wp) :: matrix(size(group%node), size(group%node)), right(size(group%node), 1)
       real(wp) :: known(size(group%node))
       logical :: dry(size(head)), now(size(head)), flows
@@ -326,10 +327,10 @@ contains
       end do
    end subroutine find_steady_heads
 
-   !> Assemble H φ = Q of a group over its largest conductance; fixed φ are on the right-hand side.
+   !> Assemble H φ = Q of a group, divided by its largest conductance; fixed φ are on the right.
    pure subroutine assemble_steady(network, group, fixed, dry, matrix, right)
-      type(network_type), intent(in) :: network  !< of the model
-      type(group_type), intent(in) :: group      !< a component
+      type(network_type), intent(in) :: network  !< network of the model
+      type(group_type), intent(in) :: group      !< component of the network
       logical, intent(in) :: fixed(:), dry(:)    !< [nodes] φ is known; above the water table
       real(wp), intent(out) :: matrix(:,:)       !< [nodes of the group, nodes of the group]
       real(wp), intent(inout) :: right(:)        !< [nodes of the group] Pa

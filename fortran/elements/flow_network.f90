@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Channels of water in their present geometry: apertures, volumes, conductances and storage.
 !>
-!> Apertures are linear along a channel.  With the ends' apertures a₁ and a₂, length L and the
-!> viscosity μ the cubic law gives the conductance 2a₁²a₂²/(a₁ + a₂)/(12μL) (Witherspoon et al.
+!> Apertures are linear along a channel.  With end apertures a₁ and a₂, length L and viscosity μ,
+!> the cubic law gives the conductance 2a₁²a₂²/(a₁ + a₂)/(12μL) (Witherspoon et al.
 !> 1980), exact for a wedge.  The volume of a node is ∫ N a ds with the linear shape functions N of
 !> its channels, V = L (a₁/3 + a₂/6), and its storage is V/K_w.
 module dda_flow_network
@@ -20,16 +20,16 @@ module dda_flow_network
    type :: network_type
       type(flow_type) :: flow
       logical, allocatable :: absent(:)        !< [channels] an adjacent block is removed
-      !> [nodes+1] first row of B of each node; [rows] its block
+      !> [nodes+1] first row of each node in B; [rows] block of each row
       integer, allocatable :: first(:), block(:)
       real(wp), allocatable :: row(:,:)        !< [6,rows] ∂V/∂q, m³ and metre of thickness
-      integer, allocatable :: row_of(:,:,:)  !< [sides,ends,channels] row of the node and the block
+      integer, allocatable :: row_of(:,:,:)  !< [sides,ends,channels] row of node and block in B
       real(wp), allocatable :: aperture(:,:)   !< [ends,channels] m
       real(wp), allocatable :: conductance(:)  !< [channels] m²/(Pa s)
       real(wp), allocatable :: volume(:)       !< [nodes] m³ per metre of thickness
       real(wp), allocatable :: storage(:)      !< [nodes] m³/Pa per metre of thickness
       real(wp), allocatable :: unit_weight(:)  !< [nodes] N/m³
-      real(wp), allocatable :: elevation(:)    !< [nodes] unit weight times first height, Pa
+      real(wp), allocatable :: elevation(:)    !< [nodes] unit weight times initial height, Pa
       real(wp), allocatable :: floor(:)        !< [nodes] pressure of vapour or air, Pa
    end type network_type
 
@@ -37,7 +37,7 @@ contains
 
    !> Create the network of a model.
    pure type(network_type) function new_network(flow, blocks) result(network)
-      type(flow_type), intent(in) :: flow      !< of the model
+      type(flow_type), intent(in) :: flow      !< flow of the model
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       integer :: c, k
 
@@ -72,7 +72,7 @@ contains
       integer :: c, k, side, node, n
 
       allocate (network%row_of(2, 2, size(network%absent)), source=0)
-      count = 0  ! first the upper bound, then the number of blocks of each node
+      count = 0  ! upper bounds, then numbers, of blocks of each node
       do c = 1, size(network%absent)
          associate (ends => network%flow%channel(c)%node)
             count(ends) = count(ends) + 2
@@ -135,9 +135,9 @@ contains
    !> A row nᵀT(ρ) is linear in ρ, so that ∫ N nᵀT ds over a channel is L/2 nᵀT at the mean
    !> 2 ∫ N ρ ds/L.
    pure subroutine update_network(network, blocks)
-      type(network_type), intent(inout) :: network  !< of the model
+      type(network_type), intent(inout) :: network  !< network of the model
       type(blocks_type), intent(in) :: blocks       !< blocks in their present state
-      real(wp), parameter :: sign(2) = [-1.0_wp, 1.0_wp]  !< sign of the gap change, by side
+      real(wp), parameter :: sign(2) = [-1.0_wp, 1.0_wp]  !< sign of the gap by side
       real(wp) :: normal(2), share(2)
       integer :: c, k, side
 
@@ -170,13 +170,12 @@ contains
       end do
    end subroutine update_network
 
-   !> Add factor × nᵀT at the means of the two nodes of a channel to their rows, T as in
-   !> `shape_matrix`.
+   !> Add factor × nᵀT (T: `shape_matrix`) at the means of both nodes of a channel to their rows.
    pure subroutine add_rows(factor, normal, blocks, b, reference, row_of, row)
       real(wp), intent(in) :: factor           !< m
       real(wp), intent(in) :: normal(2)        !< n
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      integer, intent(in) :: b                 !< block
+      integer, intent(in) :: b                 !< number of the block
       real(wp), intent(in) :: reference(2, 2)  !< m, offsets ρ of the ends
       integer, intent(in) :: row_of(:)         !< [2] numbers of the rows of the ends
       real(wp), intent(inout) :: row(6, *)     !< [6,rows]
@@ -203,7 +202,7 @@ contains
 
    !> Apertures at the ends of channel c, m.
    pure function apertures_of(network, blocks, c) result(a)
-      type(network_type), intent(in) :: network  !< of the model
+      type(network_type), intent(in) :: network  !< network of the model
       type(blocks_type), intent(in) :: blocks    !< blocks in their present state
       integer, intent(in) :: c                   !< channel
       real(wp) :: a(2), normal(2)
@@ -222,7 +221,7 @@ contains
 
    !> Energy ½ pᵀSp of compressed water, J per metre of thickness.
    pure real(wp) function stored_energy(network, blocks, pressure) result(energy)
-      type(network_type), intent(in) :: network  !< of the model
+      type(network_type), intent(in) :: network  !< network of the model
       type(blocks_type), intent(in) :: blocks    !< blocks in their present state
       real(wp), intent(in) :: pressure(:)        !< [nodes] Pa
       real(wp) :: a(2)
@@ -245,7 +244,7 @@ contains
    pure real(wp) function point_height(normal, blocks, b, reference) result(height)
       real(wp), intent(in) :: normal(2)        !< n
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      integer, intent(in) :: b                 !< block
+      integer, intent(in) :: b                 !< number of the block
       real(wp), intent(in) :: reference(2)     !< m, offset ρ
 
       associate (f => blocks%gradient(:, :, b), x => blocks%position(:, b))
@@ -254,16 +253,16 @@ contains
       end associate
    end function point_height
 
-   !> Scalar product of two rows of six, written out for speed.
+   !> Scalar product of two rows, written out for speed.
    pure real(wp) function scalar_product(a, b)
-      real(wp), intent(in) :: a(6), b(6)  !< six numbers of a block
+      real(wp), intent(in) :: a(6), b(6)  !< values of a block
 
       scalar_product = a(1)*b(1) + a(2)*b(2) + a(3)*b(3) + a(4)*b(4) + a(5)*b(5) + a(6)*b(6)
    end function scalar_product
 
    !> Normal of channel c, outward from its first block.
    pure function channel_normal(network, blocks, c) result(normal)
-      type(network_type), intent(in) :: network  !< of the model
+      type(network_type), intent(in) :: network  !< network of the model
       type(blocks_type), intent(in) :: blocks    !< blocks in their present state
       integer, intent(in) :: c                   !< channel
       real(wp) :: normal(2)
@@ -273,9 +272,9 @@ contains
       end associate
    end function channel_normal
 
-   !> Growth Bᵀd of the volumes of nodes, m³ per metre of thickness.
+   !> Increase Bᵀd of the volumes of the nodes, m³ per metre of thickness.
    pure function growth_of(network, d) result(growth)
-      type(network_type), intent(in) :: network  !< of the model
+      type(network_type), intent(in) :: network  !< network of the model
       real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
       real(wp) :: growth(size(network%volume))
       integer :: node, r
@@ -290,9 +289,9 @@ contains
 
    !> Add B p to the loads of the blocks.
    pure subroutine add_pressures(network, pressure, load)
-      type(network_type), intent(in) :: network  !< of the model
+      type(network_type), intent(in) :: network  !< network of the model
       real(wp), intent(in) :: pressure(:)        !< [nodes] Pa
-      real(wp), intent(inout), contiguous :: load(:,:)  !< [6,blocks] N/m …
+      real(wp), intent(inout), contiguous :: load(:,:)  !< [6,blocks] forces, N/m …
       integer :: node, r
 
       do node = 1, size(pressure)
@@ -306,7 +305,7 @@ contains
 
    !> Outflow H φ of each node, m²/s.
    pure function outflow_of(network, conductance, potential) result(outflow)
-      type(network_type), intent(in) :: network    !< of the model
+      type(network_type), intent(in) :: network    !< network of the model
       real(wp), intent(in) :: conductance(:)       !< [channels] m²/(Pa s)
       real(wp), intent(in) :: potential(:)         !< [nodes] p + γy, Pa
       real(wp) :: outflow(size(potential))

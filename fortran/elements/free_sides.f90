@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Sides with a free field: forces of the neighbour that a block at the side would have in level
-!> ground, and dashpots on the motion relative to that ground.
+!> Sides with a free field: forces that neighbours in level ground would exert on the blocks, and
+!> dashpots on the motion relative to this ground.
 !>
-!> Both are computed by the column of the side, which is stepped before the model (`dda_columns`).
-!> A model of level ground moves like its column, and its dashpots exert no force.
+!> The column of the side computes both, one step before the model (`dda_columns`).  A model of
+!> level ground moves like its column, so that its dashpots exert no force.
 !>
-!> In statics the forces of the column in equilibrium act, and no dashpots.
+!> In statics only the forces of the column in equilibrium act.
 module dda_free_sides
    use dda_kinds, only: wp
    use dda_absorbing, only: absorbing_type, new_absorbing_boundaries
@@ -20,7 +20,7 @@ module dda_free_sides
 
    !> Gauss points of all free-field sides; `reaction` is the force of the neighbours.
    type, extends(absorbing_type) :: free_sides_type
-      integer, allocatable :: field(:)    !< [points] free field behind each
+      integer, allocatable :: field(:)    !< [points] free field of the point
       real(wp), allocatable :: carried(:,:)  !< [2,points] ground displacement in the step, m
    contains
       procedure :: freeze_for_statics
@@ -32,7 +32,7 @@ contains
 
    !> Create the sides of a model, without neighbours.
    type(free_sides_type) function new_free_sides(fields) result(self)
-      type(free_field_type), intent(in) :: fields(:)  !< of the model
+      type(free_field_type), intent(in) :: fields(:)  !< fields of the model
       integer :: i, k
 
       self%absorbing_type = new_absorbing_boundaries([(fields(i)%boundary, i=1, size(fields))], &
@@ -45,8 +45,8 @@ contains
    !> Displacement of the free field over a step along the normal and along the edge, m.
    pure function motion_increment(self, i, step) result(increment)
       class(free_sides_type), intent(in) :: self   !< elements of this kind
-      integer, intent(in) :: i                     !< point
-      type(step_type), intent(in) :: step          !< the present one
+      integer, intent(in) :: i                     !< number of the point
+      type(step_type), intent(in) :: step          !< the present step
       real(wp) :: increment(2)
 
       increment = self%carried(:, i)
@@ -56,15 +56,15 @@ contains
    subroutine freeze_for_statics(self, blocks, time)
       class(free_sides_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks        !< blocks in their present state
-      real(wp), intent(in) :: time                   !< s
+      real(wp), intent(in) :: time                   !< time, s
 
       self%dashpot = 0.0_wp
    end subroutine freeze_for_statics
 
-   !> Balance after statics: nothing to do, since the forces of the neighbours are prescribed.
+   !> Do nothing after statics, because the forces of the neighbours are prescribed.
    subroutine balance_reactions(self, blocks, unbalanced)
       class(free_sides_type), intent(inout) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks        !< at rest
+      type(blocks_type), intent(in) :: blocks        !< blocks in static equilibrium
       real(wp), intent(in) :: unbalanced(:,:)        !< [6,blocks] sum of all forces, N/m …
    end subroutine balance_reactions
 

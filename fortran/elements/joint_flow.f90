@@ -1,22 +1,22 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Water flow in joints, solved together with the motion of the blocks in a step.
 !>
-!> At the end of a step the inflow of a node has filled the opening of its joints, its storage and
-!> its outflow:
+!> Balance of the water of a node in a step: its inflow fills the opening of joints and the storage,
+!> and flows out:
 !>
 !>     Bᵀd + S Δp + Δt H (p₁ + γy) − Δt Q = Δw ,
 !>
 !> where w is the volume without water.  A node is full (w = 0, p free) or partly full (p = p_v,
-!> w ≥ 0); a converged step that contradicts this is solved again with other states.  The forces B
-!> p₁ on blocks and the balance form a symmetric positive definite system, stable at any Δt.  Then
-!>
+!> w ≥ 0); a step whose solution contradicts this is solved again with other states.  The balance
+!> and the forces B p₁ on blocks form a symmetric positive definite system, which is stable for any
+!> Δt.  Then
 !>     p₁ᵀBᵀd = −Δ(½ pᵀSp) − ½ ΔpᵀSΔp − Δt φᵀHφ + Δt (γy)ᵀHφ + Δt p₁ᵀQ + p₁ᵀΔw ,  φ = p₁ + γy:
 !>
-!> the work on the blocks is the released energy of the water, minus losses of scheme and viscosity,
-!> plus the work of weight, inflow and vapour.
+!> The work on the blocks is the released energy of the water, minus the losses by scheme and
+!> viscosity, plus the work of weight, inflow and vapour.
 !>
-!> In the undrained state H = 0.  In the steady state, pressures are those of steady flow
-!> through the apertures at the start of the step, a load without stiffness.
+!> In the undrained state H = 0.  In the steady state, the pressures of steady flow through the
+!> apertures at the start of the step are a load without stiffness.
 module dda_joint_flow
    use dda_kinds, only: wp
    use dda_archive, only: archive_type, archive_values => serialise
@@ -40,7 +40,7 @@ module dda_joint_flow
    !> number of output values of a node and of a channel
    integer, parameter :: node_columns = columns_of(in_flow_nodes)
    integer, parameter :: channel_columns = columns_of(in_flow_channels)
-   !> rounds in which all nodes may change state; then only one does, which ends (Murty 1974)
+   !> rounds in which all nodes may change state; later only one may, which terminates (Murty 1974)
    integer, parameter :: free_rounds = 15
    real(wp), parameter :: rounding = 1.0e-12_wp !< rounding of pressures and volumes
 
@@ -48,25 +48,25 @@ module dda_joint_flow
    type, extends(element_type) :: joint_flow_type
       type(network_type) :: network
       type(group_type), allocatable :: group(:)
-      logical :: frozen = .false.             !< a static stage, at `time`
+      logical :: frozen = .false.  !< static stage; boundaries have their values at `time`
       real(wp) :: time = 0.0_wp               !< s
       real(wp), allocatable :: pressure(:)    !< [nodes] Pa
       real(wp), allocatable :: empty(:)       !< [nodes] volume without water w, m³ per metre
       logical, allocatable :: vented(:)       !< [nodes] nodes that are assumed not full
       logical, allocatable :: is_dry(:)  !< [boundaries] the load of the boundary does not act
-      ! Of the step
+      ! Variables of the step
       type(step_type) :: step
-      integer :: rounds = 0                   !< of states
+      integer :: rounds = 0                   !< rounds of revised states
       logical, allocatable :: fixed(:)        !< [nodes] the pressure is prescribed
       real(wp), allocatable :: source(:)      !< [nodes] inflow Q, m²/s
       real(wp), allocatable :: conductance(:) !< [channels] effective conductance, m²/(Pa s)
       real(wp), allocatable :: first(:)       !< [nodes] p₁ at d = 0, Pa
       real(wp), allocatable :: rest(:)        !< [nodes] r, m³ per metre of thickness
       real(wp), allocatable :: head(:)        !< [nodes] φ at the end of the step, Pa
-      logical :: settled = .true.             !< the water table of steady flow was found
+      logical :: settled = .true.             !< a water table of steady flow was found
       real(wp), allocatable :: after(:)       !< [nodes] p₁ of the last solution, Pa
-      real(wp), allocatable :: growth(:)  !< [nodes] growth Bᵀd of the last solution, m³ per metre
-      ! Of the last accepted step
+      real(wp), allocatable :: growth(:)  !< [nodes] volume increase Bᵀd of the last solution, m³/m
+      ! Variables of the last accepted step
       real(wp), allocatable :: inflow(:)      !< [nodes] inflow from outside, m²/s
       real(wp), allocatable :: flux(:)  !< [channels] flux from the first node to the second, m²/s
    contains
@@ -88,8 +88,8 @@ contains
 
    !> Create the water of a model in its initial state.
    type(joint_flow_type) function new_joint_flow(flow, loads, blocks) result(self)
-      type(flow_type), intent(in) :: flow      !< of the model
-      type(edge_load_type), intent(in) :: loads(:)  !< of the model
+      type(flow_type), intent(in) :: flow      !< flow of the model
+      type(edge_load_type), intent(in) :: loads(:)  !< loads of the model
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       integer :: n
 
@@ -110,16 +110,16 @@ contains
       call begin_state(self)
    end function new_joint_flow
 
-   !> .true. if the load to which a boundary belongs does not act.
+   !> .true. if the load of a boundary is not among the loads.
    pure logical function is_missing(load, loads)
       integer, intent(in) :: load                   !< number of the load; 0: none
-      type(edge_load_type), intent(in) :: loads(:)  !< of the model
+      type(edge_load_type), intent(in) :: loads(:)  !< loads of the model
 
       is_missing = load > 0
       if (is_missing) is_missing = .not. loads(load)%present
    end function is_missing
 
-   !> Begin the flow state of the stage, and form its groups.
+   !> Begin the flow state of a stage, and form its groups of nodes.
    subroutine begin_state(self)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
 
@@ -138,7 +138,7 @@ contains
    subroutine prepare_step(self, blocks, step, d)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
-      type(step_type), intent(in) :: step      !< the present one
+      type(step_type), intent(in) :: step      !< the present step
       real(wp), intent(in) :: d(:,:)           !< [6,blocks] increments of the coordinates
 
       call update_network(self%network, blocks)
@@ -149,8 +149,8 @@ contains
       call set_assumed_terms(self)
    end subroutine prepare_step
 
-   !> Set conductances in the assumed states by the cubic law, with reduction by saturation.
-   !> Flow from a node that is not full has the factor s²(3 − 2s), s its saturation at the start.
+   !> Set the conductances in the assumed states by the cubic law.  Outflow from a node that is not
+   !> full is reduced by the factor s²(3 − 2s), with its saturation s at the start of the step.
    pure subroutine set_conductance(self)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       real(wp) :: saturation
@@ -175,7 +175,7 @@ contains
    !> Set the pressures and inflows that the boundaries prescribe at a time.
    pure subroutine set_boundaries(self, time)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
-      real(wp), intent(in) :: time  !< s
+      real(wp), intent(in) :: time  !< time, s
       real(wp) :: value
       integer :: b, i
 
@@ -230,7 +230,7 @@ contains
       call change_by(self%group, self%rest, self%first)
    end subroutine set_assumed_terms
 
-   !> Find the growth of volumes and the pressures at the end of a step with increment d.
+   !> Find the increase of volumes and the pressures at the end of a step with increment d.
    pure subroutine find_pressures(self, d)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
@@ -243,7 +243,7 @@ contains
       call change_by(self%group, rest, self%after)
    end subroutine find_pressures
 
-   !> Surplus of each node, m³ per metre of thickness: growth without water, or inflow from outside.
+   !> Surplus of each node, m³ per metre of thickness: increase of empty volume, or external inflow.
    pure function node_surplus(self) result(surplus)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
       real(wp) :: surplus(size(self%after))
@@ -257,7 +257,7 @@ contains
    subroutine add_linear_terms(self, blocks, step, terms)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(step_type), intent(in) :: step  !< the present one
+      type(step_type), intent(in) :: step  !< the present step
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
 
       if (stage_flow_state(self) /= flow_steady) call add_springs(self%network, self%fixed .or. &
@@ -268,8 +268,8 @@ contains
    subroutine add_force(self, blocks, step, load)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(step_type), intent(in) :: step  !< the present one
-      real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
+      type(step_type), intent(in) :: step  !< the present step
+      real(wp), intent(inout) :: load(:,:)  !< [6,blocks] forces, N/m …
 
       call add_pressures(self%network, self%first, load)
    end subroutine add_force
@@ -278,8 +278,8 @@ contains
    subroutine add_stored_energy(self, blocks, step, energy)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(step_type), intent(in) :: step  !< the next one
-      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
+      type(step_type), intent(in) :: step  !< the next step
+      type(energy_type), intent(inout) :: energy  !< energy budget, J per metre
 
       call add_energy(energy, energy_water, stored_energy(self%network, blocks, self%pressure))
    end subroutine add_stored_energy
@@ -288,9 +288,9 @@ contains
    subroutine add_to_budget(self, blocks, step, d, energy)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
-      type(step_type), intent(in) :: step  !< the present one
+      type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
-      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
+      type(energy_type), intent(inout) :: energy  !< energy budget, J per metre
       real(wp) :: stored, change, viscous, lost, work
       real(wp) :: outflow(size(self%first))
 
@@ -315,12 +315,12 @@ contains
       call add_energy(energy, energy_input, work + change + viscous + lost)
    end subroutine add_to_budget
 
-   !> Revise the states of nodes that contradict the solution.
-   !> Below the least pressure nodes are not full; without empty volume they are full.
+   !> Revise the states of nodes that contradict the solution: a node below the least pressure is
+   !> not full; a node without empty volume is full.
    subroutine revise_states(self, blocks, step, d, changed)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
-      type(step_type), intent(in) :: step           !< the present one
+      type(step_type), intent(in) :: step           !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer, intent(inout) :: changed  !< number of nodes with another state
       real(wp) :: empty(size(self%first))
@@ -348,11 +348,11 @@ contains
       call set_assumed_terms(self)
    end subroutine revise_states
 
-   !> Accept the step: pressures, volumes without water and flow at its end.
+   !> Accept the step: update pressures, empty volumes and flow.
    subroutine accept_step(self, blocks, step, d)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
-      type(step_type), intent(in) :: step  !< the present one
+      type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       real(wp) :: surplus(size(self%first))
       integer :: c
@@ -374,11 +374,11 @@ contains
       self%pressure = self%after
    end subroutine accept_step
 
-   !> Freeze the boundaries of the water, because a static stage begins.
+   !> Keep the boundaries of the water constant in static stages.
    subroutine freeze_for_statics(self, blocks, time)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      real(wp), intent(in) :: time  !< s
+      real(wp), intent(in) :: time  !< time, s
 
       self%frozen = .true.
       self%time = time
@@ -405,7 +405,7 @@ contains
    !> Save or restore pressures, volumes without water and flow.
    subroutine serialise(self, archive)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
-      type(archive_type), intent(inout) :: archive  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
 
       call archive_values(archive, self%pressure)
       call archive_values(archive, self%empty)

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Law of the jumps of a welded face whose material yields: elastic and perfectly plastic up to a
-!> cap, so that they transmit no more than the strain points beside them.
+!> Law of the jumps of a welded face whose material yields: elastic and perfectly plastic with a
+!> cap, so that jumps transmit no more than the strain points of the face.
 !>
-!> The force of the jump, a vector k (e − e^p), returns at t₀ + θΔt to the circle of the cap, which
-!> is constant in a step: the generalised midpoint rule, whose losses are not negative.
+!> The force vector k (e − e^p) of the jump returns at t₀ + θΔt to a circle with the radius of the
+!> cap, which is constant in a step.  By this generalised midpoint rule, losses are not negative.
 module dda_jump_law
    use dda_kinds, only: wp
    use dda_material_law, only: material_law_type, strain_point_type, loss_plastic, loss_scheme, &
@@ -14,7 +14,7 @@ module dda_jump_law
    private
    public :: jump_law_type
 
-   !> Law of all jumps; cap and stiffness are those of the point.
+   !> Law of all jumps; the cap and the stiffness belong to the point.
    type, extends(material_law_type) :: jump_law_type
    contains
       procedure :: state_size
@@ -32,14 +32,14 @@ contains
       state_size = 2
    end function state_size
 
-   !> Find the force in a step in addition to that at its start, and its tangent.
+   !> Find the change of the force in a step, and its tangent.
    pure subroutine find_force(self, point, state, strain, change, step, stress, tangent)
       class(jump_law_type), intent(in) :: self           !< law
-      type(strain_point_type), intent(in) :: point       !< at its position
+      type(strain_point_type), intent(in) :: point       !< point
       real(wp), intent(in) :: state(:)                   !< [any] state at the start of the step
       real(wp), intent(in) :: strain(3), change(3)       !< jump at the start, and its change, m
-      type(step_type), intent(in) :: step                !< the present one
-      real(wp), intent(out) :: stress(3), tangent(3, 3)  !< N/m; N/m²
+      type(step_type), intent(in) :: step                !< the present step
+      real(wp), intent(out) :: stress(3), tangent(3, 3)  !< force, N/m; tangent, N/m²
       real(wp) :: force(2), slope(2, 2)
 
       associate (k => point%elasticity(1, 1), theta => step%scheme%theta)
@@ -54,10 +54,10 @@ contains
    !> Find the state at the end of a step, and its losses.
    pure subroutine finish_step(self, point, state, strain, change, step, loss)
       class(jump_law_type), intent(in) :: self       !< law
-      type(strain_point_type), intent(in) :: point   !< at its position
+      type(strain_point_type), intent(in) :: point   !< point
       real(wp), intent(inout) :: state(:)  !< [any] state at the start; on return at the end
       real(wp), intent(in) :: strain(3), change(3)   !< jump at the start, and its change, m
-      type(step_type), intent(in) :: step            !< the present one
+      type(step_type), intent(in) :: step            !< the present step
       real(wp), intent(out) :: loss(losses)          !< J/m
       real(wp) :: trial(2), force(2), slope(2, 2), flow(2)
 
@@ -75,7 +75,7 @@ contains
    !> Stored energy ψ, J/m.
    pure real(wp) function stored(self, point, state, strain)
       class(jump_law_type), intent(in) :: self      !< law
-      type(strain_point_type), intent(in) :: point  !< at its position
+      type(strain_point_type), intent(in) :: point  !< point
       real(wp), intent(in) :: state(:)              !< [any] state of the point
       real(wp), intent(in) :: strain(3)             !< jump, m
 

@@ -3,9 +3,9 @@
 !> points.
 !>
 !> A term acts on row_a·x_a − row_b·x_b of two blocks, or of one block and the ground (block b = 0);
-!> that of a cable also acts on the blocks between its ends.  Its instant states its variable:
-!> the stretch at t₀ + θΔt or at the end of the step, the mean velocity d/Δt, the velocity at the
-!> end, or the acceleration.  Terms of a closed contact have the same form.
+!> the term of a cable also acts on the blocks between its ends.  `instant` selects the variable of
+!> the term: stretch at t₀ + θΔt or at the end of the step, mean velocity d/Δt, velocity at the end,
+!> or acceleration.  Terms of a closed contact have the same form.
 module dda_linear_terms
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, entry_of
@@ -24,7 +24,7 @@ module dda_linear_terms
    integer, parameter :: at_end = 2        !< stiffness at the end of the step
    integer, parameter :: mean_dashpot = 3  !< dashpot on d/Δt
    integer, parameter :: end_dashpot = 4   !< dashpot on the velocity at the end of the step
-   !> contributions of damping and material laws to K̂ in a step; frequencies have their own moduli
+   !> part of K̂ due to damping and material laws in steps, not used in the frequency domain
    integer, parameter :: at_damping = 5
    integer, parameter :: of_mass = 6       !< mass in the direction of the row
    integer, parameter :: instants = 6
@@ -37,7 +37,7 @@ module dda_linear_terms
    integer, parameter :: term_bolt = 6     !< spring of a bolt
    integer, parameter :: term_free_side = 7 !< dashpot between a side and the free field
    integer, parameter :: term_weld = 8      !< spring of a welded face of a body
-   integer, parameter :: term_point = 9     !< tangent of a strain point beyond elasticity
+   integer, parameter :: term_point = 9     !< tangent of a strain point minus the elastic one
    integer, parameter :: term_bed = 10      !< spring of a bed
    integer, parameter :: term_water = 11    !< water enclosed at a node of a joint
    integer, parameter :: term_reservoir = 12 !< water that moves with a face
@@ -57,7 +57,7 @@ module dda_linear_terms
    type :: linear_term_type
       integer :: kind = term_support        !< term_normal …
       integer :: instant = at_end           !< at_theta …
-      integer :: source = 0                 !< number of the contact or element of that kind
+      integer :: source = 0                 !< number of the contact, or of the element in its kind
       integer :: block_a = 0                !< first block
       integer :: block_b = 0                !< second block; 0: the ground
       integer :: motion(2) = 0              !< motions of the ground in x and y; 0: fixed
@@ -65,10 +65,10 @@ module dda_linear_terms
       logical :: of_penalty = .false.       !< proportional to the normal stiffness k_n
       real(wp) :: damped_share(2) = 0.0_wp  !< fractions damped by the materials of blocks a and b
       real(wp) :: coefficient = 0.0_wp      !< c, N/m, N s/m or kg per metre of thickness
-      real(wp) :: row_a(6) = 0.0_wp         !< of u
-      real(wp) :: row_b(6) = 0.0_wp         !< of −u
-      integer, allocatable :: further(:)    !< blocks of a cable besides a and b
-      real(wp), allocatable :: further_row(:,:)  !< [6,further] of u
+      real(wp) :: row_a(6) = 0.0_wp         !< part of u for block a
+      real(wp) :: row_b(6) = 0.0_wp         !< part of −u for block b
+      integer, allocatable :: further(:)    !< other blocks of a cable
+      real(wp), allocatable :: further_row(:,:)  !< [6,further] parts of u
       real(wp) :: place(2) = 0.0_wp         !< position in the coordinates of the engine, m
    end type linear_term_type
 
@@ -83,13 +83,13 @@ contains
    !> Append a term.
    pure subroutine add_term(terms, term)
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
-      type(linear_term_type), intent(in) :: term  !< term of the list
+      type(linear_term_type), intent(in) :: term  !< term
 
       call reserve_term(terms)
       terms%term(terms%n) = term
    end subroutine add_term
 
-   !> Lengthen the list by one term; its old values and memory are not cleared.
+   !> Lengthen the list by one term, which keeps its old values and memory.
    pure subroutine reserve_term(terms)
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
 
@@ -111,9 +111,9 @@ contains
    !> Set the blocks and the vector u of a term of two or more points.
    !> Rows of points of the same block are added.
    pure subroutine set_rows(term, block, row)
-      type(linear_term_type), intent(inout) :: term  !< term of the list
+      type(linear_term_type), intent(inout) :: term  !< term
       integer, intent(in) :: block(:)   !< [points] blocks, not all the same
-      real(wp), intent(in) :: row(:,:)  !< [6,points] of u
+      real(wp), intent(in) :: row(:,:)  !< [6,points] rows of u
       integer :: first(size(block)), n, k
 
       n = 0
@@ -147,7 +147,7 @@ contains
 
    !> Number of blocks that a term acts on.
    pure integer function blocks_in(term) result(n)
-      type(linear_term_type), intent(in) :: term  !< term of the list
+      type(linear_term_type), intent(in) :: term  !< term
 
       n = merge(1, 2, term%block_b == 0)
       if (allocated(term%further)) n = n + size(term%further)
@@ -155,7 +155,7 @@ contains
 
    !> Number of the k-th block of a term.
    pure integer function block_of(term, k) result(block)
-      type(linear_term_type), intent(in) :: term  !< term of the list
+      type(linear_term_type), intent(in) :: term  !< term
       integer, intent(in) :: k          !< 1 … `blocks_in`
 
       select case (k)
@@ -168,12 +168,12 @@ contains
       end select
    end function block_of
 
-   !> Number of the k-th block of a term, and its part of u.
+   !> Find the k-th block of a term, and its part of u.
    pure subroutine get_row(term, k, block, row)
-      type(linear_term_type), intent(in) :: term  !< term of the list
+      type(linear_term_type), intent(in) :: term  !< term
       integer, intent(in) :: k          !< 1 … `blocks_in`
       integer, intent(out) :: block     !< number of the block
-      real(wp), intent(out) :: row(6)   !< of u
+      real(wp), intent(out) :: row(6)   !< part of u
 
       block = block_of(term, k)
       select case (k)
@@ -186,9 +186,9 @@ contains
       end select
    end subroutine get_row
 
-   !> Factor in K̂ for terms of each instant: θ, 1, 1/Δt, 1/(χΔt), 1, 1/(χΔt²).
+   !> Factors of the terms in K̂, by instant: θ, 1, 1/Δt, 1/(χΔt), 1, 1/(χΔt²).
    pure function step_weights(step) result(weights)
-      type(step_type), intent(in) :: step  !< the present one
+      type(step_type), intent(in) :: step  !< the present step
       real(wp) :: weights(instants)  !< 1, 1, 1/s, 1/s, 1, 1/s²
 
       weights = [step%scheme%theta, 1.0_wp, 1.0_wp/step%time_step, momentum_weight(step), 1.0_wp, &
@@ -197,7 +197,7 @@ contains
 
    !> Extension u·x of a term in a motion x of all blocks.
    pure real(wp) function stretch_of(term, x) result(stretch)
-      type(linear_term_type), intent(in) :: term  !< term of the list
+      type(linear_term_type), intent(in) :: term  !< term
       real(wp), intent(in) :: x(:,:)  !< [6,blocks]
       real(wp) :: row(6)
       integer :: k, b
@@ -212,7 +212,7 @@ contains
    !> Scale all terms that are proportional to the penalty.
    pure subroutine scale_penalty(terms, ratio)
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
-      real(wp), intent(in) :: ratio  !< new k_n over old
+      real(wp), intent(in) :: ratio  !< new k_n over old k_n
       integer :: i
 
       do i = 1, terms%n
@@ -241,11 +241,10 @@ contains
 
    !> Add weight × c u uᵀ of all terms to a matrix whose pattern contains them.
    !>
-   !> The springs of a welded face are consecutive.
-   !> Their position in the matrix is searched only once.
+   !> The position in the matrix is searched only once for the consecutive springs of a welded face.
    pure subroutine add_to_matrix(terms, weights, matrix)
       type(linear_terms_type), intent(in) :: terms  !< springs and dashpots
-      real(wp), intent(in) :: weights(instants)  !< weight by instant; 0: term is omitted
+      real(wp), intent(in) :: weights(instants)  !< weight by instant; 0: omit the term
       type(block_matrix_type), intent(inout) :: matrix  !< block matrix
       real(wp) :: c
       integer :: i, pair(2), entry
@@ -276,7 +275,7 @@ contains
 
    !> Add c u uᵀ of a term with any number of blocks.
    pure subroutine add_rows(term, c, matrix)
-      type(linear_term_type), intent(in) :: term  !< term of the list
+      type(linear_term_type), intent(in) :: term  !< term
       real(wp), intent(in) :: c  !< factor, N/m per metre of thickness
       type(block_matrix_type), intent(inout) :: matrix  !< block matrix
       real(wp) :: row_a(6), row_b(6)

@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Points at which materials have a law (`dda_material_law`), and the memory of that law: in
-!> blocks, remainders of cells, and sides of welded faces.  If a law limits them, the mean and
-!> linear jumps of these faces are points too, with `dda_jump_law`; so are points of broken faces,
-!> with `dda_crack_law`.
+!> Points at which a material law (`dda_material_law`) is evaluated, and the memory of the laws.
+!> Strain points are in blocks, remainders of cells, and sides of welded faces.  If a law limits the
+!> mean and linear jumps of faces, they are points with `dda_jump_law`; points of broken faces have
+!> `dda_crack_law`.
 !>
-!> Blocks and welded faces are linear elastic; a point adds the difference of its law,
-!> c = s − θDΔε − Dε.  At a face between two materials each side has its own strain, with the
-!> displacement of the face that small strains give it (`dda_weld_springs`).
+!> Blocks and welded faces are linear elastic; a point adds the difference c = s − θDΔε − Dε of its
+!> law.  At a face between two materials each side has its own strain, computed with the face
+!> displacement of elastic materials (`dda_weld_springs`).
 module dda_material_points
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -27,9 +27,9 @@ module dda_material_points
       crack_points, places
 
    integer, parameter :: crack_points = 3            !< Lobatto points of a broken face
-   real(wp), parameter :: places(crack_points) = [-1.0_wp, 0.0_wp, 1.0_wp]  !< ξ of them
+   real(wp), parameter :: places(crack_points) = [-1.0_wp, 0.0_wp, 1.0_wp]  !< their ξ
 
-   real(wp), parameter :: arc_share = 2.0_wp/3.0_wp  !< 1 − (1/24)/(1/8)
+   real(wp), parameter :: arc_share = 2.0_wp/3.0_wp  !< see `shape_stress`: 1 − (1/24)/(1/8)
 
    !> Container of a law.
    type :: slot_type
@@ -40,14 +40,14 @@ module dda_material_points
    type, abstract, extends(element_type) :: material_points_type
       integer :: n = 0
       logical, allocatable :: active(:)                  !< [n] the law differs from elasticity
-      !> [materials + 1 + joints] of materials, of jumps, of faces that break
+      !> [materials + 1 + joints] laws of materials, of jumps, of broken faces
       type(slot_type), allocatable :: slot(:)
       integer, allocatable :: material(:)                !< [n]
       integer, allocatable :: block(:,:)                 !< [2,n] block and 0, or cells of the face
       integer, allocatable :: side(:,:)  !< [2,n] points of the face of a jump, else 0
       integer, allocatable :: crack(:)                   !< [n] point 1 … 3 of a broken face, else 0
-      integer :: first_crack = 0  !< number of points before those of broken faces
-      real(wp), allocatable :: area(:)                   !< [n] m²; of jumps 1
+      integer :: first_crack = 0  !< number of points before the points of broken faces
+      real(wp), allocatable :: area(:)                   !< [n] area, m²; 1 for jumps
       type(strain_point_type), allocatable :: point(:)   !< [n]
       type(weld_type), allocatable :: face(:)            !< [n]
       real(wp), allocatable :: map(:,:,:) !< [3,deformations,n] strain as a function of deformations
@@ -57,8 +57,8 @@ module dda_material_points
       logical :: static = .false.                        !< laws are inactive in this static stage
       real(wp), allocatable :: rest(:,:)  !< [3,n] ε at which laws became inactive, else 0
       real(wp), allocatable :: kept(:,:)                 !< [3,n] c of inactive laws, Pa
-      real(wp), allocatable :: rest_energy(:)  !< [n] work of the cohesion left by softening, J/m³
-      ! Of a step
+      real(wp), allocatable :: rest_energy(:)  !< [n] work of the cohesion that remains, J/m³
+      ! Variables of a step
       real(wp), allocatable :: strain(:,:)               !< [3,n] ε at the start of the step
    end type material_points_type
 
@@ -66,12 +66,12 @@ contains
 
    !> Create the points of a model: blocks, sides and jumps of welded faces, faces that can break.
    subroutine set_points(self, welds, blocks, materials, cracks, plane_strain)
-      class(material_points_type), intent(inout) :: self  !< gets its points
-      type(weld_type), intent(in) :: welds(:)          !< of the model
+      class(material_points_type), intent(inout) :: self  !< receives its points
+      type(weld_type), intent(in) :: welds(:)          !< welds of the model
       type(blocks_type), intent(in) :: blocks          !< blocks in their present state
-      type(material_type), intent(in) :: materials(:)  !< of the model
+      type(material_type), intent(in) :: materials(:)  !< materials of the model
       type(crack_law_type), intent(in) :: cracks(:)    !< [joints] cracks of faces that break
-      logical, intent(in) :: plane_strain              !< else plane stress
+      logical, intent(in) :: plane_strain              !< plane strain; .false.: plane stress
       real(wp) :: moduli(3, 3, size(materials))
       integer :: m, most
       logical :: with_jumps
@@ -102,15 +102,15 @@ contains
 
    !> .true. if a material has its own law.
    pure logical function has_law(self, material)  ! total
-      class(material_points_type), intent(in) :: self  !< with its laws
-      integer, intent(in) :: material                !< number
+      class(material_points_type), intent(in) :: self  !< points with laws
+      integer, intent(in) :: material                !< number of the material
 
       has_law = allocated(self%slot(material)%law)
    end function has_law
 
    !> Allocate arrays for n points with states of a given size.
    subroutine reserve(self, n, states)
-      class(material_points_type), intent(inout) :: self  !< gets its arrays
+      class(material_points_type), intent(inout) :: self  !< receives its arrays
       integer, intent(in) :: n, states                  !< numbers of points and of state variables
 
       self%n = n
@@ -124,7 +124,7 @@ contains
 
    !> Create points of blocks, and of the remainders of cells beside welded faces.
    subroutine create_block_points(self, blocks, moduli)
-      class(material_points_type), intent(inout) :: self  !< with its arrays
+      class(material_points_type), intent(inout) :: self  !< points with arrays
       type(blocks_type), intent(in) :: blocks           !< blocks in their present state
       real(wp), intent(in) :: moduli(:,:,:)             !< [3,3,materials] D, Pa
       integer :: b
@@ -138,8 +138,8 @@ contains
 
    !> Create points of welded faces; faces within one material have one point.
    subroutine create_face_points(self, welds, blocks, moduli)
-      class(material_points_type), intent(inout) :: self  !< with its arrays
-      type(weld_type), intent(in) :: welds(:)           !< of the model
+      class(material_points_type), intent(inout) :: self  !< points with arrays
+      type(weld_type), intent(in) :: welds(:)           !< welds of the model
       type(blocks_type), intent(in) :: blocks           !< blocks in their present state
       real(wp), intent(in) :: moduli(:,:,:)             !< [3,3,materials] D, Pa
       real(wp) :: map(3, n_deformations, 2), mean(3)
@@ -165,7 +165,7 @@ contains
    !> Create points at which the mean and the linear part of the jump of a welded face act.
    subroutine create_jump_points(self, welds, blocks, moduli)
       class(material_points_type), intent(inout) :: self  !< points with arrays and other points
-      type(weld_type), intent(in) :: welds(:)           !< of the model
+      type(weld_type), intent(in) :: welds(:)           !< welds of the model
       type(blocks_type), intent(in) :: blocks           !< blocks in their present state
       real(wp), intent(in) :: moduli(:,:,:)             !< [3,3,materials] D, Pa
       real(wp) :: stiffness(2)
@@ -195,7 +195,7 @@ contains
    !> Create points of faces that can break: opening and slip from the deformations.
    subroutine create_crack_points(self, welds, before)
       class(material_points_type), intent(inout) :: self  !< points with arrays and other points
-      type(weld_type), intent(in) :: welds(:)           !< of the model
+      type(weld_type), intent(in) :: welds(:)           !< welds of the model
       integer, intent(in) :: before                     !< number of laws before those of joints
       integer :: i, k, p
 
@@ -225,7 +225,8 @@ contains
       end do
    end subroutine create_crack_points
 
-   !> Largest force of the jump of point p in a step, N/m, from the points of its face at the start.
+   !> Largest force of jump p in a step, N/m, from the stress at the points of its face at the
+   !> start.
    pure real(wp) function jump_limit(self, p) result(cap)
       class(material_points_type), intent(in) :: self  !< points, with strains at the start
       integer, intent(in) :: p                       !< point of a jump
@@ -243,14 +244,14 @@ contains
       if (cap < huge(1.0_wp)) cap = cap*self%face(p)%length
    end function jump_limit
 
-   !> Begin the law of point p in the present state, with the elastic stress of its strain.
+   !> Begin the law of point p in the present state, with elastic stress.
    subroutine begin_point(self, p, blocks, material, moduli, initial)
-      class(material_points_type), intent(inout) :: self  !< points; blocks, area and map are set
-      integer, intent(in) :: p                          !< point
+      class(material_points_type), intent(inout) :: self  !< points with block, area and map of p
+      integer, intent(in) :: p                          !< number of the point
       type(blocks_type), intent(in) :: blocks           !< blocks in their present state
-      integer, intent(in) :: material                   !< of the point
+      integer, intent(in) :: material                   !< material of the point
       real(wp), intent(in) :: moduli(:,:,:)             !< [3,3,materials] D, Pa
-      real(wp), intent(in) :: initial(3)                !< stress at no strain, Pa
+      real(wp), intent(in) :: initial(3)                !< stress at zero strain, Pa
 
       self%material(p) = material
       self%reference(:, p) = total_strain(self, p, blocks)
@@ -266,7 +267,7 @@ contains
    !> Strain of point p in the present state, relative to the input geometry.
    pure function total_strain(self, p, blocks) result(strain)
       class(material_points_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: p                       !< point
+      integer, intent(in) :: p                       !< number of the point
       type(blocks_type), intent(in) :: blocks        !< blocks in their present state
       real(wp) :: strain(3)
 
@@ -280,7 +281,7 @@ contains
    !> .true. if point p acts and its blocks exist.
    pure logical function acts(self, p, blocks)
       class(material_points_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: p                       !< point
+      integer, intent(in) :: p                       !< number of the point
       type(blocks_type), intent(in) :: blocks        !< blocks in their present state
 
       acts = self%active(p) .and. .not. blocks%removed(self%block(1, p))
@@ -293,10 +294,10 @@ contains
       end if
    end function acts
 
-   !> .true. if point p retains its stress from the law, which is inactive in static stages.
+   !> .true. if the law of point p is inactive in this static stage, so that c is constant.
    pure logical function resting(self, p)
       class(material_points_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: p                       !< point
+      integer, intent(in) :: p                       !< number of the point
 
       resting = self%static
       if (resting) resting = has_law(self, self%material(p))
@@ -306,9 +307,9 @@ contains
    !> Find c of point p in a step, and its derivative with respect to Δε.
    pure subroutine respond(self, p, strain, change, step, stress, tangent)
       class(material_points_type), intent(in) :: self      !< elements of this kind
-      integer, intent(in) :: p                           !< point
+      integer, intent(in) :: p                           !< number of the point
       real(wp), intent(in) :: strain(3), change(3)       !< ε at the start, Δε
-      type(step_type), intent(in) :: step                !< the present one
+      type(step_type), intent(in) :: step                !< the present step
       real(wp), intent(out) :: stress(3), tangent(3, 3)  !< Pa
 
       stress = self%carried(:, p)
@@ -328,7 +329,7 @@ contains
    !> Stress c of point p in the present state.
    pure function present_stress(self, p, blocks) result(stress)
       class(material_points_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: p                       !< point
+      integer, intent(in) :: p                       !< number of the point
       type(blocks_type), intent(in) :: blocks        !< blocks in their present state
       real(wp) :: stress(3), tangent(3, 3)
 
@@ -336,14 +337,15 @@ contains
          [0.0_wp, 0.0_wp, 0.0_wp], step_type(scheme_type(1.0_wp, 1.0_wp)), stress, tangent)
    end function present_stress
 
-   !> Part of `carried` that preserves the area of point p of a face with large plastic strain.
+   !> Stress that preserves the area of point p of a face with a large plastic linear jump; part of
+   !> `carried`.
    !>
-   !> Cells that turn by a relative to each other about the middle of a face approach by ha²/8, arcs
-   !> by ha²/24.  The work of a pressure p of the sides on the difference is subtracted: a force
-   !> ⅔ p (h/L) [u]_l of the plastic linear jump.
+   !> Cells that turn by an angle a relative to each other about the middle of a face approach by
+   !> ha²/8, but arcs by ha²/24.  The work of the pressure p of the sides on the difference is
+   !> removed by a force ⅔ p (h/L) [u]_l on the plastic linear jump.
    pure function shape_stress(self, p) result(stress)
       class(material_points_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: p                       !< point
+      integer, intent(in) :: p                       !< number of the point
       real(wp) :: stress(3), pressure
       integer :: k
 
@@ -363,10 +365,10 @@ contains
          *self%state(1:2, p)
    end function shape_stress
 
-   !> Energy of point p minus that of an elastic point with the same strain, J/m³.
+   !> Energy of point p minus the elastic energy at the same strain, J/m³.
    pure real(wp) function beyond_elastic(self, p, state, strain) result(energy)
       class(material_points_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: p                       !< point
+      integer, intent(in) :: p                       !< number of the point
       real(wp), intent(in) :: state(:)               !< [any] state of the law of the point
       real(wp), intent(in) :: strain(3)              !< ε
       real(wp) :: at(3)
@@ -387,11 +389,11 @@ contains
 
    !> Advance the state of point p by a step, and find its losses.
    pure subroutine step_point(self, p, state, change, step, loss)
-      class(material_points_type), intent(in) :: self  !< prepared for the step
-      integer, intent(in) :: p                       !< point
+      class(material_points_type), intent(in) :: self  !< points, prepared for the step
+      integer, intent(in) :: p                       !< number of the point
       real(wp), intent(inout) :: state(:)            !< [any] state of the law of the point
       real(wp), intent(in) :: change(3)              !< Δε
-      type(step_type), intent(in) :: step            !< the present one
+      type(step_type), intent(in) :: step            !< the present step
       real(wp), intent(out) :: loss(losses)          !< J/m³
 
       loss = 0.0_wp
@@ -403,11 +405,11 @@ contains
          *dot_product(change, matmul(self%point(p)%elasticity, change))
    end subroutine step_point
 
-   !> Copy the state of an earlier point to point p.
+   !> Copy the state of a former point to point p.
    subroutine copy_point_state(self, p, before, old, blocks)
       class(material_points_type), intent(inout) :: self  !< elements of this kind
       integer, intent(in) :: p, old                     !< point, and former point
-      class(material_points_type), intent(in) :: before   !< elements before
+      class(material_points_type), intent(in) :: before   !< former elements
       type(blocks_type), intent(in) :: blocks           !< blocks in their present state
       real(wp) :: moved(3)
       logical :: other

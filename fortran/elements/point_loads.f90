@@ -26,8 +26,8 @@ contains
    subroutine add_force(self, blocks, step, load)
       class(point_loads_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(step_type), intent(in) :: step  !< the present one
-      real(wp), intent(inout) :: load(:,:)  !< [6,blocks] N/m …
+      type(step_type), intent(in) :: step  !< the present step
+      real(wp), intent(inout) :: load(:,:)  !< [6,blocks] forces, N/m …
       integer :: i
 
       do i = 1, size(self%load)
@@ -42,9 +42,9 @@ contains
    subroutine add_to_budget(self, blocks, step, d, energy)
       class(point_loads_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(step_type), intent(in) :: step  !< the present one
+      type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
-      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
+      type(energy_type), intent(inout) :: energy  !< energy budget, J per metre
       integer :: i
 
       do i = 1, size(self%load)
@@ -55,11 +55,11 @@ contains
       end do
    end subroutine add_to_budget
 
-   !> Freeze the forces at their values at a time.
+   !> Keep the forces constant in static stages, at their values at a given time.
    subroutine freeze_for_statics(self, blocks, time)
       class(point_loads_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      real(wp), intent(in) :: time  !< s
+      real(wp), intent(in) :: time  !< time, s
       real(wp), parameter :: ever = 0.5_wp*huge(1.0_wp)
       integer :: i
 

@@ -1,18 +1,17 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Elements that are pairs of springs, between two blocks or a block and the ground.
 !>
-!> With the extension y and its rate w, both relative to a motion, a spring at t₀ + θΔt exerts −k y.
-!> A spring at the end of the step has a dashpot and exerts −k y₁ − c w₁ with c = (1 − χ) k Δt.
-!> Without the dashpot, a velocity that a stiff spring has stopped would change sign every step for
-!> ever (DDA: root −1 + 8/Ω²); with it both roots are 1/(1 ± iΩ) for any (θ, χ).
+!> The extension y and its rate w are relative to a motion.  A spring at t₀ + θΔt exerts −k y.  A
+!> spring at the end of the step has a dashpot and exerts −k y₁ − c w₁, c = (1 − χ) k Δt.  Without
+!> the dashpot, the velocity at a stiff spring would change sign in every step (DDA: root −1 +
+!> 8/Ω²); with it, both roots are 1/(1 ± iΩ) for any (θ, χ).
 !>
-!> Their energy is ½ k y² + ½ (1 − χ) c Δt w².  It never increases: a step loses (θ − ½) k Δy²
-!> by the scheme, with θ = 1 at the end, and c Δt [(2χ − 1) w₁² + ½ (1 − χ)(w₀ + w₁)²] in the
-!> dashpot.
+!> The energy ½ k y² + ½ (1 − χ) c Δt w² never increases: a step loses (θ − ½) k Δy² by the scheme
+!> (θ = 1 at the end of the step), and c Δt [(2χ − 1) w₁² + ½ (1 − χ)(w₀ + w₁)²] in the dashpot.
 !>
-!> The velocity of a motion is that of its record if χ = ½.  Otherwise it follows from displacement
-!> as for a block, v₁ = Δu/(χΔt) − (1/χ − 1) v₀: with the recorded velocity, the base would stay
-!> behind by (1 − χ)(χ − ½)Ω².
+!> The velocity of a motion is the velocity of its record if χ = ½.  Otherwise it follows from the
+!> displacement as for a block, v₁ = Δu/(χΔt) − (1/χ − 1) v₀, because with the recorded velocity the
+!> base would lag by (1 − χ)(χ − ½)Ω².
 module dda_spring_element
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -29,7 +28,7 @@ module dda_spring_element
 
    !> Two springs in the present geometry.
    type :: spring_type
-      integer :: block(2) = 0           !< blocks; second 0: the ground; first 0: no springs
+      integer :: block(2) = 0           !< blocks; 0: ground; first 0: no springs
       real(wp) :: stiffness(2)          !< k, N/m per metre of thickness; 0: no spring
       real(wp) :: stretch(2)            !< m
       real(wp) :: row(6, 2, 2)          !< [6,springs,blocks] u and −u of the extension
@@ -38,10 +37,10 @@ module dda_spring_element
       real(wp) :: rate(2) = 0.0_wp      !< velocity of these motions at the start of the step, m/s
    end type spring_type
 
-   !> All elements of such a kind.
+   !> All elements of a kind with springs.
    type, abstract, extends(element_type) :: spring_element_type
-      integer :: n = 0                 !< elements
-      integer :: kind = term_support   !< of their terms
+      integer :: n = 0                 !< number of elements
+      integer :: kind = term_support   !< kind of the terms
       integer :: instant = at_theta    !< instant of the springs, or at_end
       logical :: of_penalty = .true.   !< the stiffness is proportional to k_n
    contains
@@ -57,9 +56,9 @@ module dda_spring_element
       pure subroutine springs_interface(self, i, blocks, spring)
          import :: spring_element_type, blocks_type, spring_type
          class(spring_element_type), intent(in) :: self  !< elements of this kind
-         integer, intent(in) :: i                        !< number, from 1
+         integer, intent(in) :: i                        !< number of the element
          type(blocks_type), intent(in) :: blocks         !< blocks in their present state
-         type(spring_type), intent(out) :: spring        !< both
+         type(spring_type), intent(out) :: spring        !< springs of the element
       end subroutine springs_interface
    end interface
 
@@ -79,7 +78,7 @@ contains
    pure function dashpots_of(self, spring, step) result(dashpot)
       class(spring_element_type), intent(in) :: self  !< elements of this kind
       type(spring_type), intent(in) :: spring         !< spring of one element
-      type(step_type), intent(in) :: step             !< the present one
+      type(step_type), intent(in) :: step             !< the present step
       real(wp) :: dashpot(2)
 
       dashpot = 0.0_wp
@@ -90,17 +89,17 @@ contains
    !> Fraction of a step after which the springs act.
    pure real(wp) function act_fraction(self, step) result(share)
       class(spring_element_type), intent(in) :: self  !< elements of this kind
-      type(step_type), intent(in) :: step             !< the present one
+      type(step_type), intent(in) :: step             !< the present step
 
       share = merge(1.0_wp, step%scheme%theta, self%instant == at_end)
    end function act_fraction
 
    !> Velocity of the motions at the end of a step, m/s.
    pure function target_rate(motion, before, motions, step) result(rate)
-      integer, intent(in) :: motion(2)             !< numbers; 0: none
+      integer, intent(in) :: motion(2)             !< numbers of the motions; 0: none
       real(wp), intent(in) :: before(2)            !< velocity at the start of the step, m/s
-      type(motion_type), intent(in) :: motions(:)  !< prescribed ones
-      type(step_type), intent(in) :: step          !< the present one
+      type(motion_type), intent(in) :: motions(:)  !< prescribed motions
+      type(step_type), intent(in) :: step          !< the present step
       real(wp) :: rate(2)
 
       if (step%scheme%chi > 0.5_wp) then
@@ -111,11 +110,11 @@ contains
       end if
    end function target_rate
 
-   !> Append springs and their dashpots; rows of a block on both sides are added.
+   !> Append springs and their dashpots; if both ends belong to one block, their rows are added.
    subroutine add_linear_terms(self, blocks, step, terms)
       class(spring_element_type), intent(in) :: self   !< elements of this kind
       type(blocks_type), intent(in) :: blocks          !< blocks in their present state
-      type(step_type), intent(in) :: step              !< the present one
+      type(step_type), intent(in) :: step              !< the present step
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       type(linear_term_type) :: term
       type(spring_type) :: spring
@@ -153,8 +152,8 @@ contains
    subroutine add_force(self, blocks, step, load)
       class(spring_element_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks         !< blocks in their present state
-      type(step_type), intent(in) :: step             !< the present one
-      real(wp), intent(inout) :: load(:,:)            !< [6,blocks] N/m …
+      type(step_type), intent(in) :: step             !< the present step
+      real(wp), intent(inout) :: load(:,:)            !< [6,blocks] forces, N/m …
       type(spring_type) :: spring
       real(wp) :: force(2), wanted(2), c(2)
       integer :: i
@@ -180,8 +179,8 @@ contains
    subroutine add_stored_energy(self, blocks, step, energy)
       class(spring_element_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks         !< blocks in their present state
-      type(step_type), intent(in) :: step             !< the next one
-      type(energy_type), intent(inout) :: energy      !< J per metre of thickness
+      type(step_type), intent(in) :: step             !< the next step
+      type(energy_type), intent(inout) :: energy      !< energy budget, J per metre
       type(spring_type) :: spring
       integer :: i
 
@@ -198,20 +197,20 @@ contains
    pure real(wp) function spring_energy(self, spring, step, y, w)
       class(spring_element_type), intent(in) :: self  !< elements of this kind
       type(spring_type), intent(in) :: spring         !< spring of one element
-      type(step_type), intent(in) :: step             !< the present one
+      type(step_type), intent(in) :: step             !< the present step
       real(wp), intent(in) :: y(2), w(2)  !< extension, m, and its rate, m/s, relative to the motion
 
       spring_energy = 0.5_wp*sum(spring%stiffness*y**2 + (1.0_wp - step%scheme%chi) &
          *dashpots_of(self, spring, step)*step%time_step*w**2)
    end function spring_energy
 
-   !> Add work −k y·Δu − c w₁·Δt [(1 − χ) u̇₀ + χ u̇₁] of the motions, and the losses.
+   !> Add the work −k y·Δu − c w₁·Δt [(1 − χ) u̇₀ + χ u̇₁] of the motions, and the losses.
    subroutine add_to_budget(self, blocks, step, d, energy)
       class(spring_element_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks         !< blocks in their present state
-      type(step_type), intent(in) :: step             !< the present one
+      type(step_type), intent(in) :: step             !< the present step
       real(wp), intent(in) :: d(:,:)                  !< [6,blocks] increments of the coordinates
-      type(energy_type), intent(inout) :: energy      !< J per metre of thickness
+      type(energy_type), intent(inout) :: energy      !< energy budget, J per metre
       type(spring_type) :: spring
       real(wp) :: y(2), moved(2), change(2), rate(2), w(2), w0(2), c(2), share
       integer :: i

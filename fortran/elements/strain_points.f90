@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Contributions of material laws to the equations of a step at their points
-!> (`dda_material_points`).
+!> Contributions of material laws at their points (`dda_material_points`) to the equations of a
+!> step.
 !>
-!> A step is solved by Newton's method: the additional stress c is linearised about an increment,
-!> and again about the solution, until c at the solution equals the c of the linearisation.
-!> c is the derivative of a potential minus a quadratic one.  If the law is convex, a step minimises
-!> a convex function, and `slope_beyond` makes its line search exact.
+!> A step is solved by Newton's method: the additional stress c is linearised at an increment, then
+!> at each solution, until c at the solution equals its linearised value.  c is the derivative of
+!> the potential of the law minus the elastic potential.  If the law is convex, a step minimises a
+!> convex function, and `slope_beyond` makes its line search exact.
 !>
-!> Bounds that a law freezes at the stress of a step are updated from the last solution until they
-!> agree or the number of rounds is reached; their error is then the change in the last round.
+!> Bounds that a law freezes are updated from the stress of the last solution until they agree with
+!> it or the largest number of rounds is reached; their error is then the change in the last round.
 module dda_strain_points
    use dda_kinds, only: wp
    use dda_archive, only: archive_type, archive_values => serialise
@@ -34,19 +34,19 @@ module dda_strain_points
    public :: strain_points_type, new_strain_points, add_point_stress, most_held
 
    real(wp), parameter :: tolerance = 1.0e-11_wp     !< relative tolerance of a stress
-   real(wp), parameter :: rounding = 1.0e-15_wp      !< rounding, relative to the elastic stress
-   real(wp), parameter :: agreed = 1.0e-7_wp         !< relative tolerance of a stress in bounds
+   real(wp), parameter :: rounding = 1.0e-15_wp      !< rounding error over the elastic stress
+   real(wp), parameter :: agreed = 1.0e-7_wp  !< relative tolerance of the stress that sets bounds
    real(wp), parameter :: agreed_damage = 1.0e-4_wp  !< damage tolerance of broken faces
    integer, parameter :: most_held = 15              !< largest number of updates of bounds
-   real(wp), parameter :: no_curvature = 1.0e-13_wp  !< fraction of D below which a tangent is zero
+   real(wp), parameter :: no_curvature = 1.0e-13_wp  !< smaller tangents over D count as zero
 
    !> Equations of all points in a step.
    type, extends(material_points_type) :: strain_points_type
-      real(wp), allocatable :: operator(:,:,:,:)         !< [3,6,2,n] Δε by increments of blocks
-      real(wp), allocatable :: change(:,:)               !< [3,n] Δε about which c is linear
-      real(wp), allocatable :: stress(:,:)               !< [3,n] c there, Pa
-      real(wp), allocatable :: tangent(:,:,:)            !< [3,3,n] ∂c/∂Δε there, Pa
-      integer :: round = 0                               !< solutions so far
+      real(wp), allocatable :: operator(:,:,:,:)  !< [3,6,2,n] derivatives of Δε by d of both blocks
+      real(wp), allocatable :: change(:,:)               !< [3,n] Δε at which c is linearised
+      real(wp), allocatable :: stress(:,:)               !< [3,n] c at this Δε, Pa
+      real(wp), allocatable :: tangent(:,:,:)            !< [3,3,n] ∂c/∂Δε at this Δε, Pa
+      integer :: round = 0                               !< number of solutions so far
       integer :: worst = 0  !< worst point of the last solution; 0: all agree
    contains
       procedure :: prepare_step
@@ -68,23 +68,23 @@ contains
    !> Create the points of a model.
    type(strain_points_type) function new_strain_points(welds, blocks, materials, cracks, &
       plane_strain) result(self)
-      type(weld_type), intent(in) :: welds(:)          !< of the model
+      type(weld_type), intent(in) :: welds(:)          !< welds of the model
       type(blocks_type), intent(in) :: blocks          !< blocks in their present state
-      type(material_type), intent(in) :: materials(:)  !< of the model
+      type(material_type), intent(in) :: materials(:)  !< materials of the model
       type(crack_law_type), intent(in) :: cracks(:)    !< [joints] cracks of faces that break
-      logical, intent(in) :: plane_strain              !< else plane stress
+      logical, intent(in) :: plane_strain              !< plane strain; .false.: plane stress
 
       call set_points(self, welds, blocks, materials, cracks, plane_strain)
       allocate (self%operator(3, 6, 2, self%n), self%change(3, self%n), self%stress(3, self%n), &
          self%tangent(3, 3, self%n), source=0.0_wp)
-      where (self%crack > 0) self%tangent(1, 1, :) = 1.0_wp  ! the pattern couples both cells
+      where (self%crack > 0) self%tangent(1, 1, :) = 1.0_wp  ! couples both cells in the pattern
    end function new_strain_points
 
-   !> Prepare a step: set strains at its start, and linearise the stress c about an increment.
+   !> Prepare a step: set the strains at its start, and linearise the stress c at an increment.
    subroutine prepare_step(self, blocks, step, d)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks           !< blocks at the start of the step
-      type(step_type), intent(in) :: step               !< the present one
+      type(step_type), intent(in) :: step               !< the present step
       real(wp), intent(in) :: d(:,:)                    !< [6,blocks] increments of the coordinates
       integer :: p
 
@@ -106,12 +106,12 @@ contains
       end do
    end subroutine prepare_step
 
-   !> Freeze the bounds of point p at the stress of a change of strain, if they differ.
+   !> Freeze the bounds of point p at the stress for a strain increment, unless they agree with it.
    subroutine freeze_bounds(self, p, change, step, allowed)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
-      integer, intent(in) :: p                          !< point
+      integer, intent(in) :: p                          !< number of the point
       real(wp), intent(in) :: change(3)                 !< Δε
-      type(step_type), intent(in) :: step               !< the present one
+      type(step_type), intent(in) :: step               !< the present step
       real(wp), intent(in) :: allowed                   !< allowed error of bounds, Pa
       real(wp) :: stress(3)
 
@@ -125,9 +125,9 @@ contains
    !> Set the operator that maps increments of blocks to Δε of point p.
    subroutine set_strain_operator(self, p, blocks, step)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
-      integer, intent(in) :: p                          !< point
+      integer, intent(in) :: p                          !< number of the point
       type(blocks_type), intent(in) :: blocks           !< blocks at the start of the step
-      type(step_type), intent(in) :: step               !< the present one
+      type(step_type), intent(in) :: step               !< the present step
       real(wp) :: g(n_deformations, 6, 2)
       integer :: i, k
 
@@ -147,7 +147,7 @@ contains
    !> Strain increment Δε of point p.
    pure function strain_increment(self, p, d) result(change)
       class(strain_points_type), intent(in) :: self  !< prepared for the step
-      integer, intent(in) :: p                       !< point
+      integer, intent(in) :: p                       !< number of the point
       real(wp), intent(in) :: d(:,:)                 !< [6,blocks] increments of the coordinates
       real(wp) :: change(3)
 
@@ -160,7 +160,7 @@ contains
    subroutine add_linear_terms(self, blocks, step, terms)
       class(strain_points_type), intent(in) :: self    !< elements of this kind
       type(blocks_type), intent(in) :: blocks          !< blocks in their present state
-      type(step_type), intent(in) :: step              !< the present one
+      type(step_type), intent(in) :: step              !< the present step
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       type(linear_term_type) :: term
       real(wp) :: factor(3), direction(3, 3)
@@ -181,15 +181,15 @@ contains
             term%row_a = matmul(direction(:, i), self%operator(:, :, 1, p))
             if (term%block_b > 0) term%row_b = -matmul(direction(:, i), self%operator(:, :, 2, p))
             if (term%block_b == term%block_a) term%row_a = term%row_a - term%row_b
-            if (term%block_b == term%block_a) term%block_b = 0  ! its own image
+            if (term%block_b == term%block_a) term%block_b = 0  ! image of the same block
             call add_term(terms, term)
          end do
       end do
    end subroutine add_linear_terms
 
-   !> Split a symmetric matrix into Σ f u uᵀ, the largest diagonal entry first.
+   !> Split a symmetric matrix into Σ f u uᵀ, with the largest diagonal entry first.
    pure subroutine split_dyads(matrix, none, n, factor, direction)
-      real(wp), intent(in) :: matrix(3, 3)             !< symmetric
+      real(wp), intent(in) :: matrix(3, 3)             !< symmetric matrix
       real(wp), intent(in) :: none                     !< limit below which diagonal values are zero
       integer, intent(out) :: n                        !< terms
       real(wp), intent(out) :: factor(3), direction(3, 3)
@@ -212,8 +212,8 @@ contains
    subroutine add_force(self, blocks, step, load)
       class(strain_points_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks        !< blocks in their present state
-      type(step_type), intent(in) :: step            !< the present one
-      real(wp), intent(inout) :: load(:,:)           !< [6,blocks] N/m …
+      type(step_type), intent(in) :: step            !< the present step
+      real(wp), intent(inout) :: load(:,:)           !< [6,blocks] forces, N/m …
       real(wp) :: force(3)
       integer :: p, k
 
@@ -228,14 +228,14 @@ contains
       end do
    end subroutine add_force
 
-   !> Add the forces of images on the cells of one side due to c, in a step with known increment d.
+   !> Add the forces of images on the cells of one side due to c, in a step with a known d.
    subroutine add_face_force(self, side, blocks, step, d, load)
       class(strain_points_type), intent(in) :: self  !< prepared for the step
       integer, intent(in) :: side                    !< side of each face, 1 or 2
       type(blocks_type), intent(in) :: blocks        !< blocks at the start of the step
-      type(step_type), intent(in) :: step            !< the present one
+      type(step_type), intent(in) :: step            !< the present step
       real(wp), intent(in) :: d(:,:)                 !< [6,blocks] increments of the coordinates
-      real(wp), intent(inout) :: load(:,:)           !< [6,blocks] N/m …
+      real(wp), intent(inout) :: load(:,:)           !< [6,blocks] forces, N/m …
       real(wp) :: stress(3), tangent(3, 3)
       integer :: p
 
@@ -251,14 +251,14 @@ contains
       end do
    end subroutine add_face_force
 
-   !> Work of the nonlinear part of c on a path between two increments, J per metre of thickness.
-   !> It is taken at a fraction of the path.
+   !> Slope of the energy of the nonlinear part of c, J per metre of thickness, at a fraction of the
+   !> path between two increments.
    real(wp) function slope_beyond(self, blocks, step, from, to, share) result(slope)
       class(strain_points_type), intent(in) :: self  !< prepared for the step
       type(blocks_type), intent(in) :: blocks        !< blocks at the start of the step
-      type(step_type), intent(in) :: step            !< the present one
+      type(step_type), intent(in) :: step            !< the present step
       real(wp), intent(in) :: from(:,:), to(:,:)     !< [6,blocks] increments of the coordinates
-      real(wp), intent(in) :: share                  !< 0 … 1
+      real(wp), intent(in) :: share                  !< fraction of the path, 0 … 1
       real(wp) :: way(3), stress(3), tangent(3, 3), change(3), part(self%n)
       integer :: p
 
@@ -278,13 +278,13 @@ contains
       slope = sum(part)
    end function slope_beyond
 
-   !> Revise: linearise all points about a solution if c there differs from that of the solve.
+   !> Linearise all points at a solution if c at the solution differs from its linearised value.
    subroutine revise_states(self, blocks, step, d, changed)
       class(strain_points_type), intent(inout) :: self  !< prepared for the step
       type(blocks_type), intent(in) :: blocks           !< blocks at the start of the step
-      type(step_type), intent(in) :: step               !< the present one
+      type(step_type), intent(in) :: step               !< the present step
       real(wp), intent(in) :: d(:,:)                    !< [6,blocks] increments of the coordinates
-      integer, intent(inout) :: changed                 !< states that have changed
+      integer, intent(inout) :: changed                 !< number of changed states
       real(wp) :: stress(3), tangent(3, 3), change(3), off(self%n), scale(self%n), noise(self%n)
       integer :: p
 
@@ -321,12 +321,12 @@ contains
       end if
    end subroutine revise_states
 
-   !> Error that bounds of point p may have after a solution, Pa.
+   !> Allowed error of the bounds of point p after a solution, Pa.
    pure real(wp) function allowed_bound_error(self, p, change, step) result(allowed)
       class(strain_points_type), intent(in) :: self  !< elements of this kind
-      integer, intent(in) :: p                       !< point
+      integer, intent(in) :: p                       !< number of the point
       real(wp), intent(in) :: change(3)              !< Δε
-      type(step_type), intent(in) :: step            !< the present one
+      type(step_type), intent(in) :: step            !< the present step
 
       associate (point => self%point(p), strain => self%strain(:, p))
          if (self%crack(p) > 0) then
@@ -339,12 +339,12 @@ contains
       end associate
    end function allowed_bound_error
 
-   !> Add the energy of all points minus that of elastic points.
+   !> Add the energy of all points minus their elastic energy.
    subroutine add_stored_energy(self, blocks, step, energy)
       class(strain_points_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks        !< blocks in their present state
-      type(step_type), intent(in) :: step            !< the next one
-      type(energy_type), intent(inout) :: energy     !< J per metre of thickness
+      type(step_type), intent(in) :: step            !< the next step
+      type(energy_type), intent(inout) :: energy     !< energy budget, J per metre
       real(wp) :: part(self%n)
       integer :: p
 
@@ -360,9 +360,9 @@ contains
    subroutine add_to_budget(self, blocks, step, d, energy)
       class(strain_points_type), intent(in) :: self  !< prepared for the step
       type(blocks_type), intent(in) :: blocks        !< blocks at the start of the step
-      type(step_type), intent(in) :: step            !< the present one
+      type(step_type), intent(in) :: step            !< the present step
       real(wp), intent(in) :: d(:,:)                 !< [6,blocks] increments of the coordinates
-      type(energy_type), intent(inout) :: energy     !< J per metre of thickness
+      type(energy_type), intent(inout) :: energy     !< energy budget, J per metre
       real(wp) :: state(size(self%state, 1)), loss(losses), change(3), part(losses + 1, self%n)
       integer :: p
 
@@ -391,7 +391,7 @@ contains
    subroutine accept_step(self, blocks, step, d)
       class(strain_points_type), intent(inout) :: self  !< prepared for the step
       type(blocks_type), intent(in) :: blocks           !< blocks at the start of the step
-      type(step_type), intent(in) :: step               !< the present one
+      type(step_type), intent(in) :: step               !< the present step
       real(wp), intent(in) :: d(:,:)                    !< [6,blocks] increments of the coordinates
       real(wp) :: loss(losses)
       integer :: p
@@ -411,7 +411,8 @@ contains
       end do
    end subroutine accept_step
 
-   !> Freeze laws in static stages: inactive laws retain their inelastic part.
+   !> Make laws that do not act in static stages inactive; the inelastic part of their stress
+   !> remains.
    subroutine freeze_for_statics(self, blocks, time)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks           !< blocks in their present state
@@ -427,8 +428,8 @@ contains
       self%static = .true.
    end subroutine freeze_for_statics
 
-   !> Inherit the states of the same points; an inactive law continues from its last strain.
-   !> If the law is replaced, the inelastic part of its stress remains.
+   !> Inherit the states of the same points: an inactive law continues from its last strain; if a
+   !> law is replaced, the inelastic part of its stress remains.
    subroutine inherit_state(self, before, blocks)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
       class(element_type), intent(in) :: before         !< former element, of the same type
@@ -438,7 +439,7 @@ contains
       select type (before)
       class is (strain_points_type)
          do p = 1, self%n
-            ! points of a face within one material had the stress of the first one
+            ! both points of a face within one material had the stress of the first
             call copy_point_state(self, p, before, merge(p - 1, p, before%area(p) <= 0.0_wp .and. &
                before%block(2, p) > 0), blocks)
          end do
@@ -448,7 +449,7 @@ contains
    !> Save or restore the states of the points.
    subroutine serialise(self, archive)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
-      type(archive_type), intent(inout) :: archive      !< written or read
+      type(archive_type), intent(inout) :: archive      !< archive that is written or read
       real(wp) :: held(3, self%n), bounding(3, self%n)
       integer :: p
 
@@ -478,7 +479,7 @@ contains
       integer :: p, i, k
 
       do p = 1, self%n
-         if (self%side(1, p) > 0 .or. self%crack(p) > 0) exit  ! jumps are not stresses of a cell
+         if (self%side(1, p) > 0 .or. self%crack(p) > 0) exit  ! only strain points of cells
          if (.not. acts(self, p, blocks)) cycle
          own = self%area(p)*(present_stress(self, p, blocks) - shape_stress(self, p))
          if (self%block(2, p) == 0) then

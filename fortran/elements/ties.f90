@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Ties as springs: they exert the forces of a bonded contact with the same geometry
-!> (`dda_contact_geometry`), at t₀ + θΔt, with unlimited strength.
+!> Ties as springs: they act like a bonded contact of unlimited strength with the same geometry
+!> (`dda_contact_geometry`), at t₀ + θΔt.
 !>
-!> If a corner of each face lies at the end of the overlap, the corner whose foot lies on the
-!> other face is used, as in the detection of contacts.
+!> If corners of both faces lie at the end of the overlap, the corner whose foot lies on the other
+!> face is used, as in the detection of contacts.
 module dda_ties
    use dda_kinds, only: wp
    use dda_archive, only: archive_type, archive_values => serialise
@@ -18,8 +18,8 @@ module dda_ties
    private
    public :: ties_type, new_ties
 
-   real(wp), parameter :: corner_share = 0.05_wp  !< as in `dda_detection`
-   real(wp), parameter :: equal = 1.0e-9_wp       !< fraction of the corner size: no difference
+   real(wp), parameter :: corner_share = 0.05_wp  !< see `dda_detection`
+   real(wp), parameter :: equal = 1.0e-9_wp       !< equal overshoots differ by less, over size
 
    !> All ties of a model.
    type, extends(spring_element_type) :: ties_type
@@ -52,7 +52,7 @@ contains
    !> Set the springs of tie i, with the stretch of the shear spring; none at a removed block.
    pure subroutine get_spring(self, i, blocks, spring)
       class(ties_type), intent(in) :: self      !< elements of this kind
-      integer, intent(in) :: i                  !< number, from 1
+      integer, intent(in) :: i                  !< number of the element
       type(blocks_type), intent(in) :: blocks   !< blocks in their present state
       type(spring_type), intent(out) :: spring  !< block of the vertex, block of the edge
       integer :: face
@@ -70,7 +70,7 @@ contains
    !> Face whose corner is used, 1 or 2.
    pure integer function corner_face(blocks, tie) result(face)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(tie_type), intent(in) :: tie        !< of the list
+      type(tie_type), intent(in) :: tie        !< tie
       real(wp) :: beyond(2), least
 
       beyond = huge(1.0_wp)
@@ -85,7 +85,7 @@ contains
    !> Distance of the foot of a corner beyond the other face, m.
    pure real(wp) function overshoot(blocks, tie, face)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(tie_type), intent(in) :: tie        !< of the list
+      type(tie_type), intent(in) :: tie        !< tie
       integer, intent(in) :: face              !< face of the corner, 1 or 2
       real(wp) :: foot
 
@@ -98,7 +98,7 @@ contains
    !> Vector from the first vertex of the other face to the corner of a face, m.
    pure function corner_offset(blocks, tie, face)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(tie_type), intent(in) :: tie        !< of the list
+      type(tie_type), intent(in) :: tie        !< tie
       integer, intent(in) :: face              !< face of the corner, 1 or 2
       real(wp) :: corner_offset(2)
 
@@ -109,7 +109,7 @@ contains
    !> Set the geometry of a corner of one face on the other face.
    pure subroutine set_geometry(blocks, tie, face, spring)
       type(blocks_type), intent(in) :: blocks     !< blocks in their present state
-      type(tie_type), intent(in) :: tie           !< of the list
+      type(tie_type), intent(in) :: tie           !< tie
       integer, intent(in) :: face                 !< face of the corner, 1 or 2
       type(spring_type), intent(inout) :: spring  !< receives blocks, rows and the gap
       real(wp) :: normal(2), from(2), reference(2), gradient(6, 2)
@@ -140,9 +140,9 @@ contains
       class(ties_type), intent(in) :: self     !< elements of this kind
       integer, intent(in) :: face              !< face of each tie, 1 or 2
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
-      type(step_type), intent(in) :: step      !< the present one
+      type(step_type), intent(in) :: step      !< the present step
       real(wp), intent(in) :: d(:,:)           !< [6,blocks] increments of the coordinates
-      real(wp), intent(inout) :: load(:,:)     !< [6,blocks] N/m …
+      real(wp), intent(inout) :: load(:,:)     !< [6,blocks] forces, N/m …
       type(spring_type) :: spring
       real(wp) :: force(2)
       integer :: i, side
@@ -163,7 +163,7 @@ contains
    subroutine accept_step(self, blocks, step, d)
       class(ties_type), intent(inout) :: self      !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< blocks at the start of the step
-      type(step_type), intent(in) :: step          !< the present one
+      type(step_type), intent(in) :: step          !< the present step
       real(wp), intent(in) :: d(:,:)               !< [6,blocks] increments of the coordinates
       type(spring_type) :: spring
       real(wp) :: change(2)
@@ -192,7 +192,7 @@ contains
    !> Save or restore the slips.
    subroutine serialise(self, archive)
       class(ties_type), intent(inout) :: self        !< elements of this kind
-      type(archive_type), intent(inout) :: archive   !< written or read
+      type(archive_type), intent(inout) :: archive   !< archive that is written or read
 
       call archive_values(archive, self%slip)
    end subroutine serialise

@@ -2,8 +2,8 @@
 !> Damping of a spring of a welded face, by the materials of both cells.
 !>
 !> The equations are those of `dda_material_damping`, with the extension of a spring instead of the
-!> strains of a block; e is the extension since the end of statics.  Between materials, each has a
-!> fraction of the spring: that of the energy stored on its side by a common traction.
+!> strains of a block; e is the extension since the end of statics.  Between two materials, each has
+!> a fraction of the spring: its fraction of the energy due to a common traction.
 module dda_weld_damping
    use dda_kinds, only: wp
    use dda_damping, only: damping_type, is_damped, following, relaxing
@@ -16,12 +16,12 @@ module dda_weld_damping
 
 contains
 
-   !> Fractions of both cells of a face in its springs; 0 for a material without damping.
+   !> Fractions of the springs of a face that its two cells damp; 0 for a material without damping.
    pure function shares_of(weld, material, modulus, damping) result(share)
       type(weld_type), intent(in) :: weld              !< face
       integer, intent(in) :: material(2)               !< of both cells
       real(wp), intent(in) :: modulus(2)               !< modulus for compression of both cells, Pa
-      type(damping_type), intent(in) :: damping(:)     !< [materials]; empty: no damping
+      type(damping_type), intent(in) :: damping(:)     !< [materials] damping; empty: none
       real(wp) :: share(2)
 
       share = 0.0_wp
@@ -31,10 +31,10 @@ contains
       where (.not. is_damped(damping(material))) share = 0.0_wp
    end function shares_of
 
-   !> Factor of the stiffness of a spring in K̂ due to damping, in addition to θ.
+   !> Part due to damping of the factor of the stiffness of a spring in K̂.
    pure real(wp) function damping_factor(damping, step) result(factor)
-      type(damping_type), intent(in) :: damping  !< of the material
-      type(step_type), intent(in) :: step        !< the present one
+      type(damping_type), intent(in) :: damping  !< damping of the material
+      type(step_type), intent(in) :: step        !< the present step
       integer :: l
 
       factor = damping%unrelaxed - 1.0_wp
@@ -44,9 +44,9 @@ contains
       factor = step%scheme%theta*factor + damping%beta/step%time_step
    end function damping_factor
 
-   !> Extension (r − 1) e − r Σ ζ_l of the memory.
+   !> Extension (r − 1) e − r Σ ζ_l due to the memory.
    pure real(wp) function memory_stretch(damping, e, memory) result(stretch)
-      type(damping_type), intent(in) :: damping  !< of the material
+      type(damping_type), intent(in) :: damping  !< damping of the material
       real(wp), intent(in) :: e                  !< m or a strain
       real(wp), intent(in) :: memory(:)          !< [mechanisms] ζ_l of a spring
 
@@ -57,8 +57,8 @@ contains
 
    !> Relaxation r Σ 2h_l/(1 + h_l) (Y_l e₀ − ζ_l) of the mechanisms in a step without motion.
    pure real(wp) function relaxing_stretch(damping, e, memory, time_step) result(stretch)
-      type(damping_type), intent(in) :: damping  !< of the material
-      real(wp), intent(in) :: e, memory(:)       !< as in `memory_stretch`
+      type(damping_type), intent(in) :: damping  !< damping of the material
+      real(wp), intent(in) :: e, memory(:)       !< see `memory_stretch`
       real(wp), intent(in) :: time_step          !< Δt, s
       integer :: l
 
@@ -70,8 +70,8 @@ contains
 
    !> Energy ½ (r − 1) e² − r e Σ ζ_l + ½ r Σ ζ_l²/Y_l.
    pure real(wp) function damping_energy(damping, e, memory) result(energy)
-      type(damping_type), intent(in) :: damping  !< of the material
-      real(wp), intent(in) :: e, memory(:)       !< as in `memory_stretch`
+      type(damping_type), intent(in) :: damping  !< damping of the material
+      real(wp), intent(in) :: e, memory(:)       !< see `memory_stretch`
 
       energy = 0.0_wp
       if (damping%n == 0) return
@@ -83,7 +83,7 @@ contains
 
    !> Update ζ_l at the end of a step.
    pure subroutine change_memory(damping, e, change, time_step, memory)
-      type(damping_type), intent(in) :: damping  !< of the material
+      type(damping_type), intent(in) :: damping  !< damping of the material
       real(wp), intent(in) :: e, change          !< extension at the start, and its increment
       real(wp), intent(in) :: time_step          !< Δt, s
       real(wp), intent(inout) :: memory(:)       !< [mechanisms] ζ_l
@@ -95,14 +95,14 @@ contains
       end do
    end subroutine change_memory
 
-   !> Add the losses of a step: by damping, and its Δσ·Δε.
+   !> Add the losses of a step by damping, and Δσ·Δε of the damping stress.
    pure subroutine add_damping_loss(damping, stiffness, change, moved, time_step, loss)
-      type(damping_type), intent(in) :: damping  !< of the material
+      type(damping_type), intent(in) :: damping  !< damping of the material
       real(wp), intent(in) :: stiffness          !< fraction of the stiffness of the spring
       real(wp), intent(in) :: change             !< increment of the stretch
       real(wp), intent(in) :: moved(:)           !< [mechanisms] Δζ_l
       real(wp), intent(in) :: time_step          !< Δt, s
-      real(wp), intent(inout) :: loss(2)  !< loss of the material, and of the scheme; J per metre
+      real(wp), intent(inout) :: loss(2)  !< loss of material; of scheme, J per metre
       integer :: l
 
       do l = 1, damping%n

@@ -8,10 +8,10 @@
 !>     ε_f = (A_i ε_i + A_j ε_j)/A_f − (L/A_f) sym(n ⊗ [u]) ,
 !>     W = ½ A_f ε_f·Dε_f + (L/h) (½ μ |[u]|² + E′ |[u]_l|²/6) .
 !>
-!> Isotropy divides the first term into springs on ε_x + ε_y, ε_x − ε_y and γ, so a face is seven
-!> springs with constant weights.  Between materials, each side has its own strain, and the face has
-!> a displacement u* that minimises the energy: six springs minus two that u* eliminates, and
-!> four on the jumps with harmonic means of the moduli.
+!> For an isotropic material the first term consists of springs on ε_x + ε_y, ε_x − ε_y and γ, so a
+!> face has seven springs with constant weights.  Between two materials each side has its own
+!> strain, and the face has a displacement u* that minimises the energy.  This gives four springs on
+!> strains (six minus two that u* eliminates) and four on jumps, with harmonic means of the moduli.
 module dda_weld_springs
    use dda_kinds, only: wp
    use dda_weld, only: weld_type
@@ -27,7 +27,7 @@ module dda_weld_springs
 
    !> Springs of a face.
    type :: weld_springs_type
-      integer :: n = 0                                    !< springs
+      integer :: n = 0                                    !< number of springs
       real(wp) :: stiffness(most_springs) = 0.0_wp        !< c, per metre of thickness
       real(wp) :: weight(n_deformations, most_springs) = 0.0_wp  !< w: the stretch is w·q
    end type weld_springs_type
@@ -50,7 +50,7 @@ contains
       call add_jumps(springs, 2, stiffness(2))
    end function springs_of
 
-   !> Stiffness of the springs on the mean and on the linear jump, N/m per metre of thickness.
+   !> Stiffness of the springs on the mean jump and on the linear jump, N/m per metre of thickness.
    pure function jump_stiffness(weld, moduli) result(stiffness)
       type(weld_type), intent(in) :: weld        !< face
       real(wp), intent(in) :: moduli(3, 3, 2)    !< elastic matrices D of both cells, Pa
@@ -64,8 +64,8 @@ contains
 
    !> Append springs on both components of a jump.
    pure subroutine add_jumps(springs, before, stiffness)
-      type(weld_springs_type), intent(inout) :: springs  !< get two more
-      integer, intent(in) :: before         !< deformations before the jump
+      type(weld_springs_type), intent(inout) :: springs  !< springs; two are added
+      integer, intent(in) :: before         !< number of deformations before the jump
       real(wp), intent(in) :: stiffness     !< N/m per metre of thickness
       integer :: axis
 
@@ -92,7 +92,7 @@ contains
       modulus = d(1, 1) - d(1, 2)**2/d(2, 2)
    end function plate_modulus
 
-   !> Matrix of sym(n ⊗ u): strains ε_x, ε_y, γ of a jump u across a face.
+   !> Matrix that maps a jump u to the strains ε_x, ε_y, γ of sym(n ⊗ u).
    pure function jump_strain(weld) result(b)
       type(weld_type), intent(in) :: weld  !< face
       real(wp) :: b(3, 2)
@@ -102,10 +102,10 @@ contains
       end associate
    end function jump_strain
 
-   !> Find the combinations of ε_x, ε_y, γ that are uncoupled by isotropy, and their moduli.
+   !> Find the combinations of ε_x, ε_y, γ that isotropy uncouples, and their moduli.
    pure subroutine separate_moduli(d, area, combination, stiffness)
-      real(wp), intent(in) :: d(3, 3), area  !< elastic matrix, Pa; m²
-      real(wp), intent(out) :: combination(3, 3)  !< a column each
+      real(wp), intent(in) :: d(3, 3), area  !< elastic matrix, Pa; area, m²
+      real(wp), intent(out) :: combination(3, 3)  !< one combination per column
       real(wp), intent(out) :: stiffness(3)  !< N/m per metre of thickness
 
       combination = reshape([1.0_wp, 1.0_wp, 0.0_wp, 1.0_wp, -1.0_wp, 0.0_wp, &
@@ -115,7 +115,7 @@ contains
 
    !> Append three springs on the common strain of a face.
    pure subroutine add_common_strain(springs, weld, d)
-      type(weld_springs_type), intent(inout) :: springs  !< get three more
+      type(weld_springs_type), intent(inout) :: springs  !< springs; three are added
       type(weld_type), intent(in) :: weld    !< face
       real(wp), intent(in) :: d(3, 3)        !< elastic matrix, Pa
       real(wp) :: combination(3, 3)
@@ -127,7 +127,7 @@ contains
       end associate
    end subroutine add_common_strain
 
-   !> Matrix of ε_f on the deformations.
+   !> Matrix that maps the deformations to ε_f.
    pure function common_strain_matrix(weld) result(strain)
       type(weld_type), intent(in) :: weld  !< face
       real(wp) :: strain(3, n_deformations)
@@ -142,8 +142,8 @@ contains
       end do
    end function common_strain_matrix
 
-   !> Matrices of the strains of both sides on the deformations.
-   !> With equal moduli there is one strain; otherwise u* makes the tractions of both sides equal.
+   !> Matrices that map the deformations to the strains of both sides.
+   !> For equal moduli both strains are ε_f; otherwise u* makes the tractions of both sides equal.
    pure function strains_of(weld, moduli) result(strain)
       type(weld_type), intent(in) :: weld      !< face
       real(wp), intent(in) :: moduli(3, 3, 2)  !< elastic matrices D of both cells, Pa
@@ -157,7 +157,7 @@ contains
       strain = 0.0_wp
       stiffness = 0.0_wp
       traction = 0.0_wp
-      ! Of u* − u_j, since all of [u] is on the first side: ε_i − (L/A_i) sym(n ⊗ [u]), ε_j.
+      ! u* counts from u_j, so all of [u] is on the first side: ε_i − (L/A_i) sym(n ⊗ [u]), ε_j.
       do k = 1, 2
          jump(:, :, k) = merge(1.0_wp, -1.0_wp, k == 1)*weld%length/weld%area(k)*jump_strain(weld)
          do i = 1, 3
@@ -178,7 +178,7 @@ contains
 
    !> Inverse of a matrix.
    pure function inverse(matrix)
-      real(wp), intent(in) :: matrix(2, 2)  !< regular
+      real(wp), intent(in) :: matrix(2, 2)  !< regular matrix
       real(wp) :: inverse(2, 2)
 
       inverse = reshape([matrix(2, 2), -matrix(2, 1), -matrix(1, 2), matrix(1, 1)], [2, 2]) &
@@ -187,10 +187,10 @@ contains
 
    !> Append springs on the strains of both sides; u* eliminates two of them.
    !>
-   !> In √c s = B q + C u* the columns of C are made orthonormal.  The part orthogonal to them does
-   !> not depend on u*, and is the minimum of the energy over u*.
+   !> In √c s = B q + C u* the columns of C are made orthonormal.  The part of B q orthogonal to
+   !> them does not depend on u* and gives the minimum of the energy over u*.
    pure subroutine add_two_strains(springs, weld, moduli)
-      type(weld_springs_type), intent(inout) :: springs  !< get four more
+      type(weld_springs_type), intent(inout) :: springs  !< springs; four are added
       type(weld_type), intent(in) :: weld      !< face
       real(wp), intent(in) :: moduli(3, 3, 2)  !< elastic matrices D of both cells, Pa
       real(wp) :: combination(3, 3), stiffness(3), jump(3, 2)
@@ -204,8 +204,8 @@ contains
          associate (rows => [(3*(side - 1) + i, i=1, 3)])
             on_deformations(rows, own_strain(:, side)) = transpose(combination)
             jump = weld%length/weld%area(side)*matmul(transpose(combination), jump_strain(weld))
-            ! −(u_i − u*) on the first side, (u_j − u*) on the second; [u] = u_i − u_j is shared
-            ! by counting u* from u_j.
+            ! First side −(u_i − u*), second side (u_j − u*); u* counts from u_j, so that [u] is on
+            ! the first side.
             if (side == 1) on_deformations(rows, 1:2) = -jump
             basis(rows, 1:2) = merge(1.0_wp, -1.0_wp, side == 1)*jump
          end associate

@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Welded faces of bodies: springs between cells, at t₀ + θΔt as elasticity of blocks.
+!> Welded faces of bodies: springs between cells, which act at t₀ + θΔt like the elasticity of
+!> blocks.
 !>
-!> Jumps are measured in axes that turn with the mean rotation of both cells.  The local
-!> variables q of a face thus do not change when its body turns, and forces of a face have no
-!> resultant and no moment: with G = ∂q/∂x, x being the twelve coordinates, they are −Gᵀf, f = Σ c w
-!> s + f₀, s = w·q.  f₀ is the force at q = 0: initial stress, and stress retained when a material
-!> changes.
+!> Jumps are measured in axes that turn with the mean rotation of both cells.  The local variables q
+!> of a face are therefore constant when its body turns, and its forces have no resultant and no
+!> moment.  With G = ∂q/∂x for the twelve coordinates x, they are −Gᵀf, f = Σ c w s + f₀, s = w·q.
+!> f₀ is the force at q = 0: initial stress, and stress retained when a material changes.
 module dda_welds
    use dda_kinds, only: wp
    use dda_archive, only: archive_type, archive_values => serialise
@@ -33,10 +33,10 @@ module dda_welds
       type(weld_springs_type), allocatable :: springs(:)  !< [faces]
       real(wp), allocatable :: force(:,:)                 !< [deformations,faces] f₀
       integer, allocatable :: material(:,:)               !< [2,faces] material of both cells
-      real(wp), allocatable :: share(:,:)  !< [2,faces] fractions that the materials damp in steps
-      real(wp), allocatable :: small_share(:,:)  !< [2,faces] fractions including damping by laws
-      real(wp), allocatable :: rest(:,:)                  !< [deformations,faces] after statics
-      !> [mechanisms,springs,2,faces] ζ_l of both materials; 0 faces: no damping
+      real(wp), allocatable :: share(:,:)  !< [2,faces] damped fractions of springs, by material
+      real(wp), allocatable :: small_share(:,:)  !< [2,faces] the same, including damping by laws
+      real(wp), allocatable :: rest(:,:)                  !< [deformations,faces] q after statics
+      !> [mechanisms,springs,2,faces] ζ_l of both materials; empty: no damping
       real(wp), allocatable :: memory(:,:,:,:)
    contains
       procedure :: add_linear_terms
@@ -60,12 +60,12 @@ module dda_welds
 
 contains
 
-   !> Create welded faces between blocks of these materials, with the initial stress of the blocks.
+   !> Create welded faces with the initial stress of their blocks.
    type(welds_type) function new_welds(welds, blocks, materials, plane_strain) result(self)
-      type(weld_type), intent(in) :: welds(:)  !< of the model
-      type(blocks_type), intent(in) :: blocks  !< with their materials
-      type(material_type), intent(in) :: materials(:)  !< of the model
-      logical, intent(in) :: plane_strain              !< else plane stress
+      type(weld_type), intent(in) :: welds(:)  !< welds of the model
+      type(blocks_type), intent(in) :: blocks  !< blocks with their materials
+      type(material_type), intent(in) :: materials(:)  !< materials of the model
+      logical, intent(in) :: plane_strain              !< plane strain; .false.: plane stress
       real(wp) :: moduli(3, 3, 2)
       integer :: i, k
 
@@ -89,7 +89,7 @@ contains
       call begin_memory(self, blocks)
    end function new_welds
 
-   !> Reset the memory of springs: extensions count from the present ones.
+   !> Reset the memory of the springs: extensions count from the present state.
    pure subroutine begin_memory(self, blocks)
       class(welds_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks   !< blocks in their present state
@@ -111,19 +111,19 @@ contains
    !> .true. if the springs of face i damp in a step.
    pure logical function is_damped(self, i, blocks)
       class(welds_type), intent(in) :: self    !< elements of this kind
-      integer, intent(in) :: i                 !< face
+      integer, intent(in) :: i                 !< number of the face
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
 
       is_damped = blocks%damps .and. any(self%share(:, i) > 0.0_wp)
    end function is_damped
 
-   !> Forces of damping on the deformations of face i; in a step with θ of its relaxation.
+   !> Damping forces on the deformations of face i; in a step, including θ times the relaxation.
    pure function damping_force(self, i, blocks, q, step) result(force)
       class(welds_type), intent(in) :: self    !< elements of this kind
-      integer, intent(in) :: i                 !< face
+      integer, intent(in) :: i                 !< number of the face
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: q(n_deformations) !< deformations
-      type(step_type), intent(in), optional :: step  !< the present one
+      type(step_type), intent(in), optional :: step  !< the present step
       real(wp) :: force(n_deformations), stretch, e
       integer :: j, k
 
@@ -147,11 +147,11 @@ contains
       end associate
    end function damping_force
 
-   !> Energies of the damping of face i: stored, at the end of a step, and both losses.
-   !> The losses are those of the materials, and of their Δσ·Δε.
+   !> Damping energies of face i: the stored energy (at the end of a step), the loss of the
+   !> materials, and Δσ·Δε of the damping stresses.
    pure function damping_energies(self, i, blocks, q, change, time_step) result(energy)
       class(welds_type), intent(in) :: self    !< elements of this kind
-      integer, intent(in) :: i                 !< face
+      integer, intent(in) :: i                 !< number of the face
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
       real(wp), intent(in) :: q(n_deformations)  !< deformations at the start
       real(wp), intent(in), optional :: change(n_deformations)  !< increment of q in a step
@@ -184,8 +184,8 @@ contains
       end do
    end function damping_energies
 
-   !> Force f₀ of initial stresses σ₀: A_i σ_f and A_j σ_f on the strains, −L σ_f n on the jump.
-   !> The mean of the initial stresses, weighted by area, is σ_f.
+   !> Force f₀ of initial stresses: A_i σ_f and A_j σ_f on the strains, −L σ_f n on the jump, with
+   !> the area-weighted mean σ_f of the initial stresses.
    pure function initial_force(weld, stress) result(force)
       type(weld_type), intent(in) :: weld    !< face
       real(wp), intent(in) :: stress(3, 2)   !< stress of both cells, Pa
@@ -226,7 +226,7 @@ contains
       end do
    end function deformations_of
 
-   !> Both cells at a later time, predicted with their present rates.
+   !> Predict both cells at a later time from their present rates.
    pure type(configuration_type) function predicted_cells(weld, blocks, ahead) result(placed)
       type(weld_type), intent(in) :: weld      !< face
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
@@ -256,19 +256,19 @@ contains
       placed%turn = reshape([cos(angle), -sin(angle), sin(angle), cos(angle)], [2, 2])
    end function predicted_cells
 
-   !> Matrix G of a face at the middle of a step, predicted with present rates.
-   !> If a body turns at a rate ω, the increment of q, and so its momentum, is accurate to (ωΔt)³.
+   !> Matrix G of a face at the middle of a step, predicted from present rates.
+   !> If a body turns at a rate ω, the increment of q has an error of order (ωΔt)³.
    pure function derivatives_of(weld, blocks, step) result(g)
       type(weld_type), intent(in) :: weld      !< face
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(step_type), intent(in) :: step      !< the present one
+      type(step_type), intent(in) :: step      !< the present step
       real(wp) :: g(n_deformations, 6, 2)
       type(configuration_type) :: placed
       real(wp) :: turned(2, 2)
       integer :: i, k
 
       placed = predicted_cells(weld, blocks, 0.5_wp*step%time_step)
-      ! The axes turn by half of each rotation.
+      ! The axes turn by half of the rotation of each cell.
       turned = 0.5_wp*matmul(placed%turn, reshape([placed%jump(2, 1), -placed%jump(1, 1), &
          placed%jump(2, 2), -placed%jump(1, 2)], [2, 2]))
       g = 0.0_wp
@@ -322,7 +322,7 @@ contains
    subroutine add_linear_terms(self, blocks, step, terms)
       class(welds_type), intent(in) :: self            !< elements of this kind
       type(blocks_type), intent(in) :: blocks          !< blocks in their present state
-      type(step_type), intent(in) :: step              !< the present one
+      type(step_type), intent(in) :: step              !< the present step
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       type(linear_term_type) :: term
       real(wp) :: g(n_deformations, 6, 2), factor, damped(2)
@@ -336,7 +336,7 @@ contains
          term%block_a = self%weld(i)%block(1)
          term%block_b = self%weld(i)%block(2)
          term%damped_share = self%small_share(:, i)
-         if (term%block_a == term%block_b) then  ! its own image
+         if (term%block_a == term%block_b) then  ! image of the same block
             term%block_b = 0
             term%damped_share = [sum(self%small_share(:, i)), 0.0_wp]
             g(:, :, 1) = g(:, :, 1) + g(:, :, 2)
@@ -368,8 +368,8 @@ contains
    subroutine add_force(self, blocks, step, load)
       class(welds_type), intent(in) :: self        !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
-      type(step_type), intent(in) :: step          !< the present one
-      real(wp), intent(inout) :: load(:,:)         !< [6,blocks] N/m …
+      type(step_type), intent(in) :: step          !< the present step
+      real(wp), intent(inout) :: load(:,:)         !< [6,blocks] forces, N/m …
       real(wp) :: g(n_deformations, 6, 2), q(n_deformations), force(n_deformations)
       integer :: i, k
 
@@ -387,14 +387,14 @@ contains
       end do
    end subroutine add_force
 
-   !> Add the forces of images on the cells of one side, at t₀ + θΔt of a step with known d.
+   !> Add the forces of images on the cells of one side, at t₀ + θΔt of a step with a known d.
    subroutine add_face_force(self, side, blocks, step, d, load)
       class(welds_type), intent(in) :: self    !< elements of this kind
       integer, intent(in) :: side              !< side of each face, 1 or 2
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
-      type(step_type), intent(in) :: step      !< the present one
+      type(step_type), intent(in) :: step      !< the present step
       real(wp), intent(in) :: d(:,:)           !< [6,blocks] increments of the coordinates
-      real(wp), intent(inout) :: load(:,:)     !< [6,blocks] N/m …
+      real(wp), intent(inout) :: load(:,:)     !< [6,blocks] forces, N/m …
       real(wp) :: g(n_deformations, 6, 2), q(n_deformations), change(n_deformations)
       real(wp) :: force(n_deformations), none(n_deformations), factor
       integer :: i, k
@@ -430,8 +430,8 @@ contains
    subroutine add_stored_energy(self, blocks, step, energy)
       class(welds_type), intent(in) :: self        !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
-      type(step_type), intent(in) :: step          !< the next one
-      type(energy_type), intent(inout) :: energy   !< J per metre of thickness
+      type(step_type), intent(in) :: step          !< the next step
+      type(energy_type), intent(inout) :: energy   !< energy budget, J per metre
       real(wp) :: q(n_deformations), total, damped(3)
       integer :: i
 
@@ -449,9 +449,9 @@ contains
    subroutine add_to_budget(self, blocks, step, d, energy)
       class(welds_type), intent(in) :: self        !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
-      type(step_type), intent(in) :: step          !< the present one
+      type(step_type), intent(in) :: step          !< the present step
       real(wp), intent(in) :: d(:,:)               !< [6,blocks] increments of the coordinates
-      type(energy_type), intent(inout) :: energy   !< J per metre of thickness
+      type(energy_type), intent(inout) :: energy   !< energy budget, J per metre
       real(wp) :: g(n_deformations, 6, 2), q(n_deformations), change(n_deformations)
       real(wp) :: none(n_deformations), total, loss, damped(3)
       integer :: i
@@ -480,7 +480,7 @@ contains
    subroutine accept_step(self, blocks, step, d)
       class(welds_type), intent(inout) :: self     !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< blocks at the start of the step
-      type(step_type), intent(in) :: step          !< the present one
+      type(step_type), intent(in) :: step          !< the present step
       real(wp), intent(in) :: d(:,:)               !< [6,blocks] increments of the coordinates
       real(wp) :: g(n_deformations, 6, 2), q(n_deformations), change(n_deformations)
       integer :: i, j, k
@@ -505,16 +505,16 @@ contains
       end do
    end subroutine accept_step
 
-   !> Balance after statics: reset the memories of the springs.
+   !> Reset the memories of the springs after statics.
    subroutine balance_reactions(self, blocks, unbalanced)
       class(welds_type), intent(inout) :: self  !< elements of this kind
-      type(blocks_type), intent(in) :: blocks   !< at rest
+      type(blocks_type), intent(in) :: blocks   !< blocks in static equilibrium
       real(wp), intent(in) :: unbalanced(:,:)   !< [6,blocks] sum of all forces, N/m …
 
       call begin_memory(self, blocks)
    end subroutine balance_reactions
 
-   !> Inherit forces: in the present state they do not change with the moduli.
+   !> Inherit the forces in the present state, which do not change with the moduli.
    subroutine inherit_state(self, before, blocks)
       class(welds_type), intent(inout) :: self   !< elements of this kind
       class(element_type), intent(in) :: before  !< former element, of the same type
@@ -544,7 +544,7 @@ contains
    !> Save or restore the forces f₀ and the memory of the springs.
    subroutine serialise(self, archive)
       class(welds_type), intent(inout) :: self       !< elements of this kind
-      type(archive_type), intent(inout) :: archive   !< written or read
+      type(archive_type), intent(inout) :: archive   !< archive that is written or read
 
       call archive_values(archive, self%force)
       call archive_values(archive, self%rest)
@@ -554,7 +554,7 @@ contains
    !> Forces on the deformations of face i in the present state.
    pure function weld_force(self, i, blocks) result(force)
       class(welds_type), intent(in) :: self    !< elements of this kind
-      integer, intent(in) :: i                 !< face
+      integer, intent(in) :: i                 !< number of the face
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp) :: force(n_deformations), q(n_deformations)
 
@@ -562,8 +562,8 @@ contains
       force = spring_force(self%springs(i), self%force(:, i), q) + damping_force(self, i, blocks, q)
    end function weld_force
 
-   !> Add the contribution of faces to the mean stress of their cells, Pa, in the axes of the cell.
-   !> It is the force on the strains of the cell over its area.
+   !> Add the contribution of faces (the force on the strains of a cell over its area) to the mean
+   !> stress of their cells, Pa, in the axes of the cell.
    pure subroutine add_face_stress(self, blocks, stress)
       class(welds_type), intent(in) :: self    !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
@@ -582,13 +582,13 @@ contains
       end do
    end subroutine add_face_stress
 
-   !> Add the energy of jumps, η² = Σ (L/h) μ (|[u]|² + |[u]_l|²/3), half of it to each cell.
-   !> The energy of all faces, ½ Σ c s², is added too; J per metre of thickness.
+   !> Add half of the jump energy η² = Σ (L/h) μ (|[u]|² + |[u]_l|²/3) of each face to each of its
+   !> cells, and sum the energy ½ Σ c s² of all faces; J per metre of thickness.
    pure subroutine add_jump_energies(self, blocks, error, stored)
       type(welds_type), intent(in) :: self       !< elements of this kind
       type(blocks_type), intent(in) :: blocks    !< blocks in their present state
       real(wp), intent(inout) :: error(:)        !< [blocks] η²
-      real(wp), intent(inout) :: stored          !< by all faces
+      real(wp), intent(inout) :: stored          !< energy of all faces
       real(wp) :: q(n_deformations), none(n_deformations), half
       integer :: i, k
 
@@ -596,7 +596,7 @@ contains
       do i = 1, size(self%weld)
          if (.not. is_intact(self%weld(i), blocks)) cycle
          q = deformations_of(self%weld(i), blocks)
-         ! The last four springs are those of the mean jump and of the linear jump.
+         ! The last four springs belong to the mean jump and the linear jump.
          associate (springs => self%springs(i))
             half = 0.5_wp*springs%stiffness(springs%n - 3)*(sum(q(1:2)**2) &
                + sum(q(3:4)**2)/3.0_wp)
