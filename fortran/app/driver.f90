@@ -162,7 +162,7 @@ contains
    !> Close the output, also after an error, which is then the one reported.
    subroutine close_run(run, error)
       type(run_type), intent(inout) :: run  !< and its files
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(error_type), allocatable :: failure
 
       call end_run(run, failure)

@@ -80,7 +80,7 @@ contains
 
    !> Record a failure, after which nothing is read; an earlier reason is retained.
    pure subroutine fail_archive(archive, reason)
-      type(archive_type), intent(inout) :: archive  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
       character(len=*), intent(in) :: reason  !< for a person
 
       if (.not. allocated(archive%failure)) archive%failure = reason
@@ -88,7 +88,7 @@ contains
 
    !> Copy bytes from an address to the archive, or from the archive to the address.
    subroutine transfer_bytes(archive, place, bytes)
-      type(archive_type), intent(inout) :: archive  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
       type(c_ptr), intent(in) :: place        !< of the value
       integer(long), intent(in) :: bytes      !< of the value
       integer(int8), pointer, contiguous :: value(:)
@@ -115,7 +115,7 @@ contains
 
    !> Enlarge the buffer if the next position would lie beyond its end.
    subroutine extend_buffer(archive, wanted)
-      type(archive_type), intent(inout) :: archive  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
       integer(long), intent(in) :: wanted           !< bytes that come
       integer(long) :: used
 
@@ -140,7 +140,7 @@ contains
 
    !> Serialise a label between parts of the state; it is checked on reading.
    subroutine serialise_label(archive, label)
-      type(archive_type), intent(inout) :: archive  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
       character(len=*), intent(in) :: label  !< label of the part that follows
       character(len=:), allocatable :: found
 
@@ -151,8 +151,8 @@ contains
 
    !> Serialise a number that must lie within limits.
    subroutine serialise_number(archive, value, lowest, highest)
-      type(archive_type), intent(inout) :: archive  !< written or read
-      integer, intent(inout) :: value  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
+      integer, intent(inout) :: value  !< archive that is written or read
       integer, intent(in) :: lowest, highest  !< limits, included
 
       call serialise_integers(archive, value)
@@ -163,8 +163,8 @@ contains
 
    !> Serialise a size; on reading, at least as many bytes must remain.
    subroutine serialise_count(archive, count)
-      type(archive_type), intent(inout) :: archive  !< written or read
-      integer, intent(inout) :: count  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
+      integer, intent(inout) :: count  !< archive that is written or read
       integer(long) :: limit
 
       limit = huge(count)
@@ -174,7 +174,7 @@ contains
 
    !> Serialise the size and the bytes of an array; a size that is read must be that of the array.
    subroutine serialise_array(archive, place, items, bits)
-      type(archive_type), intent(inout) :: archive  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
       type(c_ptr), intent(in) :: place  !< address of the values
       integer(long), intent(in) :: items  !< of the array
       integer, intent(in) :: bits        !< of an item
@@ -190,7 +190,7 @@ contains
 
    !> Serialise default integers.
    subroutine serialise_integers(archive, values)
-      type(archive_type), intent(inout) :: archive  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
       integer, contiguous, target, intent(inout) :: values(..)  !< any shape, written or read
 
       call serialise_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
@@ -198,7 +198,7 @@ contains
 
    !> Serialise 64-bit integers.
    subroutine serialise_longs(archive, values)
-      type(archive_type), intent(inout) :: archive  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
       integer(long), contiguous, target, intent(inout) :: values(..)  !< any shape, written or read
 
       call serialise_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
@@ -206,7 +206,7 @@ contains
 
    !> Serialise double-precision numbers.
    subroutine serialise_reals(archive, values)
-      type(archive_type), intent(inout) :: archive  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
       real(wp), contiguous, target, intent(inout) :: values(..)  !< any shape, written or read
 
       call serialise_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
@@ -214,7 +214,7 @@ contains
 
    !> Serialise single-precision numbers.
    subroutine serialise_singles(archive, values)
-      type(archive_type), intent(inout) :: archive  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
       real(sp), contiguous, target, intent(inout) :: values(..)  !< any shape, written or read
 
       call serialise_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
@@ -222,7 +222,7 @@ contains
 
    !> Serialise logical values.
    subroutine serialise_logicals(archive, values)
-      type(archive_type), intent(inout) :: archive  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
       logical, contiguous, target, intent(inout) :: values(..)  !< any shape, written or read
 
       call serialise_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
@@ -230,8 +230,8 @@ contains
 
    !> Serialise a text; on reading, it has the length that was written.
    subroutine serialise_text(archive, text)
-      type(archive_type), intent(inout) :: archive  !< written or read
-      character(len=:), allocatable, intent(inout) :: text  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
+      character(len=:), allocatable, intent(inout) :: text  !< archive that is written or read
       character(len=:), allocatable, target :: buffer
       integer :: length
 
@@ -245,8 +245,8 @@ contains
 
    !> Serialise integers that must lie within limits, such as indices.
    subroutine serialise_list(archive, values, lowest, highest)
-      type(archive_type), intent(inout) :: archive  !< written or read
-      integer, contiguous, intent(inout) :: values(:)  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
+      integer, contiguous, intent(inout) :: values(:)  !< archive that is written or read
       integer, intent(in) :: lowest, highest  !< limits, included
 
       call serialise_integers(archive, values)
@@ -255,7 +255,7 @@ contains
 
    !> Record a failure if indices that have been read exceed their limits.
    pure subroutine check_list(archive, values, lowest, highest)
-      type(archive_type), intent(inout) :: archive  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
       integer, intent(in) :: values(:), lowest, highest  !< indices and their limits, included
 
       if (.not. archive%reading .or. allocated(archive%failure)) return

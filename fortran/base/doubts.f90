@@ -58,7 +58,7 @@ contains
 
    !> Save or restore a list of warnings; on reading, the archive determines its length.
    subroutine serialise_doubts(archive, doubts)
-      type(archive_type), intent(inout) :: archive               !< written or read
+      type(archive_type), intent(inout) :: archive               !< archive that is written or read
       type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< of a run
       integer :: i, n
 

@@ -16,7 +16,7 @@ module dda_advice
    !> Normal stiffness that was found, and its effects.
    type :: penalty_type
       logical :: found = .false.
-      !> k_n, N/m per metre of thickness; other stiffnesses retain their ratios to it
+      !> k_n, N/m per metre of thickness; ratios of other stiffnesses to k_n are constant
       real(wp) :: normal_stiffness = 0.0_wp
       real(wp) :: frequency = 0.0_wp         !< first frequency at this stiffness, Hz
       real(wp) :: target = 0.0_wp            !< target of the first frequency, Hz
@@ -29,7 +29,8 @@ module dda_advice
 
 contains
 
-   !> Find the first frequency above zero at a penalty, with which all springs and supports scale.
+   !> Find the first frequency above zero at a penalty, to which all springs and supports are
+   !> scaled.
    subroutine first_frequency(linear, normal_stiffness, frequency, error)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       real(wp), intent(in) :: normal_stiffness  !< N/m per metre of thickness
@@ -74,8 +75,8 @@ contains
       if (limit > 0.0_wp) frequency = 1.0_wp/sqrt(limit)
    end subroutine stiff_limit
 
-   !> Find the penalty at which the first frequency is a percentage below that for k → ∞, or below
-   !> a given frequency.
+   !> Find the penalty at which the first frequency is a percentage below its limit for k → ∞, or
+   !> below a given frequency.
    subroutine penalty_for_shift(linear, percent, penalty, error, reference)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: percent                 !< reduction, %, between 0 and 100
@@ -137,8 +138,8 @@ contains
       end if
    end subroutine penalty_for_frequency
 
-   !> Find the root of 1/f² − 1/target² by regula falsi with the Illinois weight.
-   !> The function is almost linear in s = 1/k; the root is first bracketed.
+   !> Find the root of 1/f² − 1/target², which is almost linear in s = 1/k, by bracketing and regula
+   !> falsi with the Illinois weight.
    subroutine find_root(work, first_guess, penalty, error)
       type(linear_model_type), intent(inout) :: work  !< linearised model, changed
       real(wp), intent(in) :: first_guess  !< N/m per metre of thickness
@@ -171,11 +172,11 @@ contains
       penalty%normal_stiffness = 1.0_wp/new_s
       penalty%found = abs(penalty%frequency/penalty%target - 1.0_wp) < 1.0e-6_wp
       if (.not. penalty%found) call fail(error, error_solver, &
-         'the search for a penalty that gives '//to_text(penalty%target)//' Hz has stopped at '// &
+         'the search for a penalty for '//to_text(penalty%target)//' Hz has stopped at '// &
          to_text(penalty%frequency)//' Hz')
    end subroutine find_root
 
-   !> Bracket the root: g < 0 at s(1), too stiff, and g > 0 at s(2), too soft.
+   !> Bracket the root: g < 0 at s(1) (too stiff), g > 0 at s(2) (too soft).
    subroutine bracket_root(work, first_guess, penalty, s, g, bracketed, error)
       type(linear_model_type), intent(inout) :: work  !< linearised model, changed
       real(wp), intent(in) :: first_guess

@@ -9,7 +9,7 @@ module dda_check_band
    private
    public :: band_type, significant_band
 
-   real(wp), parameter :: outside = 0.05_wp  !< fraction of the energy below, and above the band
+   real(wp), parameter :: outside = 0.05_wp  !< fraction of the energy below (and above) the band
 
    !> Band from 5 to 95 % of the energy of the acceleration spectra.
    type :: band_type

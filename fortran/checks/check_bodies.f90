@@ -14,12 +14,12 @@ module dda_check_bodies
    private
    public :: separate_blocks, blocks_in_words, dispersion_in_words, check_bodies
 
-   integer, parameter :: enough = 4  !< number of cells that suffices across a part that bends
+   integer, parameter :: enough = 4  !< sufficient number of cells across a part that bends
    real(wp), parameter :: facing = -0.866_wp     !< cosine between edges that face each other
-   real(wp), parameter :: aside = 0.53_wp        !< positions along an edge at which rays start
-   real(wp), parameter :: most_error = 0.2_wp    !< largest error of stresses without a warning
+   real(wp), parameter :: aside = 0.53_wp        !< start of rays, as a fraction of the edge
+   real(wp), parameter :: most_error = 0.2_wp    !< largest stress error without a warning
    real(wp), parameter :: slender = 3.0_wp       !< largest slenderness of cells in half-offset rows
-   real(wp), parameter :: least_share = 0.1_wp   !< smallest offset of rows over the edge
+   real(wp), parameter :: least_share = 0.1_wp   !< least offset of rows over the edge length
 
    !> Thinnest part of a body.
    type :: thinnest_type
@@ -51,7 +51,7 @@ contains
    !> In blocks, with linear displacements and distributed mass, waves are (kΔx)²/24 too fast.
    !> In cells, they are (kΔx)²/48 too slow.
    function dispersion_in_words(blocks, eta) result(words)
-      type(blocks_type), intent(in) :: blocks  !< blocks in any state
+      type(blocks_type), intent(in) :: blocks  !< blocks
       real(wp), intent(in) :: eta              !< block size over wavelength, Δx/λ
       character(len=:), allocatable :: words
 
@@ -79,14 +79,14 @@ contains
             thinnest%cells >= enough), 'cells', to_text(thinnest%cells)//' across the thinnest '// &
             'part of a body, '//quoted(trim(model%body_names(blocks%body(thinnest%cell))))// &
             ', '//short_text(thinnest%width)//' m; bending needs '//to_text(enough), &
-            'deflection of a beam', advice_if(thinnest%cells < enough, 'where it bends, cells '// &
-            'of '//short_text(thinnest%width/enough)//' m'))
+            'deflection of a beam', advice_if(thinnest%cells < enough, 'if this part bends, '// &
+            'cells of '//short_text(thinnest%width/enough)//' m'))
          call check_yielding(model, blocks, report)
          offset = find_offset_cell(blocks, model%welds)
          if (offset > 0) call add_line(report, verdict_warn, 'cells', 'of body '// &
             quoted(trim(model%body_names(blocks%body(offset))))//' are longer than '// &
             short_text(slender)//' times their height, in rows that are offset: S waves along '// &
-            'them are some 10 % too fast', 'Bloch waves', 'shorter cells')
+            'the rows are some 10 % too fast', 'Bloch waves', 'shorter cells')
          energies = body_energies(simulation%elements, blocks)
          if (.not. energies(2) > 0.0_wp) return
          error = sqrt(energies(1)/energies(2))
@@ -97,8 +97,8 @@ contains
       end associate
    end subroutine check_bodies
 
-   !> Check bodies of yielding material that are less than four cells thick.
-   !> A cell yields by its mean stress, which excludes bending within the cell.
+   !> Warn if a body of yielding material is less than four cells thick: a cell yields by its mean
+   !> stress, which excludes bending within the cell.
    subroutine check_yielding(model, blocks, report)
       type(model_type), intent(in) :: model        !< model with its materials
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
@@ -112,9 +112,9 @@ contains
          blocks%body > 0 .and. yields(blocks%material))
       if (thinnest%cell == 0 .or. thinnest%cells >= enough) return
       call add_line(report, verdict_warn, 'cells', 'of body '//quoted(trim(model%body_names( &
-         blocks%body(thinnest%cell))))//', which yields, are '//to_text(thinnest%cells)// &
-         ' across '//short_text(thinnest%width)//' m: cells yield by their mean stress, so a '// &
-         'part that bends is too strong with fewer than '//to_text(enough), &
+         blocks%body(thinnest%cell))))//', which yields, are only '//to_text(thinnest%cells)// &
+         ' across '//short_text(thinnest%width)//' m: cells yield by their mean stress, so '// &
+         'fewer than '//to_text(enough)//' cells make a part that bends too strong', &
          'mean stress of a cell', 'cells of '//short_text(thinnest%width/enough)//' m')
    end subroutine check_yielding
 
@@ -144,7 +144,8 @@ contains
       end do
    end function thinnest_part
 
-   !> Count the cells that a ray from an edge crosses up to a side that faces the edge; 0 if none.
+   !> Count the cells that a ray from an edge crosses up to an opposite side; 0 if there is no such
+   !> side.
    pure subroutine count_crossed_cells(blocks, welds, first, weld, free, edge, cells, width)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(weld_type), intent(in) :: welds(:)  !< welds of all bodies
@@ -183,7 +184,7 @@ contains
       type(weld_type), intent(in) :: welds(:)  !< welds of the cell of the edge
       integer, intent(in) :: edge              !< edge by its first vertex
       real(wp), intent(in) :: at(2)            !< m
-      real(wp), parameter :: half = 0.5001_wp  !< 0.5 plus rounding: largest face over the edge
+      real(wp), parameter :: half = 0.5001_wp  !< half an edge, with tolerance
       integer :: i
 
       other = 0
@@ -223,7 +224,7 @@ contains
       end do
    end subroutine find_exit_edge
 
-   !> Find a slender cell in offset rows, where a face is shorter than both of its edges; 0: none.
+   !> Find a slender cell in offset rows, in which faces are shorter than both edges; 0 if none.
    pure integer function find_offset_cell(blocks, welds) result(cell)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(weld_type), intent(in) :: welds(:)  !< welds of all bodies

@@ -18,9 +18,9 @@ module dda_check_boundaries
    public :: check_boundaries
 
    real(wp), parameter :: most_reflected = 0.02_wp  !< largest reflected amplitude without a warning
-   real(wp), parameter :: absorbed = 0.99_wp        !< absorbed fraction of the energy that suffices
-   real(wp), parameter :: most_departure = 0.1_wp   !< largest difference of sides and free fields
-   real(wp), parameter :: touching = 1.0e-6_wp      !< closed gaps over half the model size
+   real(wp), parameter :: absorbed = 0.99_wp        !< sufficient absorbed fraction of the energy
+   real(wp), parameter :: most_departure = 0.1_wp   !< largest difference of sides and fields
+   real(wp), parameter :: touching = 1.0e-6_wp      !< largest closed gap over half the model size
    character(len=*), parameter :: side_names(2) = [character(len=5) :: 'left', 'right']
 
 contains
@@ -72,8 +72,8 @@ contains
          by_blocks = (2.0_wp*pi*report%band%highest*worst)**2/48.0_wp
          by_scheme = scheme_reflection(linear, report%band%highest)
          found = found//'; of waves at normal incidence and '//short_text(report%band%highest)// &
-            ' Hz they reflect '//short_text(100*by_blocks)//' % by the size of the blocks, '// &
-            short_text(100*by_scheme)//' % by the time step'
+            ' Hz they reflect '//short_text(100*by_blocks)//' % due to the block size and '// &
+            short_text(100*by_scheme)//' % due to the time step'
          if (by_blocks > most_reflected) advice = '; smaller blocks in front of the boundaries'
          if (by_scheme > most_reflected) advice = advice//'; a smaller time_step, or '// &
             "integration = 'midpoint' or 'theta'"
@@ -109,7 +109,7 @@ contains
       end do
    end function slowest_crossing
 
-   !> Fraction of the amplitude that matched dashpots reflect due to the time integration.
+   !> Reflected fraction of the amplitude at matched dashpots due to the time integration.
    !> In steady vibration stresses have the factor (1 + iaτ)(1 + ibτ), a = 2θ − 1, b = 2χ − 1, and
    !> dashpot forces have 1 + ibτ.  In the original DDA the result is τ/4, about ωΔt/8.
    pure real(wp) function scheme_reflection(linear, frequency) result(reflected)
@@ -124,7 +124,7 @@ contains
       reflected = abs((impedance - 1.0_wp)/(impedance + 1.0_wp))
    end function scheme_reflection
 
-   !> Check that waves from free or viscous sides do not reach the middle of the model.
+   !> Warn if waves from free or viscous sides reach the middle of the model during the motion.
    subroutine check_sides(model, x, report)
       type(model_type), intent(in) :: model  !< model as read from the input
       real(wp), intent(in) :: x(:)           !< [vertices] positions at the start, m
@@ -151,7 +151,7 @@ contains
          advice_if(.not. late, "kind = 'free_field' at both sides, or 'tied' for level ground"))
    end subroutine check_sides
 
-   !> Check that irregularities of the ground are far enough from sides with free fields.
+   !> Warn if irregularities of the ground are too near to sides with free fields.
    subroutine check_free_fields(model, x, report)
       type(model_type), intent(in) :: model  !< model as read from the input
       real(wp), intent(in) :: x(:)           !< [vertices] positions at the start, m

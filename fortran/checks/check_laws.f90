@@ -14,7 +14,7 @@ module dda_check_laws
    public :: check_laws
 
    real(wp), parameter :: strains(2) = [1.0e-3_wp, 1.0e-2_wp]  !< shear strains of reported moduli
-   real(wp), parameter :: coarsest = 1.0_wp/12                 !< largest block over wavelength
+   real(wp), parameter :: coarsest = 1.0_wp/12                 !< largest block size over wavelength
 
 contains
 
@@ -36,7 +36,7 @@ contains
             words = model%materials(m)%own_law%unmet()
             if (words /= '') call add_line(report, verdict_warn, 'material law', &
                quoted(trim(model%materials(m)%name))//': '//words, 'fit of the branches', &
-               'more branches; if these do not help, less damping at small strains')
+               'more branches; if this does not suffice, less damping at small strains')
             call check_softening(model, m, side, report)
          end do
       end associate
@@ -57,12 +57,12 @@ contains
          found = quoted(trim(material%name))//': '//material%own_law%in_words()//'; at '// &
             '0.1 and 1 % shear strain G/G0 = '//short_text(left(1))//' and '// &
             short_text(left(2))//', wavelengths are reduced to '//short_text(sqrt(left(1)))// &
-            ' and '//short_text(sqrt(left(2)))//' of those at small strain'
+            ' and '//short_text(sqrt(left(2)))//' of their values at small strain'
          fine = .true.
          if (report%band%known) then
             eta = side*report%band%highest/sqrt(left(1)*material%young_modulus/(2.0_wp &
                *(1.0_wp + material%poisson_ratio)*material%density))
-            found = found//': at 0.1 % blocks measure λ/'//short_text(1.0_wp/eta)//' at '// &
+            found = found//'; at 0.1 % strain, block size λ/'//short_text(1.0_wp/eta)//' at '// &
                short_text(report%band%highest)//' Hz, limit λ/12'
             fine = eta <= coarsest
          end if
@@ -85,7 +85,7 @@ contains
       end do
    end function largest_block_side
 
-   !> Check for blocks that lose strength faster than they unload, which causes dynamic jumps.
+   !> Warn if blocks lose strength faster than they unload, which causes dynamic jumps.
    subroutine check_softening(model, m, side, report)
       type(model_type), intent(in) :: model       !< model with materials and blocks
       integer, intent(in) :: m                    !< material
@@ -99,8 +99,8 @@ contains
          if (.not. limit < huge(1.0_wp)) return
          call add_line(report, merge(verdict_ok, verdict_warn, side <= limit), 'material law', &
             quoted(trim(material%name))//': cells of '//short_text(side)//' m soften; '// &
-            'beyond '//short_text(limit)//' m they would lose strength faster than they unload', &
-            'G or E times softening_displacement over the strength that is lost', &
+            'above '//short_text(limit)//' m cells would lose strength faster than they unload', &
+            'G or E times softening_displacement over the loss of strength', &
             advice_if(side > limit, 'smaller cells, or a larger softening_displacement'))
       end associate
    end subroutine check_softening

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Checks of material damping: its ratio, its frequency band, and cases in which it is too large
-!> or too small.
+!> Checks of material damping: damping ratio, frequency band, and cases of too much or too little
+!> damping.
 module dda_check_material
    use dda_kinds, only: wp
    use dda_check_report, only: report_type, add_line, verdict_ok, verdict_warn
@@ -15,8 +15,8 @@ module dda_check_material
    private
    public :: check_material
 
-   real(wp), parameter :: most_ringing = 1000.0_wp  !< ringing without a warning, steps to 1/e
-   real(wp), parameter :: good_fit = 0.01_wp        !< largest error of ζ without a report
+   real(wp), parameter :: most_ringing = 1000.0_wp  !< most steps of decay to 1/e without a warning
+   real(wp), parameter :: good_fit = 0.01_wp        !< largest relative error of ζ without advice
 
 contains
 
@@ -45,13 +45,13 @@ contains
       band = [maxval(body%band(1)), minval(body%band(2))]
       misfit = maxval(body%misfit)
       found = range_text(100*minval(body%ratio), 100*maxval(body%ratio))//' % over '// &
-         short_text(band(1))//' … '//short_text(band(2))//' Hz, to '// &
-         short_text(100*misfit)//' % of it by '// &
+         short_text(band(1))//' … '//short_text(band(2))//' Hz, with a relative error '// &
+         'of up to '//short_text(100*misfit)//' %, by '// &
          range_text(real(minval(body%n), wp), real(maxval(body%n), wp))//' mechanisms'
       if (report%has_modes) then
          associate (factor => real(modulus_factor(body, report%modes%omega(1))))
             found = found//'; moduli '//range_text(minval(factor), maxval(factor))// &
-               ' times the given ones at the first mode, at most '// &
+               ' times the input values at the first mode, at most '// &
                short_text(maxval(body%unrelaxed))//' times'
          end associate
       end if
@@ -60,13 +60,13 @@ contains
       if (report%band%known) then
          if (report%band%lowest < band(1) .or. report%band%highest > band(2)) then
             found = found//'; the record has '//short_text(report%band%lowest)//' … '// &
-               short_text(report%band%highest)//' Hz, and there is less damping beyond the band'
+               short_text(report%band%highest)//' Hz, but there is less damping outside the band'
             advice = advice//'; a damping_band that contains the record'
          end if
       end if
       if (norm2(simulation%model%control%gravity) > 0.0_wp .and. &
          .not. simulation%model%stages(1)%static) then
-         found = found//'; gravity acts suddenly, and the blocks creep under their weight'
+         found = found//'; gravity acts suddenly, so that blocks creep under their weight'
          advice = advice//'; settle = .true.'
       end if
       call add_line(report, merge(verdict_ok, verdict_warn, advice == ''), 'material damping', &
@@ -96,7 +96,7 @@ contains
          linear%closed == 0)) then
          found = found//'; blocks can move freely, and α limits the speed of fall to '// &
             short_text(9.81_wp/alpha)//' m/s'
-         advice = '; rayleigh_alpha = 0 for blocks that are not bonded'
+         advice = '; rayleigh_alpha = 0 for blocks without bonds'
          brief = 'α limits the speed of falling blocks to '// &
             short_text(9.81_wp/alpha)//' m/s'
       end if
@@ -125,8 +125,8 @@ contains
       end function damping_ratio_text
    end subroutine check_rayleigh
 
-   !> Number of steps in which the stiffest strain decays to 1/e, if its rate changes sign in each
-   !> step due to dashpots; otherwise 0.
+   !> Number of steps in which the stiffest strain decays to 1/e, if dashpots make its rate change
+   !> sign in each step; otherwise 0.
    !>
    !> If only a dashpot c acts on a mass m, v₁/v₀ = [1 − (1 − χ) cΔt/m]/[1 + χ cΔt/m].
    real(wp) function strain_ringing_steps(linear) result(steps)
@@ -150,8 +150,8 @@ contains
       if (root < 0.0_wp) steps = -1.0_wp/log(-root)
    end function strain_ringing_steps
 
-   !> Collect βK of each block, with all other blocks fixed; springs of welded faces count fully for
-   !> both cells.
+   !> Collect βK of each block, with all other blocks fixed; both cells of a welded face include its
+   !> springs fully.
    subroutine collect_dashpots(linear, dashpot)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), allocatable, intent(out) :: dashpot(:,:,:)  !< [6,6,n] βK, N s/m

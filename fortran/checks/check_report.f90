@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Check report: assessment of a run before its start.
 !>
-!> Each line states a verdict, a number with its limit, the source of the limit, and a remedy.
+!> Each line has a verdict, a value with its limit, the source of the limit, and a remedy.
 module dda_check_report
    use dda_kinds, only: wp
    use dda_check_band, only: band_type
@@ -15,7 +15,7 @@ module dda_check_report
    public :: report_type, line_type, add_line, add_notes, verdict_names, verdict_ok, verdict_warn, &
       verdict_fail, report_text, advice_if, first_mode, ringing_topic
 
-   !> topics of lines that `remaining_doubts` may omit after the run
+   !> topics of warnings that `remaining_doubts` may omit after the run
    character(len=*), parameter :: first_mode = 'first mode', ringing_topic = 'ringing'
 
    integer, parameter :: verdict_ok = 1, verdict_warn = 2, verdict_fail = 3
@@ -44,11 +44,11 @@ module dda_check_report
       logical :: has_highest = .false., has_modes = .false.
       real(wp) :: shortest(2) = 0.0_wp  !< shortest crossing times of S and P waves in a block, s
       real(wp) :: longest = 0.0_wp      !< longest time in which an S wave crosses a block, s
-      real(wp) :: slowest = 0.0_wp      !< velocity of S waves in that block, m/s
+      real(wp) :: slowest = 0.0_wp      !< S wave speed in the block of `longest`, m/s
       real(wp) :: block_size(2) = 0.0_wp  !< smallest and largest of the smaller sides of blocks, m
       real(wp) :: speed(2) = 0.0_wp       !< least S and largest P wave speed, m/s
       real(wp) :: ringing = 0.0_wp        !< steps to 1/e of the slowest alternating mode
-      real(wp) :: shift = 0.0_wp  !< reduction of the first frequency by compliance of joints
+      real(wp) :: shift = 0.0_wp  !< relative reduction of the first frequency by joints
       real(wp) :: memory = 0.0_wp         !< estimated memory of the run, bytes
       real(wp) :: seconds = 0.0_wp        !< estimated time of the run, s; 0: not known
    end type report_type
@@ -78,7 +78,7 @@ contains
    !> Append the notes on probable mistakes in a model.
    subroutine add_notes(report, notes)
       type(report_type), intent(inout) :: report  !< check report
-      character(len=*), intent(in) :: notes(:)    !< [lines]
+      character(len=*), intent(in) :: notes(:)    !< [lines] notes
       integer :: i
 
       do i = 1, size(notes)

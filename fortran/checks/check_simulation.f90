@@ -37,9 +37,9 @@ module dda_check_simulation
    real(wp), parameter :: most_ringing = 1000.0_wp
    integer, parameter :: wanted_modes = 5  !< number of reported modes
    integer, parameter :: timed_steps = 3, timed_blocks = 5000  !< steps; largest timed model
-   integer, parameter :: many_blocks = 1000              !< blocks: sudden gravity is slow above
-   real(wp), parameter :: least_slope = 0.5_wp  !< |n·g|/|g|: smaller in a head joint
-   integer, parameter :: stiff_limit_blocks = 2000 !< largest model with exact stiff limit
+   integer, parameter :: many_blocks = 1000              !< for more blocks, sudden gravity is slow
+   real(wp), parameter :: least_slope = 0.5_wp  !< smaller |n·g|/|g| means a head joint
+   integer, parameter :: stiff_limit_blocks = 2000 !< most blocks for an exact stiff limit
 
 contains
 
@@ -61,7 +61,7 @@ contains
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(report_type), intent(inout) :: report  !< check report, with notes on the model if any
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      integer(long), intent(out), optional :: links  !< number of blocks of K̂ off the diagonal
+      integer(long), intent(out), optional :: links  !< number of off-diagonal blocks of K̂
       integer(long), intent(in), optional :: budget  !< most iterations to find equilibrium
       type(linear_model_type) :: linear, stiff
       type(impact_regime_type) :: impacts
@@ -103,7 +103,7 @@ contains
       call fail_if_stopped(error)
    end subroutine check_model
 
-   !> Measure sizes of blocks and wave speeds in them.
+   !> Determine the sizes of blocks and their wave speeds for the report.
    subroutine measure_blocks(blocks, report)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(report_type), intent(inout) :: report  !< check report
@@ -154,8 +154,8 @@ contains
       end if
    end subroutine check_contacts
 
-   !> Warn if gravity acts suddenly on many blocks with closed head joints.
-   !> Contacts in these joints neither press nor open until the first wave of settlement has passed.
+   !> Warn if gravity acts suddenly on many blocks with closed head joints, whose contacts neither
+   !> press nor open until the first wave of settlement has passed.
    subroutine check_sudden_gravity(simulation, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(report_type), intent(inout) :: report  !< check report
@@ -185,7 +185,7 @@ contains
 
       call find_omega_max(linear, report%highest, error)
       if (allocated(error)) then
-         report%highest%omega = 0.0_wp     ! the search found no frequency
+         report%highest%omega = 0.0_wp     ! not found
          report%highest%residual = 0.0_wp
          call add_line(report, verdict_warn, 'highest frequency', error%message, 'ARPACK', '')
          return
@@ -200,12 +200,12 @@ contains
       found = short_text(linear%time_step)//' s '//merge('<', '>', resolved)//' 4/ω = '// &
          short_text(limit)//' s of the highest frequency'
       if (.not. (resolved .or. allocated(error))) found = found//'; '//report%unresolved%words
-      ! Nearly all contacts have a similar stiffness; the line on ringing shows the consequences.
+      ! Most contacts have a similar stiffness; the line on ringing shows the effect.
       call add_line(report, verdict_ok, 'time step', found, 'paper eq. 13', '')
    end subroutine check_omega_max
 
-   !> Report how long velocities that change sign in each step take to decay.
-   !> Warn if this takes more than `most_ringing` steps.
+   !> Report the decay of velocities that change sign in each step; warn if it takes more than
+   !> `most_ringing` steps.
    subroutine check_ringing(linear, report)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
@@ -265,7 +265,7 @@ contains
    subroutine check_penalty(simulation, modulus, linear, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       real(wp), intent(in) :: modulus  !< largest modulus of the stiffest block, Pa
-      type(linear_model_type), intent(inout) :: linear  !< unchanged on return
+      type(linear_model_type), intent(inout) :: linear  !< linearised model; restored on return
       type(report_type), intent(inout) :: report  !< check report
       type(error_type), allocatable :: error
       type(energy_share_type) :: energy
@@ -297,21 +297,20 @@ contains
          ' %, limit 5 %; '//penalty_cost_text(linear, report%shift)
       call add_line(report, merge(verdict_ok, verdict_warn, report%shift < 0.05_wp), 'penalty', &
          found, 'stiff limit', advice_if(report%shift >= 0.05_wp, &
-         'a higher normal_stiffness, unless the joints are meant to be that soft'), first_mode, &
-         'soft joints lower it by '//short_text(100*report%shift)//' % ('// &
+         'a higher normal_stiffness, unless the joints are meant to be so soft'), first_mode, &
+         'soft joints lower the frequency by '//short_text(100*report%shift)//' % ('// &
          counted(to_text(linear%by_penalty), 'contact', 'contacts')//')')
    end subroutine check_penalty
 
    !> Text on the penalty that reduces the first frequency by 1 %, with the condition number of the
    !> contact iteration at the present and at this penalty.
    !>
-   !> The iteration converges more slowly if the condition number of K̂ relative to inertia is
-   !> larger: κ = 1 + θχ z k_n Δt²/m, for the block with the largest ratio of contact stiffness
-   !> z k_n to mass m.
+   !> The iteration converges more slowly for a larger condition number of K̂ relative to inertia,
+   !> κ = 1 + θχ z k_n Δt²/m, where z k_n/m is the largest ratio of contact stiffness to block mass.
    !> The contribution of joints to 1/f² is proportional to 1/k_n.
    pure function penalty_cost_text(linear, shift) result(words)
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      real(wp), intent(in) :: shift  !< first frequency over its limit for k → ∞
+      real(wp), intent(in) :: shift  !< relative reduction of the first frequency by joints
       character(len=:), allocatable :: words
       real(wp), parameter :: wanted = 0.01_wp, least = 1.0e-7_wp
       real(wp) :: springs(linear%n), cost, ratio
@@ -364,19 +363,19 @@ contains
    !> Report ratios of block size to wavelength, and of Δt to the time in which waves cross blocks.
    subroutine check_resolution(blocks, time_step, report)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      real(wp), intent(in) :: time_step  !< s
+      real(wp), intent(in) :: time_step  !< Δt, s
       type(report_type), intent(inout) :: report  !< check report
-      real(wp), parameter :: coarsest = 1.0_wp/12  ! over a wavelength or a period
+      real(wp), parameter :: coarsest = 1.0_wp/12  ! of a wavelength or a period
       real(wp) :: eta, period
 
       call add_line(report, verdict_ok, 'CFL', short_text(time_step)//' s against Δx/v = '// &
          short_text(report%shortest(2))//' s (P), '//short_text(report%shortest(1))//' s (S), '// &
-         'to follow wave fronts; the scheme is stable beyond', 'paper eq. 14', '')
+         'to resolve wave fronts; the scheme is stable for larger time steps', 'paper eq. 14', '')
       if (.not. report%band%known) return
       period = 1.0_wp/report%band%highest
       eta = report%longest*report%band%highest
       call add_line(report, merge(verdict_ok, merge(verdict_warn, verdict_fail, eta <= 0.5_wp), &
-         eta <= coarsest), 'element size', 'blocks measure λ/'//short_text(1/eta)//' at '// &
+         eta <= coarsest), 'element size', 'the block size is λ/'//short_text(1/eta)//' at '// &
          short_text(report%band%highest)//' Hz, limits λ/12, λ/16, λ/20; such waves are '// &
          dispersion_in_words(blocks, eta), 'paper eq. 12', advice_if(eta > coarsest, &
          'blocks no larger than '// &
@@ -444,7 +443,7 @@ contains
 
    !> Text on the numerical damping ratio over a band up to the Nyquist frequency.
    pure function damping_range_text(band, linear) result(text)
-      type(band_type), intent(in) :: band  !< Hz, of the motions
+      type(band_type), intent(in) :: band  !< band of the motions, Hz
       type(linear_model_type), intent(in) :: linear  !< linearised model
       character(len=:), allocatable :: text
       character(len=:), allocatable :: beyond
@@ -452,7 +451,7 @@ contains
 
       nyquist = 0.5_wp/linear%time_step
       beyond = 'beyond 1/(2 Δt) = '//short_text(nyquist)// &
-         ' Hz, where steps resolve no motion'
+         ' Hz, which steps cannot resolve'
       if (band%lowest >= nyquist) then
          text = 'the band of the record, '//short_text(band%lowest)//' … '// &
             short_text(band%highest)//' Hz, lies '//beyond
@@ -478,12 +477,12 @@ contains
    !> Report number of steps, memory and estimated time of the run.
    subroutine check_cost(simulation, links, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
-      integer(long), intent(in) :: links  !< number of blocks of K̂ off the diagonal
+      integer(long), intent(in) :: links  !< number of off-diagonal blocks of K̂
       type(report_type), intent(inout) :: report  !< check report
       character(len=:), allocatable :: found
 
-      ! Memory of blocks with their matrices, of contacts, of K̂, and of its factor, about three
-      ! times the size of K̂.
+      ! Memory of blocks with their matrices, of contacts, of K̂, and of the factor, which is about
+      ! three times as large as K̂.
       associate (n => simulation%blocks%n, contacts => simulation%contacts(simulation%now)%n)
          report%memory = 8.0_wp*(n*300.0_wp + 60.0_wp*contacts + 4*36.0_wp*(n + links))
       end associate
@@ -491,7 +490,7 @@ contains
          short_text(report%memory/2.0_wp**20)//' MiB of memory'
       report%seconds = seconds_per_step(simulation)*run_steps(simulation%model)
       if (report%seconds > 0.0_wp) found = found//', '//short_text(report%seconds)// &
-         ' s at the pace of the first '//to_text(timed_steps)//' steps'
+         ' s at the speed of the first '//to_text(timed_steps)//' steps'
       call add_line(report, verdict_ok, 'cost', found, 'measured', '')
    end subroutine check_cost
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Notes on water flow in joints: missing boundary conditions, too long channels.
+!> Notes on water flow in joints: missing boundary conditions and channels that are too long.
 !>
 !> A harmonic pressure of angular frequency ω penetrates a joint to the depth √(2c/ω), with the
 !> diffusivity c = a³/(12μ)/(1/k + a/K_w).

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Blocks supported along gravity by springs to the ground ("grounded"), and blocks that these
-!> support.  All springs that act in any static stage are included.
+!> Blocks supported along gravity by springs to the ground ("grounded"), and blocks that grounded
+!> blocks support.  All springs that act in any static stage are included.
 module dda_held_blocks
    use dda_kinds, only: wp
    use dda_elements, only: elements_type, set_elements, freeze_elements, linear_terms_of
@@ -55,7 +55,7 @@ contains
       logical, intent(in) :: held(:)         !< [blocks] supported by springs to the ground
       type(linear_terms_type), intent(in) :: terms        !< springs of elements
       type(overburden_type), intent(in) :: overburden     !< overburden with pairs of blocks
-      logical, allocatable, intent(out) :: supported(:) !< [blocks] all, if there are too many pairs
+      logical, allocatable, intent(out) :: supported(:) !< [blocks] all if pairs are too many
       type(neighbours_type) :: near
       integer :: part(model%blocks%n), i, k
       logical :: changed

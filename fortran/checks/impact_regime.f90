@@ -2,8 +2,8 @@
 !> Ratio of the velocities after and before an impact, which depends on the joint, the time
 !> integration, or the instant of the impact in the step.
 !>
-!> Impacts at a contact without `restitution` are resolved up to Ω = ωΔt ≈ ½, with the velocity
-!> ratio exp(−πχΩ/2).  For larger Ω the ratio is 0 to 1/χ − 1, depending on the instant.
+!> Impacts at a contact without `restitution` are resolved up to Ω = ωΔt ≈ ½, with a velocity ratio
+!> of exp(−πχΩ/2).  For larger Ω the ratio is between 0 and 1/χ − 1, depending on the instant.
 module dda_impact_regime
    use dda_kinds, only: wp, pi
    use dda_contact_damping, only: softness_of
@@ -14,14 +14,14 @@ module dda_impact_regime
    private
    public :: impact_regime_type, find_impact_regime
 
-   real(wp), parameter :: resolved = 0.5_wp  !< Ω up to which impacts are resolved
+   real(wp), parameter :: resolved = 0.5_wp  !< largest Ω of resolved impacts
 
    !> Impact regime of the unbonded contacts of a simulation.
    type :: impact_regime_type
-      integer :: prescribed = 0              !< contacts whose joint has a restitution
-      integer :: others = 0                  !< contacts whose joint has none
-      real(wp) :: lowest = huge(1.0_wp)      !< largest or smallest Ω without restitution
-      real(wp) :: highest = 0.0_wp           !< largest or smallest Ω without restitution
+      integer :: prescribed = 0              !< number of contacts with a restitution
+      integer :: others = 0                  !< number of contacts without restitution
+      real(wp) :: lowest = huge(1.0_wp)      !< smallest Ω without restitution
+      real(wp) :: highest = 0.0_wp           !< largest Ω without restitution
       character(len=:), allocatable :: words   !< text; blank if no contact is unbonded
       character(len=:), allocatable :: advice
    end type impact_regime_type
@@ -32,7 +32,7 @@ contains
    subroutine find_impact_regime(linear, simulation, regime)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(simulation_type), intent(in) :: simulation  !< a run and its state
-      type(impact_regime_type), intent(out) :: regime  !< of its contacts
+      type(impact_regime_type), intent(out) :: regime  !< regime of its contacts
       real(wp) :: omega
       integer :: c
 
@@ -57,7 +57,7 @@ contains
 
    !> Write the text and the advice on the impact regime.
    subroutine write_regime_text(regime, linear)
-      type(impact_regime_type), intent(inout) :: regime  !< of the contacts
+      type(impact_regime_type), intent(inout) :: regime  !< regime of the contacts
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp) :: most
 

@@ -2,11 +2,11 @@
 !> Linearised model of a simulation: mass, and stiffness of strains, closed contacts and fixed
 !> points.
 !>
-!> States of contacts: 'closed', all touching contacts stick; 'present', the states of the run;
-!> 'settled', the states in static equilibrium (`dda_equilibrium`); 'auto', 'settled' if there is
-!> gravity, else 'closed'.
+!> States of contacts: all touching contacts stick ('closed'); as in the run ('present'); as in
+!> static equilibrium ('settled', see `dda_equilibrium`); 'settled' with gravity, else 'closed'
+!> ('auto').
 !>
-!> Damped materials are elastic here, with the given modulus; `at_frequency` replaces this modulus
+!> Damped materials are elastic in this model, with the given modulus.  `at_frequency` replaces it
 !> by the real part of the complex modulus at a frequency, `unrelaxed` by the largest modulus.
 module dda_linear_model
    use dda_kinds, only: wp, long, pi
@@ -58,18 +58,18 @@ module dda_linear_model
       type(linear_terms_type) :: terms              !< terms of elements, then of closed contacts
       integer :: element_terms = 0                  !< number of terms of elements
       real(wp) :: normal_stiffness = 0.0_wp         !< k_n, N/m per metre of thickness
-      real(wp) :: modulus = 0.0_wp                  !< stiffest block material, Pa
+      real(wp) :: modulus = 0.0_wp                  !< modulus of the stiffest block material, Pa
       type(damping_type), allocatable :: damping(:) !< distinct damping laws of the materials
       integer, allocatable :: law(:)                !< [n] damping law of each block; 0: none
       real(wp), allocatable :: given(:,:,:)         !< [3,3,n] `elastic` with the given modulus
       real(wp), allocatable :: given_terms(:)  !< [terms] coefficients with the given modulus
-      type(scheme_type) :: scheme                   !< of the run
+      type(scheme_type) :: scheme                   !< value of the run
       real(wp) :: time_step = 0.0_wp                !< Δt of the run, s
-      real(wp) :: dynamic_factor = 1.0_wp           !< of the run
-      integer :: closed = 0                         !< contacts that are not open
-      integer :: sliding = 0                        !< closed contacts that slide
-      integer :: by_penalty = 0                     !< closed contacts with stiffness k_n
-      integer :: unilateral = 0                     !< closed contacts without a bond
+      real(wp) :: dynamic_factor = 1.0_wp           !< value of the run
+      integer :: closed = 0                         !< number of closed contacts
+      integer :: sliding = 0                        !< number of sliding contacts
+      integer :: by_penalty = 0                     !< number of closed contacts with stiffness k_n
+      integer :: unilateral = 0                     !< number of closed contacts without a bond
       real(wp) :: penetration = 0.0_wp              !< deepest penetration of closed contacts, m
       type(doubt_type), allocatable :: bending(:)   !< warnings on bending of bonded joints
       real(wp), allocatable :: block_mass(:)        !< [n] kg per metre of thickness
@@ -80,7 +80,7 @@ module dda_linear_model
       integer :: base_motion(2) = 0                 !< motions of the base as body force
       type(point_type), allocatable :: points(:)    !< measured points
       real(wp), allocatable :: point_rows(:,:,:)    !< [2,6,points] shape matrices of the points
-      type(equilibrium_type) :: equilibrium         !< search for 'settled'
+      type(equilibrium_type) :: equilibrium         !< result of the search for 'settled'
    end type linear_model_type
 
    !> Distribution of the elastic energy of a motion x over kinds of terms.
@@ -88,9 +88,9 @@ module dda_linear_model
       real(wp) :: total = 0.0_wp                  !< xᵀKx, summed without cancellation
       real(wp) :: share(energy_kinds) = 0.0_wp  !< fractions of the energy, sum 1 (0 without energy)
       real(wp) :: of_penalty = 0.0_wp             !< fraction in springs proportional to k_n
-      !> term (for strains: block) with the largest energy of each kind
+      !> number of the term (for strains, block) with the largest energy of each kind
       integer :: holder(energy_kinds) = 0
-      real(wp) :: most(energy_kinds) = 0.0_wp     !< its fraction of the total energy
+      real(wp) :: most(energy_kinds) = 0.0_wp     !< fraction of the total energy in this term
    end type energy_share_type
 
 contains
@@ -103,7 +103,7 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer(long), intent(in), optional :: budget  !< most iterations to find equilibrium
       type(simulation_type) :: settled
-      type(error_type), allocatable :: unrest  ! equilibrium not found
+      type(error_type), allocatable :: unrest  ! error if equilibrium is not found
       integer :: i
 
       select case (which)
@@ -169,7 +169,7 @@ contains
    end subroutine build_matrices
 
    !> Assemble K and its pattern.
-   !> Elements may differ from those in static equilibrium, because bolts may break during a run.
+   !> Elements may differ from the elements in static equilibrium, because bolts may break in a run.
    subroutine assemble(linear)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
 
@@ -212,7 +212,7 @@ contains
       call scale_moduli(linear, real(modulus_factor(linear%damping, 2.0_wp*pi*frequency)))
    end subroutine at_frequency
 
-   !> Copy the model, with the moduli for an instantaneous change of strain, which are the largest.
+   !> Copy the model with the largest moduli, for an instantaneous change of strain.
    subroutine unrelaxed(linear, stiff)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(linear_model_type), intent(out) :: stiff  !< model with other moduli
@@ -245,7 +245,7 @@ contains
       call assemble_stiffness(linear)
    end subroutine scale_moduli
 
-   !> [damping laws] Fraction of the stiffness of a welded face to which each damping law applies.
+   !> Return, for each damping law, the fraction of the stiffness of a welded face that it damps.
    pure function shares_of_laws(linear, term) result(share)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(linear_term_type), intent(in) :: term     !< term of the model
@@ -261,7 +261,7 @@ contains
       end do
    end function shares_of_laws
 
-   !> Restore the parts of a run that static equilibrium omits: integration, motions, elements.
+   !> Restore integration, motions and elements of the run, which static equilibrium omits.
    subroutine restore_run(linear, simulation)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       type(simulation_type), intent(in) :: simulation  !< a run and its state
@@ -286,7 +286,7 @@ contains
    subroutine assemble_masses(linear, blocks, terms)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       type(blocks_type), intent(in) :: blocks           !< blocks in their present state
-      type(linear_terms_type), intent(inout) :: terms   !< of the elements
+      type(linear_terms_type), intent(inout) :: terms   !< terms of the elements
       type(linear_terms_type) :: others
       integer :: b, i
 
@@ -360,11 +360,11 @@ contains
       type(laws_type), intent(in) :: laws             !< stiffness and strength of the contacts
       type(contacts_type), intent(in) :: contacts     !< contacts of this step
       integer, intent(in) :: c                        !< number of the contact
-      type(linear_term_type), intent(inout) :: term   !< of its springs
+      type(linear_term_type), intent(inout) :: term   !< spring of the contact
 
       associate (law => laws%slot(contacts%joint(c))%law)
          term%of_penalty = .not. law%normal_per_area
-         if (law%cohesive) return  ! acts at the same instant as other bonds
+         if (law%cohesive) return  ! as other bonds
          if (.not. acts_before_end(contacts, law, c)) term%instant = at_end
       end associate
    end subroutine set_law_properties
@@ -404,7 +404,7 @@ contains
       call add_term(linear%terms, dashpot)
    end subroutine add_spring
 
-   !> Set another normal stiffness; shear springs and supports retain their ratios to it.
+   !> Set another normal stiffness, with the same ratios of shear springs and supports to it.
    subroutine set_penalty(linear, normal_stiffness)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       real(wp), intent(in) :: normal_stiffness  !< k_n, N/m per metre of thickness
@@ -430,7 +430,7 @@ contains
    !> Distribute the elastic energy xᵀKx of a motion x over the kinds of terms.
    pure function energy_of(linear, x) result(energy)
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      real(wp), intent(in) :: x(:,:)  !< [6,n]
+      real(wp), intent(in) :: x(:,:)  !< [6,n] motion
       type(energy_share_type) :: energy
       real(wp) :: part
       integer :: i
@@ -460,7 +460,7 @@ contains
       real(wp), intent(in) :: part
 
       energy%share(kind) = energy%share(kind) + part
-      ! the first term is recorded if energies are equal
+      ! of equal energies, the first term is recorded
       if (part > (1.0_wp + alike)*energy%most(kind)) energy%holder(kind) = holder
       energy%most(kind) = max(energy%most(kind), part)
    end subroutine add_term_energy

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Notes on values that are probably in wrong units, or have no effect.
+!> Notes on values that probably have wrong units, or have no effect.
 module dda_magnitudes
    use dda_edge_load, only: load_level, load_surface
    use dda_kinds, only: wp, long
@@ -10,16 +10,16 @@ module dda_magnitudes
    public :: magnitude_notes, note_length
 
    integer, parameter :: note_length = 320  !< bytes
-   real(wp), parameter :: most_gravity = 30.0_wp   !< m/s², three times the gravity of the Earth
-   !> kg/m³: range of unit weights of soil and rock in kN/m³; it includes the density of geofoam
+   real(wp), parameter :: most_gravity = 30.0_wp   !< three times the gravity of the Earth, m/s²
+   !> range of unit weights of soil and rock in kN/m³, which includes densities of geofoam in kg/m³
    real(wp), parameter :: weights(2) = [10.0_wp, 40.0_wp]
-   real(wp), parameter :: of_foam(2) = [1.0e5_wp, 1.0e8_wp]  !< Pa: Young's modulus of geofoam
-   real(wp), parameter :: least_strength = 100.0_wp  !< Pa: stress under 1 cm of soil is larger
-   real(wp), parameter :: most_acceleration = 45.0_wp  !< m/s²: largest recorded value
+   real(wp), parameter :: of_foam(2) = [1.0e5_wp, 1.0e8_wp]  !< Young's modulus of geofoam, Pa
+   real(wp), parameter :: least_strength = 100.0_wp  !< less than the stress under 1 cm of soil, Pa
+   real(wp), parameter :: most_acceleration = 45.0_wp  !< largest recorded value, m/s²
    real(wp), parameter :: largest_model = 5000.0_wp    !< m
    real(wp), parameter :: few_steps = 10.0_wp          !< least steps in a motion
-   real(wp), parameter :: fastest = 40.0_wp     !< m/s, above speeds of falling rock
-   real(wp), parameter :: most_turn = 0.1_wp    !< rad per step, cosine 0.995
+   real(wp), parameter :: fastest = 40.0_wp     !< above speeds of falling rock, m/s
+   real(wp), parameter :: most_turn = 0.1_wp    !< rotation per step, rad (cosine 0.995)
    real(wp), parameter :: highest_head = 10.0_wp  !< highest water level over the model height
    real(wp), parameter :: deepest_bed = 0.05_wp   !< largest settlement over the model height
 
@@ -77,11 +77,11 @@ contains
       steps = run_steps(model)
       interval = model%output%history_interval
       call note_if(notes, norm2(g) > most_gravity, 'gravity = '//short_text(g(1))//', '// &
-         short_text(g(2))//' m/s²: is it meant in cm/s² or mm/s²? That of the Earth is 0, -9.81')
+         short_text(g(2))//' m/s²: is it meant in cm/s² or mm/s²? On Earth it is 0, -9.81')
       call note_if(notes, abs(g(1)) > 0.0_wp .and. .not. abs(g(2)) > 0.0_wp, 'gravity = '// &
-         short_text(g(1))//', 0 m/s² acts along x alone; weight is the second value: 0, -9.81')
-      call note_if(notes, width > largest_model, 'the model measures '//short_text(width)// &
-         ' m: lengths are in m, not in mm')
+         short_text(g(1))//', 0 m/s² acts only along x; the second value is vertical: 0, -9.81')
+      call note_if(notes, width > largest_model, 'the model is '//short_text(width)// &
+         ' m wide or high: lengths are in m, not in mm')
       call note_if(notes, steps > 0 .and. interval > steps, 'history_interval = '// &
          to_text(interval)//' of &output is more than the '//to_text(steps)//' steps of the run'// &
          ': histories contain only its start and end')
@@ -107,15 +107,15 @@ contains
             short_text(speed)//' m/s: faster than falling rock')
          call note_if(notes, turn > most_turn, 'initial_velocity of '//of// &
             ' turns its blocks by '//short_text(turn)// &
-            ' rad a step: the third value is in rad/s; use a smaller time_step')
+            ' rad per step: the third value is in rad/s; use a smaller time_step')
          call note_if(notes, material%density >= weights(1) .and. material%density < weights(2) &
             .and. (material%young_modulus < of_foam(1) .or. material%young_modulus > of_foam(2)), &
             'density = '// &
             short_text(material%density)//' kg/m³ of '//of//': is it a unit weight in '// &
             'kN/m³? That would be '//short_text(1000.0_wp*material%density/9.81_wp)//' kg/m³')
          call note_if(notes, yields .and. count(own) == 1 .and. &
-            any(own .and. model%blocks%body == 0), of//' yields, and '// &
-            'its block has uniform strain, so it yields as a whole: mesh it (&mesh)')
+            any(own .and. model%blocks%body == 0), of//' yields, but '// &
+            'its block has uniform strain and yields as a whole: mesh the block (&mesh)')
       end associate
    end subroutine note_material
 
@@ -166,10 +166,10 @@ contains
          if (load%kind == load_surface) level = level + maxval(load%line(2, :))
          of = trim(merge('&traction', '&water   ', load%kind == load_level))
          if (load%name /= '') of = of//' '//quoted(trim(load%name))
-         call note_if(notes, level > high + highest_head*(high - low), of//' stands up to '// &
+         call note_if(notes, level > high + highest_head*(high - low), of//' reaches up to '// &
             short_text(level - high)//' m above the model, which is '// &
             short_text(high - low)//' m high: are its levels in m, along y?')
-         call note_if(notes, level <= low, of//' has no effect: it lies below the model')
+         call note_if(notes, level <= low, of//' has no effect: the water is below the model')
       end associate
    end subroutine note_water
 

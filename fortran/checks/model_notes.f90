@@ -16,13 +16,13 @@ module dda_model_notes
    private
    public :: model_notes, note_length
 
-   !> kg/m³: all materials of blocks are heavier, even geofoam; values in g/cm³ are smaller
+   !> density, kg/m³: all materials of blocks are heavier, even geofoam; values in g/cm³ are smaller
    real(wp), parameter :: least_density = 10.0_wp
-   !> degrees: range of values that may be radians; smaller values are probably intended
+   !> range of angles in degrees that may be radians; smaller angles are probably intended
    real(wp), parameter :: radians(2) = [0.05_wp, 0.5_wp*pi]
-   real(wp), parameter :: most_rounding = 0.01_wp  !< largest change of a duration, relative
+   real(wp), parameter :: most_rounding = 0.01_wp  !< largest relative change of a duration
    real(wp), parameter :: most_strain = 0.02_wp    !< largest strain without a note
-   real(wp), parameter :: deepest = 0.05_wp        !< penetration over smaller side of a block
+   real(wp), parameter :: deepest = 0.05_wp        !< largest penetration over the smaller side
 
 contains
 
@@ -147,7 +147,7 @@ contains
          call find_repeated(names, first, more)
          if (first == 0) return
          call append_note(notes, to_text(count(names == names(first)))//' blocks are named '// &
-            quoted(names(first))//more_text(more)//': in a list of names, it selects all of them')
+            quoted(names(first))//more_text(more)//': this name in a list selects all of them')
       end associate
    end subroutine note_names
 
@@ -187,7 +187,7 @@ contains
       call find_supported(model, held, terms, overburden, supported)
       first = findloc(supported, .false., 1)
       if (first > 0) call append_note(notes, 'nothing supports '//block_label(model, first)// &
-         more_text(count(.not. supported) - 1)//' against gravity, and there is no block below')
+         more_text(count(.not. supported) - 1)//' against gravity, and no block is below')
       call note_strain(model, overburden, notes)
       call note_penetration(model, overburden, held, notes)
    end subroutine note_weight_effects
@@ -208,14 +208,14 @@ contains
          b = maxloc(strain, 1)
          if (strain(b) <= most_strain) return
          call append_note(notes, 'the weight strains '//block_label(model, b)//' by about '// &
-            short_text(100*strain(b))//' %, beyond the '//short_text(100*most_strain)// &
-            ' % of small strains: '//short_text(stress(b))//' Pa over young_modulus = '// &
+            short_text(100*strain(b))//' %, limit '//short_text(100*most_strain)// &
+            ' %: '//short_text(stress(b))//' Pa over young_modulus = '// &
             to_text(model%materials(blocks%material(b))%young_modulus)//' Pa')
       end associate
    end subroutine note_strain
 
-   !> Note the largest ratio of penetration into the support due to weight to the smaller side of
-   !> the block.
+   !> Note the largest penetration into a support due to weight, relative to the smaller side of the
+   !> block.
    pure subroutine note_penetration(model, overburden, held, notes)
       type(model_type), intent(in) :: model  !< model as read from the input
       type(overburden_type), intent(in) :: overburden  !< weights on all blocks
@@ -243,12 +243,12 @@ contains
          to_text(model%contact%normal_stiffness)//' N/m, or of its joint, are soft')
    end subroutine note_penetration
 
-   !> Penetration, m: with two contacts per block below, or with stiffness of a joint per area;
-   !> the smallest value of all edges.
+   !> Penetration of block b, m, as the smallest value of all edges: two contacts per block below,
+   !> or the stiffness per area of a joint.
    pure real(wp) function weight_penetration(model, overburden, b) result(depth)
       type(model_type), intent(in) :: model  !< model as read from the input
       type(overburden_type), intent(in) :: overburden  !< weights on all blocks
-      integer, intent(in) :: b               !< block
+      integer, intent(in) :: b               !< number of the block
       real(wp) :: one
       integer :: v
 

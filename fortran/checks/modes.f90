@@ -3,10 +3,9 @@
 !> damping.
 !>
 !> The modes are undamped, each with the real part of the moduli at its own frequency.  The damping
-!> ratio of a mode is the sum of the ratio of the time integration and the ratios of materials and
-!> dashpots by strain energy.  With the mass-normalised shape, the latter are Σ Im g ε·Kε/(2ω²) +
-!> Σ (α x·Mx + β ε·Kε)/(2ω) over blocks (`dda_damping`) and Σ c s²/(2ω) over the extensions s of
-!> dashpots.  This is accurate for small damping that hardly couples modes.
+!> ratio of a mode is the sum of three parts: time integration; materials, with a mass-normalised
+!> shape Σ Im g ε·Kε/(2ω²) + Σ (α x·Mx + β ε·Kε)/(2ω) over blocks (`dda_damping`); dashpots with
+!> extensions s, Σ c s²/(2ω).  This is accurate for small damping that hardly couples modes.
 module dda_modes
    use dda_kinds, only: wp, pi
    use dda_damping, only: modulus_factor
@@ -41,13 +40,13 @@ module dda_modes
       real(wp), allocatable :: effective_mass(:,:)
       real(wp), allocatable :: damping(:)           !< ζ in free vibration at Δt
       real(wp), allocatable :: of_scheme(:)         !< part of ζ due to the time integration
-      !> period error of the scheme, relative; −1: no oscillation
+      !> relative period error of the scheme; −1: no oscillation
       real(wp), allocatable :: elongation(:)
       real(wp) :: total_mass = 0.0_wp               !< kg per metre of thickness
       character(len=:), allocatable :: words        !< text on contacts and singular stiffness
    end type modes_type
 
-   real(wp), parameter :: nothing = 1.0e-14_wp  !< ω² without stiffness, over the scale of ω_max²
+   real(wp), parameter :: nothing = 1.0e-14_wp  !< ω² that counts as zero over the scale of ω_max²
 
 contains
 
@@ -77,7 +76,7 @@ contains
       modes%total_mass = sum(linear%block_mass)
       allocate (modes%participation(2, modes%n), source=0.0_wp)
       do i = 1, modes%n
-         do b = 1, linear%n  ! Γ = φᵀMr, r a unit translation of all blocks, as rigid supports move
+         do b = 1, linear%n  ! Γ = φᵀMr with a unit translation r of all blocks
             modes%participation(:, i) = modes%participation(:, i) + matmul(modes%shape(:, b, i), &
                linear%mass(:, 1:2, b))
          end do
@@ -91,10 +90,10 @@ contains
    !> then a new shape.
    subroutine adapt_moduli(linear, pairs, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      type(eigenpairs_type), intent(inout) :: pairs  !< modes with given, then with own moduli
+      type(eigenpairs_type), intent(inout) :: pairs  !< on return, modes with own moduli
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer, parameter :: most_passes = 10, inner_passes = 6
-      real(wp), parameter :: close_enough = 1.0e-11_wp  !< of ω²
+      real(wp), parameter :: close_enough = 1.0e-11_wp  !< relative change of ω²
       type(linear_model_type) :: work
       type(eigenpairs_type) :: own
       type(energy_share_type) :: energy
@@ -152,7 +151,7 @@ contains
       end do
    end function material_damping
 
-   !> Damping ratio of a mass-normalised mode due to dashpots, except those of supports.
+   !> Damping ratio of a mass-normalised mode due to dashpots, without the dashpots of supports.
    pure real(wp) function dashpot_damping(linear, omega, shape) result(ratio)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: omega       !< rad/s
@@ -200,7 +199,7 @@ contains
       call select_pairs(pairs, [(i, i=mechanisms + 1, pairs%n)])
    end subroutine find_elastic
 
-   !> Number of blocks removed by stages, which have no mass and no contacts.
+   !> Number of blocks that stages have removed.
    pure integer function removed_blocks(linear)
       type(linear_model_type), intent(in) :: linear  !< linearised model
 
@@ -256,7 +255,7 @@ contains
       if (modes%mechanisms > 0) modes%words = modes%words//'; at least '// &
          to_text(modes%mechanisms)//' further modes have no stiffness (hinges or slides)'
       if (is_dispersive(linear)) modes%words = modes%words// &
-         '; moduli and damping ratios of the materials are those at the frequency of each mode'
+         '; each mode uses the moduli and damping ratios of materials at its own frequency'
       if (modes%n < wanted) modes%words = modes%words//'; only '//to_text(modes%n)// &
          ' modes have stiffness'
    end subroutine write_mode_text

@@ -2,8 +2,9 @@
 !> Energy of plane waves in plane strain that is reflected by dashpots ρV_p along the normal and
 !> ρV_s along the edge (Lysmer and Kuhlemeyer 1969).
 !>
-!> Units: V_s = 1, ρ = 1.  The incident wave has direction (sin i, cos i) to the edge y = 0.  p is
-!> the slowness along the edge, which the incident and the reflected P and S waves have in common.
+!> Units: V_s = 1, ρ = 1.  The incident wave has the direction (sin i, cos i) to the edge y = 0.  p
+!> is the slowness along the edge, which is the same for the incident and the reflected P and S
+!> waves.
 module dda_oblique_reflection
    use dda_kinds, only: wp, pi
    implicit none
@@ -14,7 +15,7 @@ module dda_oblique_reflection
 
 contains
 
-   !> Fraction of the energy of a wave that is reflected, in P and S waves together.
+   !> Fraction of the energy of a wave that is reflected as P and S waves together.
    pure real(wp) function reflected_energy(ratio, wave, angle)
       real(wp), intent(in) :: ratio  !< V_p/V_s, above √2
       integer, intent(in) :: wave    !< incident wave: wave_p or wave_s
@@ -36,7 +37,7 @@ contains
    end function reflected_energy
 
    !> Normal and tangential stress on the edge due to a unit wave, minus the stress of the dashpots,
-   !> both divided by −iω.
+   !> divided by −iω.
    pure function stress_imbalance(ratio, wave, p, cosine)
       real(wp), intent(in) :: ratio       !< V_p/V_s
       integer, intent(in) :: wave         !< wave_p or wave_s

@@ -2,7 +2,7 @@
 !> Highest frequency of a model, ω_max, for the limit Δt < 4/ω_max (paper eq. 13).
 !>
 !> ARPACK computes ω_max as a Ritz value, which does not exceed the exact value.  Two bounds need no
-!> iteration: with the 6×6 diagonal block K_ii of block i, and (a + b)² ≤ 2a² + 2b² for each spring,
+!> iteration; with the 6×6 diagonal block K_ii of block i, and (a + b)² ≤ 2a² + 2b² for each spring:
 !>
 !>     max λ(M⁻¹ K_ii) ≤ ω_max² ≤ max λ(M⁻¹ (2 K_ii^coupling + K_ii^elastic + K_ii^ground)) over i .
 module dda_omega_max
@@ -36,8 +36,8 @@ module dda_omega_max
       real(wp) :: residual = 0.0_wp      !< final residual ‖Kx − ω²Mx‖/ω² in the mass norm
       integer(long) :: products = 0      !< products of K with a vector
       type(bracket_type) :: bracket
-      type(energy_share_type) :: energy        !< energy of its mode
-      integer :: kind = 0                !< kind with the most energy
+      type(energy_share_type) :: energy        !< energy of the mode
+      integer :: kind = 0                !< kind of term with the most energy
       integer :: spring = 0              !< spring of this kind with the most energy; 0: strain
       !> blocks of this spring, or block with the largest strain energy
       integer :: block(2) = 0
@@ -92,7 +92,7 @@ contains
       bracket%upper = tie*bracket%upper
    end subroutine find_bracket
 
-   !> Sum K_ii^elastic and m K_ii of each term that acts on m blocks (1: the ground and one block).
+   !> Sum K_ii^elastic and, for each term on m blocks (m = 1: on one block and the ground), m K_ii.
    !> The factor m follows from (u₁ + … + u_m)² ≤ m (u₁² + … + u_m²).
    subroutine upper_blocks(linear, upper)
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -140,7 +140,7 @@ contains
       omega = sqrt(largest)
    end subroutine largest_block_omega
 
-   !> Find the kind with the most energy in the highest mode, and its spring or block with the most.
+   !> Find the kind of term, and its spring or block, with the most energy in the highest mode.
    subroutine find_governing_term(linear, result)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(omega_max_type), intent(inout) :: result  !< highest frequency
@@ -168,7 +168,7 @@ contains
          result%words = 'ω_max = '//short_text(result%omega)//' rad/s, guaranteed between '// &
             bracket_text(result%bracket)//'; relative residual '//short_text(result%residual)// &
             '; governed by '//result%governs//' with '//percent_text(energy%most(result%kind))// &
-            ' of the energy of its mode ('
+            ' of the energy of the mode ('
          do kind = 1, energy_kinds
             if (energy%share(kind) > 0.0_wp) result%words = result%words// &
                trim(kind_names(kind))//' '//percent_text(energy%share(kind))//', '

@@ -1,10 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Weight of the blocks above each block, transferred straight along gravity: an estimate that
-!> needs no simulation.
+!> Estimate, without simulation, of the weight of the blocks above each block.
 !>
 !> The model is cut into columns along gravity.  A block receives the weight above it in its
-!> columns, adds its own, and distributes the sum evenly over these columns; a block supported by
-!> the ground transfers no weight to blocks below.
+!> columns, adds its own weight, and distributes the sum evenly over these columns; a block that the
+!> ground supports transfers no weight to blocks below.
 module dda_overburden
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -13,14 +12,14 @@ module dda_overburden
    private
    public :: overburden_type, find_overburden
 
-   integer, parameter :: most_columns = 4096  !< columns along gravity
+   integer, parameter :: most_columns = 4096  !< largest number of columns along gravity
 
    !> Weights along gravity.
    type :: overburden_type
       real(wp), allocatable :: width(:)     !< [blocks] width across gravity, m
-      real(wp), allocatable :: weight(:)    !< [blocks] weight on the base, block included, N/m
+      real(wp), allocatable :: weight(:)    !< [blocks] weight on the base, with the block, N/m
       integer, allocatable :: beneath(:)    !< [blocks] number of blocks directly below
-      integer, allocatable :: pair(:,:)     !< [2,≥ pairs] a block, and a block directly below it
+      integer, allocatable :: pair(:,:)     !< [2,≥ pairs] block; block directly below it
       integer :: pairs = 0
    end type overburden_type
 
@@ -29,7 +28,7 @@ contains
    !> Find the weights on all blocks, and all pairs of a block and a block directly below it.
    pure subroutine find_overburden(blocks, gravity, held, overburden)
       type(blocks_type), intent(in) :: blocks  !< blocks in their initial state
-      real(wp), intent(in) :: gravity(2)       !< not zero, m/s²
+      real(wp), intent(in) :: gravity(2)       !< gravity, not zero, m/s²
       logical, intent(in) :: held(:)           !< [blocks] supported by the ground
       type(overburden_type), intent(out) :: overburden  !< weights on all blocks
       integer, allocatable :: span(:,:), lowest(:)

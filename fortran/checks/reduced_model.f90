@@ -12,7 +12,7 @@
 !> suffice.  The equations are projected on a real basis, orthonormal in M.  The basis begins with
 !> the static response, if it exists, and is extended by the real and imaginary parts of (K + sM)⁻¹
 !> times the residual at sample frequencies until the residual is small at all of them.  The shift
-!> s, with √s far below the end of the band, permits a singular K, as in models on dashpots only.
+!> s, with √s far below the end of the band, permits a singular K, such as of a model on dashpots.
 module dda_reduced_model
    use dda_kinds, only: wp, pi
    use dda_cholesky_double, only: solve
@@ -31,18 +31,18 @@ module dda_reduced_model
    public :: reduced_model_type, weights_type, reduce_model, solve_reduced, weights_at, &
       undamped_weights
 
-   integer, parameter :: most_vectors = 240           !< vectors of the basis
-   integer, parameter :: samples = 16                 !< sample frequencies, evenly over the band
-   integer, parameter :: most_expansions = 60  !< largest number of vectors added at one frequency
-   real(wp), parameter :: accuracy = 1.0e-10_wp  !< (K + sM)⁻¹ residual, relative, at convergence
-   real(wp), parameter :: rounding = 1.0e-8_wp        !< accuracy that suffices at rounding
-   real(wp), parameter :: tolerable = 1.0e-5_wp       !< largest accepted residual, relative
+   integer, parameter :: most_vectors = 240           !< most vectors of the basis
+   integer, parameter :: samples = 16                 !< number of evenly spaced sample frequencies
+   integer, parameter :: most_expansions = 60  !< most vectors added at one frequency
+   real(wp), parameter :: accuracy = 1.0e-10_wp  !< relative tolerance of (K + sM)⁻¹ residual
+   real(wp), parameter :: rounding = 1.0e-8_wp        !< tolerance if rounding prevents more
+   real(wp), parameter :: tolerable = 1.0e-5_wp       !< largest accepted relative residual
    real(wp), parameter :: independent = 1.0e-8_wp  !< least fraction of a vector outside the basis
    real(wp), parameter :: shift_share = 0.05_wp       !< √s over the end of the band
 
    !> Factors of the parts of A in steady vibration.
    type :: weights_type
-      complex(wp) :: inertia = 0.0_wp         !< factor of M in place of −ω², 1/s²
+      complex(wp) :: inertia = 0.0_wp         !< factor of M, instead of −ω², 1/s²
       complex(wp) :: load = 0.0_wp            !< factor of forces at t₀ + θΔt
       complex(wp) :: ground(instants) = 0.0_wp  !< [instants] factors of ground forces
       !> [instants + 2 laws] factors of terms by instant, then of K_g and M_g of each damping law
@@ -61,12 +61,12 @@ module dda_reduced_model
 
 contains
 
-   !> Reduce a model that the ground excites through terms of each instant.
+   !> Reduce a model that is excited by the ground through terms of each instant.
    subroutine reduce_model(reduced, linear, static, force, highest, error)
       type(reduced_model_type), intent(out) :: reduced  !< projected model
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: static(:,:)    !< [6,n] static response, first vector of the basis
-      real(wp), intent(in) :: force(:,:,:)   !< [6,n,instants] N/m and N
+      real(wp), intent(in) :: force(:,:,:)   !< [6,n,instants] forces, N/m and N
       real(wp), intent(in) :: highest        !< end of the band, Hz
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(shifted_inverse_type) :: inverse
@@ -97,7 +97,7 @@ contains
       type(reduced_model_type), intent(inout) :: reduced  !< projected model
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(shifted_inverse_type), intent(inout) :: inverse  !< factor of K + sM
-      real(wp), intent(in) :: force(:,:,:)  !< [6,n,instants] N/m and N
+      real(wp), intent(in) :: force(:,:,:)  !< [6,n,instants] forces, N/m and N
       real(wp), intent(in) :: frequency  !< Hz
       type(weights_type) :: weights
       complex(wp), allocatable :: y(:)
@@ -184,7 +184,7 @@ contains
       type(reduced_model_type), intent(in) :: reduced  !< projected model
       type(weights_type), intent(in) :: weights  !< factors in steady vibration
       complex(wp), intent(in) :: load(:)              !< [instants] factors of the forces
-      complex(wp), allocatable, intent(out) :: y(:)   !< [m]
+      complex(wp), allocatable, intent(out) :: y(:)   !< [m] response
       complex(wp) :: a(reduced%m, reduced%m), work(32*reduced%m)
       integer :: pivot(reduced%m), i, info
 
@@ -197,7 +197,7 @@ contains
             a(i, i) = a(i, i) + weights%inertia
          end do
          y = matmul(reduced%force(:m, :), load)
-         if (m == 0) return  ! parts supported only by dashpots have no static response
+         if (m == 0) return  ! no static response on dashpots
          call zsysv('L', m, 1, a, m, pivot, y, m, work, size(work), info)
          ! At an undamped resonance, only round-off limits the solution.
          if (info > 0) y = y/(epsilon(1.0_wp)*abs(weights%inertia))
@@ -209,7 +209,7 @@ contains
       type(reduced_model_type), intent(in) :: reduced  !< projected model
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(weights_type), intent(in) :: weights  !< factors in steady vibration
-      real(wp), intent(in) :: force(:,:,:)  !< [6,n,instants] N/m and N
+      real(wp), intent(in) :: force(:,:,:)  !< [6,n,instants] forces, N/m and N
       complex(wp), intent(in) :: y(:)
       real(wp), intent(out) :: re(6, linear%n), im(6, linear%n)
       real(wp), dimension(6, linear%n) :: x_re, x_im
@@ -244,7 +244,7 @@ contains
       end do
    end subroutine residual_of
 
-   !> Damping part of the force of a spring of a welded face, N/m.
+   !> Force due to damping of a spring of a welded face, N/m.
    pure complex(wp) function damping_pull(linear, weights, term, stretch) result(pull)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(weights_type), intent(in) :: weights  !< factors in steady vibration
@@ -317,7 +317,7 @@ contains
    end function mass_product
 
    !> Orthonormalise a vector, append it to the basis and extend the projected matrices.
-   !> Skip a vector that is almost linearly dependent, or for which there is no memory.
+   !> A vector that is almost linearly dependent, or for which memory is lacking, is skipped.
    subroutine add_vector(reduced, linear, force, vector, added)
       type(reduced_model_type), intent(inout) :: reduced  !< projected model
       type(linear_model_type), intent(in) :: linear  !< linearised model

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Rigid-body modes of unsupported parts of a model, in closed form.
 !>
-!> Blocks joined by springs form parts.  A part has up to three rigid motions that its supports
-!> do not restrain; these are exact null vectors of the linearised stiffness.
+!> Blocks joined by springs form parts.  Up to three rigid motions of a part are not restrained by
+!> its supports; they are exact null vectors of the linearised stiffness.
 module dda_rigid_modes
    use dda_kinds, only: wp
    use dda_deflation, only: null_space_type
@@ -14,7 +14,7 @@ module dda_rigid_modes
    private
    public :: find_rigid_modes
 
-   real(wp), parameter :: nothing = 1.0e-12_wp !< unsupported: stiffness over the largest one
+   real(wp), parameter :: nothing = 1.0e-12_wp !< stiffness that counts as zero over the largest one
 
 contains
 
@@ -43,7 +43,7 @@ contains
             do k = 2, blocks_in(term)
                call get_row(term, k, b, row)
                roots = [find_root(parent, term%block_a), find_root(parent, b)]
-               ! The smaller root becomes the root of both: the first block of each part.
+               ! The first block of a part is its root.
                parent(maxval(roots)) = minval(roots)
             end do
          end associate
@@ -59,8 +59,8 @@ contains
 
    !> Find the root of the part of a block, and shorten the path to it.
    integer function find_root(parent, b) result(root)
-      integer, intent(inout) :: parent(:)  !< [n] a block of the same part, or itself
-      integer, intent(in) :: b  !< block
+      integer, intent(inout) :: parent(:)  !< [n] another block of the same part; root: itself
+      integer, intent(in) :: b  !< number of the block
 
       root = b
       do while (parent(root) /= root)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Ringing: modes whose velocities change sign in each step, and the number of steps in which the
-!> slowest of them decays to 1/e.
+!> most persistent of these modes decays to 1/e.
 !>
 !> If Ω = ωΔt exceeds 2/|θ − χ| (4 in DDA), one root of the scheme is negative and tends to 1 − 1/χ
 !> for large Ω, in DDA to −1: a stiff contact rings for about Ω²/8 steps after an impact.  Bonded
@@ -55,7 +55,7 @@ contains
       call write_ringing_text(ringing, linear%scheme, trim(kind_names(maxloc(energy%share, 1))))
    end subroutine find_ringing
 
-   !> Copy the model without springs to the ground, and without springs with dashpots.
+   !> Copy the model without springs to the ground or with dashpots.
    subroutine copy_without_ground(linear, free)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(linear_model_type), intent(out) :: free  !< model without these springs
@@ -76,7 +76,7 @@ contains
       type(scheme_type), intent(in) :: scheme  !< time integration (θ, χ)
       character(len=*), intent(in) :: kind  !< kind of term with the most energy
 
-      ringing%words = 'no velocity changes its sign at every step'
+      ringing%words = 'no velocity changes sign in each step'
       ringing%brief = ringing%words
       ringing%advice = "a smaller time_step, a lower normal_stiffness, or integration = 'theta'"
       if (scheme%chi > 0.5_wp) &
@@ -84,13 +84,13 @@ contains
       if (.not. ringing%steps > 0.0_wp) return
       ringing%words = 'the stiffest mode ('//kind//', ω Δt = '// &
          short_text(ringing%resolution)// &
-         ') changes the sign of its velocity every step and '
+         ') changes the sign of its velocity in each step and '
       if (ringing%steps < 1.0e12_wp) then
          ringing%words = ringing%words//'decays to 1/e in '//short_text(ringing%steps)//' steps'
          ringing%brief = '1/e in '//short_text(ringing%steps)//' steps'
       else
-         ringing%words = ringing%words//'never dies out'
-         ringing%brief = 'never dies out'
+         ringing%words = ringing%words//'does not decay'
+         ringing%brief = 'does not decay'
       end if
       ringing%brief = kind//', '//ringing%brief
    end subroutine write_ringing_text

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Difference between the motions of sides and of their free fields: estimate before the run, for
-!> waves that are long relative to the depth.
+!> Estimate, before the run, of the difference between the motions of sides and their free fields,
+!> for waves that are long relative to the depth.
 !>
 !> Ground of depth H(x) on a radiating base moves horizontally like a bar, with u(x) constant over
 !> the depth:
@@ -17,9 +17,9 @@ module dda_side_departure
    private
    public :: find_side_departure
 
-   integer, parameter :: cells = 400  !< cells of the bar, from one side to the other
+   integer, parameter :: cells = 400  !< number of cells of the bar between both sides
 
-   !> Bar: values per cell, and at both ends.
+   !> Bar with values per cell and at both ends.
    type :: bar_type
       real(wp) :: length = 0.0_wp                !< length of a cell, m
       real(wp) :: mass(cells) = 0.0_wp           !< ρH of each cell, kg/m²
@@ -35,7 +35,7 @@ contains
    subroutine find_side_departure(model, x, frequency, departure)
       type(model_type), intent(in) :: model     !< model as read from the input
       real(wp), intent(in) :: x(:)              !< [vertices] positions at the start, m
-      real(wp), intent(inout) :: frequency      !< Hz; reduced to waves of at least four depths
+      real(wp), intent(inout) :: frequency  !< Hz; reduced so that waves are at least 4 depths long
       real(wp), intent(out) :: departure        !< relative difference
       type(bar_type) :: bar
       complex(wp) :: u(cells + 1), free(2)

@@ -10,9 +10,9 @@ module dda_softening
    private
    public :: coarse_points, long_steps
 
-   real(wp), parameter :: least_spacings = 2.0_wp !< cohesive zone over spacing of points
-   !> steps within the limit of `long_steps` for which the bounds of the fracture energy of a joint
-   !> that fails suddenly differ by at most 10 %, measured with bars
+   real(wp), parameter :: least_spacings = 2.0_wp !< least cohesive zone over spacing of points
+   !> limit of `long_steps` over the time step for which bounds of the fracture energy differ by at
+   !> most 10 % even if a joint fails suddenly (measured with bars)
    real(wp), parameter :: fine_steps = 20.0_wp
 
 contains
@@ -31,8 +31,8 @@ contains
          spacing = longest_edge(model, j)/(joint%contact_points - 1)
          if (zone >= least_spacings*spacing) return
          words = 'the cohesive zone EG/T² of joint '//quoted(trim(joint%name))//' is '// &
-            short_text(zone)//' m long, its contact points are up to '//short_text(spacing)// &
-            ' m apart: its strength depends on the size of the blocks; try contact_points = 5 '// &
+            short_text(zone)//' m long, but its contact points are up to '//short_text(spacing)// &
+            ' m apart: the strength depends on the size of the blocks; try contact_points = 5 '// &
             'or smaller blocks'
       end associate
    end function coarse_points
@@ -55,8 +55,8 @@ contains
          limit = sqrt(0.5_wp*least_mass(model, j)/(scheme%chi*slope))
          if (model%control%time_step <= limit) return
          words = 'joint '//quoted(trim(joint%name))//' softens within a step of time_step = '// &
-            short_text(model%control%time_step)//' s: above '//short_text(limit)//' s, time '// &
-            'of failure depends on time_step; up to '//short_text(limit/fine_steps)//' s, '// &
+            short_text(model%control%time_step)//' s: above '//short_text(limit)//' s, the '// &
+            'time of failure depends on time_step; up to '//short_text(limit/fine_steps)//' s, '// &
             'bounds of its fracture energy differ by at most 10 %, even if it fails suddenly'
       end associate
    end function long_steps

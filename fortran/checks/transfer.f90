@@ -23,10 +23,10 @@ module dda_transfer
 
    !> Transfer function, ready for evaluation.
    type :: transfer_type
-      type(linear_model_type) :: linear      !< only scheme, Δt and damping laws
+      type(linear_model_type) :: linear      !< model with only scheme, Δt and damping laws
       type(reduced_model_type) :: reduced
       logical :: body_force = .false.        !< base motion acts as a body force
-      real(wp) :: base(2) = 0.0_wp           !< part of the base motion at output and input point
+      real(wp) :: base(2) = 0.0_wp           !< fraction of the base motion at both points
       real(wp), allocatable :: weight(:,:)   !< [2,m] displacements of the basis at the points
       real(wp), allocatable :: omega(:)      !< [m] undamped angular frequencies, rad/s
       character(len=:), allocatable :: words
@@ -42,7 +42,7 @@ module dda_transfer
 contains
 
    !> Prepare x_out(ω)/x_in(ω) for base motion along an axis.
-   !> Point number 0 is the prescribed motion itself.
+   !> Point 0 is the prescribed motion.
    subroutine prepare_transfer(transfer, linear, points, axes, base_axis, highest, error)
       type(transfer_type), intent(out) :: transfer  !< prepared transfer function
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -95,13 +95,13 @@ contains
    end subroutine prepare_transfer
 
    !> Compute the forces for a unit base motion, and the static response to it.
-   !> If all terms on the ground move, the static response is a translation.
+   !> If all ground terms move, the static response is a translation.
    subroutine find_base_excitation(transfer, linear, axis, static, force, error)
       type(transfer_type), intent(inout) :: transfer  !< prepared transfer function
       type(linear_model_type), intent(in) :: linear  !< linearised model
       integer, intent(in) :: axis  !< 1: x, 2: y
-      real(wp), allocatable, intent(out) :: static(:,:)   !< [6,n]
-      real(wp), allocatable, intent(out) :: force(:,:,:)  !< [6,n,instants]
+      real(wp), allocatable, intent(out) :: static(:,:)   !< [6,n] response
+      real(wp), allocatable, intent(out) :: force(:,:,:)  !< [6,n,instants] forces
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(shifted_inverse_type) :: inverse
       integer :: held, moved, b
@@ -130,7 +130,7 @@ contains
       end if
    end subroutine find_base_excitation
 
-   !> Text that names the supports on which the model stands.
+   !> Name the kinds of supports of the model.
    pure function supports_text(linear) result(name)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       character(len=:), allocatable :: name
@@ -142,11 +142,12 @@ contains
    end function supports_text
 
    !> Compute the forces for a unit displacement of the ground.
-   !> Only ground terms with the same motion along the axis move; if no term has one, all move.
+   !> Ground terms with the first motion along the axis move; if no term has a motion, all terms
+   !> move.
    pure subroutine find_ground_forces(linear, axis, force, held, moved)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       integer, intent(in) :: axis  !< 1: x, 2: y
-      real(wp), intent(inout) :: force(:,:,:)  !< [6,n,instants]
+      real(wp), intent(inout) :: force(:,:,:)  !< [6,n,instants] forces
       integer, intent(out) :: held             !< number of terms that resist along the axis
       integer, intent(out) :: moved            !< number of terms that move
       integer :: i, motion

@@ -2,9 +2,9 @@
 !> Number and kind of modes that a time step cannot resolve (ω > 4/Δt, paper eq. 13).
 !>
 !> Two bounds need no eigenvalue of the model.  The block-diagonal matrix of `upper_blocks` bounds
-!> the eigenvalues of K (Courant–Fischer), so the number of its modes beyond the limit is an upper
-!> bound.  Diagonal blocks of K without a common spring are uncoupled, so by Cauchy's interlacing
-!> theorem the number of their modes beyond the limit is a lower bound.  Modes of small models are
+!> the eigenvalues of K (Courant–Fischer), so that its number of modes beyond the limit is an upper
+!> bound.  Diagonal blocks of K without a common spring are uncoupled, so that their number of modes
+!> beyond the limit is a lower bound by Cauchy's interlacing theorem.  In small models, modes are
 !> counted exactly.
 module dda_unresolved
    use dda_kinds, only: wp
@@ -27,17 +27,17 @@ module dda_unresolved
    type :: unresolved_type
       real(wp) :: limit = 0.0_wp              !< 4/Δt, rad/s
       integer :: modes = 0                    !< number of modes of the model, 6 per block
-      integer :: least = 0                    !< lower bound of the number beyond 4/Δt
+      integer :: least = 0                    !< lower bound of the number of modes beyond 4/Δt
       integer :: most = 0                     !< upper bound of this number
-      logical :: exact = .false.              !< .true.: both bounds are equal
+      logical :: exact = .false.              !< both bounds are equal
       !> number of modes, counted in `most`, by the kind with the most energy
       integer :: of_kind(energy_kinds) = 0
       character(len=:), allocatable :: words
    end type unresolved_type
 
-   !> blocks up to which all modes of a model are computed
+   !> most blocks for which all modes are computed
    integer, parameter :: dense_blocks = 50
-   !> most multiplications of a count by inertia, about ½ s
+   !> most multiplications (about ½ s) for a count by inertia
    real(wp), parameter :: affordable = 1.0e9_wp
 
 contains
@@ -45,7 +45,7 @@ contains
    !> Count the modes beyond 4/Δt.
    subroutine count_unresolved(linear, time_step, unresolved, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      real(wp), intent(in) :: time_step  !< s
+      real(wp), intent(in) :: time_step  !< Δt, s
       type(unresolved_type), intent(out) :: unresolved  !< modes beyond 4/Δt
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(mass_factor_type) :: mass
@@ -72,7 +72,7 @@ contains
       call write_unresolved_text(unresolved)
    end subroutine count_unresolved
 
-   !> Compute all modes by LAPACK, and count those beyond the limit.
+   !> Compute all modes by LAPACK, and count the modes beyond the limit.
    subroutine count_by_lapack(linear, unresolved, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(unresolved_type), intent(inout) :: unresolved  !< modes beyond 4/Δt

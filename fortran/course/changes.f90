@@ -232,7 +232,7 @@ contains
    !> Set another Δt from now on.
    subroutine set_time_step(simulation, time_step)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      real(wp), intent(in) :: time_step  !< s
+      real(wp), intent(in) :: time_step  !< Δt, s
       real(wp) :: left
 
       associate (control => simulation%model%control)

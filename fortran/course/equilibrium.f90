@@ -205,7 +205,7 @@ contains
    !> Set stresses to those of elastic blocks; the energy of Maxwell branches is dissipated.
    subroutine remove_damping_stress(blocks, energy)
       type(blocks_type), intent(inout) :: blocks  !< between two steps
-      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
+      type(energy_type), intent(inout) :: energy  !< energy budget, J per metre
       real(wp) :: before
 
       if (.not. blocks%damps) return

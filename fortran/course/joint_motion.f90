@@ -26,7 +26,7 @@ contains
    !> Measure mean slip and largest opening of a joint, m (NaN if its blocks are removed), and its
    !> forces, N/m: normal (compression positive), resisting shear, and resultant (x, y) on set one.
    pure subroutine measure_joint(joint, first, contacts, blocks, values)
-      type(measured_joint_type), intent(in) :: joint   !< of the model
+      type(measured_joint_type), intent(in) :: joint   !< joint of the model
       type(first_contacts_type), intent(in) :: first   !< contacts when counting began
       type(contacts_type), intent(in) :: contacts      !< contacts of the last step
       type(blocks_type), intent(in) :: blocks          !< blocks in their present state
@@ -61,7 +61,7 @@ contains
 
    !> .true. if a contact of these two blocks belongs to the joint.
    pure logical function is_between(joint, one, other)
-      type(measured_joint_type), intent(in) :: joint  !< of the model
+      type(measured_joint_type), intent(in) :: joint  !< joint of the model
       integer, intent(in) :: one, other               !< blocks
 
       is_between = joint%side(one) + joint%side(other) == 3
@@ -70,7 +70,7 @@ contains
    !> Reject a joint without contacts at the start of the run.
    subroutine check_measured_joints(simulation, error)
       type(simulation_type), intent(in) :: simulation        !< simulation whose maxima have begun
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: i, c
       logical :: found
 

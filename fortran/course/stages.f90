@@ -460,7 +460,7 @@ contains
 
    !> Add the numerical losses of static steps to the term of static stages.
    pure subroutine book_statics(energy, before)
-      type(energy_type), intent(inout) :: energy  !< J per metre of thickness
+      type(energy_type), intent(inout) :: energy  !< energy budget, J per metre
       type(energy_type), intent(in) :: before  !< budget at the beginning of the stage
       integer, parameter :: terms(*) = [energy_algorithmic, energy_kinetic_damping, &
          energy_geometric]

@@ -94,7 +94,7 @@ contains
    !> .true. if a block is counted: every block without cells, and the first cell of each body.
    pure logical function is_counted_block(body, b)
       integer, intent(in) :: body(:)  !< [blocks] body of a cell; 0: none
-      integer, intent(in) :: b        !< block
+      integer, intent(in) :: b        !< number of the block
 
       is_counted_block = body(b) == 0
       if (.not. is_counted_block) is_counted_block = findloc(body, body(b), 1) == b

@@ -195,7 +195,7 @@ contains
       type(model_type), intent(in) :: model  !< model as read from the input
       character(len=*), intent(in) :: name   !< of the point
       integer, intent(out) :: point          !< from 1
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       point = findloc(model%points%name == name, .true., 1)
       call require_that(point > 0, model%file//': there is no measured point '//quoted(name)// &
@@ -206,7 +206,7 @@ contains
    subroutine require_that(holds, message, error)
       logical, intent(in) :: holds
       character(len=*), intent(in) :: message  !< of the error
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       if (.not. (holds .or. allocated(error))) call fail(error, error_input, message)
    end subroutine require_that

@@ -120,7 +120,7 @@ contains
    subroutine check_names(file, groups, error)
       character(len=*), intent(in) :: file  !< path
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: i, g, seen(size(input_groups))
 
       seen = 0
@@ -143,7 +143,7 @@ contains
 
    !> Return the error for a missing group that every input must have.
    subroutine refuse_missing(error, file, group)
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=*), intent(in) :: file, group  !< path; name of the group
 
       if (.not. allocated(error)) call fail(error, error_input, file//': '//group//' is missing')
@@ -155,7 +155,7 @@ contains
       character(len=*), intent(in) :: file  !< path
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(control_values), intent(out) :: control  !< of &control
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(run_values) :: run
       logical :: staged
       integer :: i
@@ -216,7 +216,7 @@ contains
       type(model_type), intent(inout) :: model  !< filled group by group
       character(len=*), intent(in) :: file, folder  !< path; folder of the path, '' or ending in '/'
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer, allocatable :: own(:)
       integer :: i
 
@@ -257,8 +257,8 @@ contains
    subroutine check_rules(group, joint, contact, error)
       type(group_type), intent(in) :: group  !< group of the joint's group
       type(joint_type), intent(in) :: joint  !< as read
-      type(contact_settings_type), intent(in) :: contact  !< of the model
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(contact_settings_type), intent(in) :: contact  !< contact settings of the model
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       if (allocated(error)) return
       if (joint%is_plain()) return
@@ -275,7 +275,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(joint_type), intent(in) :: joints(:)  !< so far
       type(contact_settings_type), intent(in) :: contact  !< contact of the same input
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=:), allocatable :: variable
       integer :: j
 
@@ -298,7 +298,7 @@ contains
    subroutine refuse_velocities(file, model, error)
       character(len=*), intent(in) :: file  !< path
       type(model_type), intent(in) :: model  !< with its materials
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: m
 
       do m = 1, size(model%materials)
@@ -325,7 +325,7 @@ contains
       type(model_type), intent(inout) :: model  !< filled group by group
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(control_values), intent(in) :: control  !< of &control
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: axis
 
       associate (group => groups(minval(positions(groups, 'control'))), &
@@ -349,7 +349,7 @@ contains
    subroutine read_points(model, groups, error)
       type(model_type), intent(inout) :: model  !< filled group by group
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(fixed_point_type) :: fixed
       type(load_type) :: load
       type(point_type) :: point
@@ -381,7 +381,7 @@ contains
    subroutine read_ends(model, groups, error)
       type(model_type), intent(inout) :: model  !< model with its blocks and stages
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: i
 
       do i = 1, size(groups)
@@ -395,7 +395,7 @@ contains
    subroutine read_amplifications(model, groups, error)
       type(model_type), intent(inout) :: model  !< filled group by group
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer, allocatable :: own(:)
       integer :: i
 

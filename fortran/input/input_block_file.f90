@@ -22,7 +22,7 @@ contains
       character(len=*), intent(in) :: folder     !< folder of the input, '' or ending in '/'
       type(model_type), intent(inout) :: model !< model with materials and joints; receives the file
       type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(block_file_type) :: found
       type(error_type), allocatable :: failure
       type(blocks_values) :: own
@@ -52,7 +52,7 @@ contains
       integer, intent(in) :: m, j                    !< material and joint of blocks that name none
       type(model_type), intent(in) :: model          !< model with its materials and joints
       type(outlines_type), intent(inout) :: outlines !< the new blocks are added
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer, allocatable :: materials(:), joints(:)
       character(len=:), allocatable :: failure
       character(len=name_length) :: body
@@ -86,10 +86,10 @@ contains
       character(len=*), intent(in) :: path, kind !< path of the file; 'material' or 'joint'
       character(len=*), intent(in) :: names(:)   !< in the file
       integer, intent(in) :: used(:)             !< numbers of the names that are used; 0: none
-      character(len=*), intent(in) :: known(:)   !< of the model
+      character(len=*), intent(in) :: known(:)   !< known names
       integer, intent(in) :: usual               !< position for 0
       integer, allocatable, intent(out) :: positions(:)      !< [0:names]
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=:), allocatable :: hint
       integer :: i, near
 

@@ -36,7 +36,7 @@ contains
       character(len=*), intent(in) :: folder     !< folder of the input, '' or ending in '/'
       type(model_type), intent(inout) :: model   !< model with its materials and joints
       type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       select case (group%name)
       case ('block')
@@ -56,7 +56,7 @@ contains
    subroutine check_stem(group, name, error)
       type(group_type), intent(in) :: group      !< of the input
       character(len=*), intent(in) :: name       !< text as in the input
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       if (len_trim(name) > longest_stem) call input_error(error, group, 'name = '//quoted(name)// &
          ' is too long: at most '//to_text(longest_stem)// &
@@ -69,7 +69,7 @@ contains
       integer, intent(in) :: source              !< number of the group
       type(model_type), intent(in) :: model      !< model with its materials and joints
       type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(block_values) :: own
       integer, allocatable :: joints(:)
       integer :: m, j
@@ -90,7 +90,7 @@ contains
       type(block_values), intent(in) :: own   !< its values
       integer, intent(in) :: material, joints(:), source !< positions in the model; of the group
       type(outlines_type), intent(inout) :: outlines         !< gets the block
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=:), allocatable :: failure
 
       failure = outline_failure(own%vertices)
@@ -110,7 +110,7 @@ contains
       integer, intent(in) :: joint  !< joint of the block, position in the model's list
       character(len=*), intent(in) :: names(:)       !< names of the first edges, or blank
       integer, allocatable, intent(out) :: joints(:) !< [edges] positions in the model's list
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: i
 
       if (size(names) > edges) call input_error(error, group, 'edge_joints: '// &
@@ -129,7 +129,7 @@ contains
       type(model_type), intent(in) :: model      !< with its gravity
       type(outlines_type), intent(inout) :: outlines         !< outlines with the new blocks
       integer, intent(in) :: first               !< number of the first new block
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       if (allocated(error) .or. .not. rest%geostatic) return
       associate (gravity => model%control%gravity)
@@ -146,7 +146,7 @@ contains
       integer, intent(in) :: source              !< number of the group
       type(model_type), intent(in) :: model      !< model with its materials and joints
       type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(layers_values) :: own
       integer :: m, j, first
 
@@ -166,7 +166,7 @@ contains
       integer, intent(in) :: source              !< number of the group
       type(model_type), intent(in) :: model      !< model with its materials and joints
       type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(drums_values) :: own
       integer :: m, j
 
@@ -184,7 +184,7 @@ contains
       integer, intent(in) :: source              !< number of the group
       type(model_type), intent(in) :: model      !< model with its materials and joints
       type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(wall_values) :: own
       integer :: m, j, first
 

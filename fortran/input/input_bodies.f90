@@ -35,7 +35,7 @@ contains
       type(model_type), intent(inout) :: model  !< filled group by group
       character(len=*), intent(in) :: file, folder  !< path; its folder, '' or ending in '/'
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(outlines_type) :: outlines
       integer :: i
 
@@ -97,7 +97,7 @@ contains
    subroutine check_sizes(groups, outlines, error)
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(outlines_type), intent(in) :: outlines  !< of all blocks
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=:), allocatable :: failure
       real(wp) :: extent
       integer :: b
@@ -166,7 +166,7 @@ contains
       type(model_type), intent(in) :: model  !< model as read from the input
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       integer, intent(in) :: source(:)  !< [blocks] number of the group of each
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(neighbours_type) :: near
       real(wp) :: depth
       integer :: p

@@ -22,7 +22,7 @@ contains
    subroutine read_bolts(model, groups, error)
       type(model_type), intent(inout) :: model  !< with its blocks
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(bolt_values) :: own
       type(bolt_type), allocatable :: new(:)
       integer, allocatable :: bolts(:)
@@ -47,7 +47,7 @@ contains
    subroutine check_values(own, group, error)
       type(bolt_values), intent(in) :: own   !< as read
       type(group_type), intent(in) :: group  !< of the input
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       associate (n => size(own%through, 2))
          if (any(own%through_block(n + 1:) /= '')) call input_error(error, group, &
@@ -64,7 +64,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(bolt_values), intent(in) :: own   !< as read
       type(bolt_type), allocatable, intent(out) :: new(:)  !< the springs
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(bolt_type) :: bolt
       real(wp) :: point(2, size(own%through, 2) + 2)
       character(len=name_length) :: names(size(point, 2))
@@ -106,7 +106,7 @@ contains
       type(group_type), intent(in) :: group  !< of the group
       real(wp), intent(in) :: point(:,:)  !< [2,points] m, in the coordinates of the engine
       integer, intent(in) :: owner(:)     !< [points] block of each
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: k
 
       if (allocated(error)) return
@@ -123,7 +123,7 @@ contains
 
    !> Make a spring between positions of blocks.
    pure type(bolt_type) function spring_between(blocks, bolt, owner, places) result(spring)
-      type(blocks_type), intent(in) :: blocks  !< of the model
+      type(blocks_type), intent(in) :: blocks  !< blocks of the model
       type(bolt_type), intent(in) :: bolt  !< its law
       integer, intent(in) :: owner(:)  !< [points] block of each
       real(wp), intent(in) :: places(:,:)  !< [2,points] m
@@ -140,13 +140,13 @@ contains
 
    !> Add a pair of springs where a straight bolt passes from one block to the next.
    subroutine grout_crossings(blocks, group, bolt, from, to, ends, new, error)
-      type(blocks_type), intent(in) :: blocks  !< of the model
+      type(blocks_type), intent(in) :: blocks  !< blocks of the model
       type(group_type), intent(in) :: group  !< of the input
       type(bolt_type), intent(in) :: bolt  !< its law
       real(wp), intent(in) :: from(2), to(2)  !< ends, m
       integer, intent(in) :: ends(2)  !< blocks that contain the ends
       type(bolt_type), allocatable, intent(out) :: new(:)  !< the springs
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp), allocatable :: cut(:)
       real(wp) :: at
       integer :: k, b, last
@@ -168,7 +168,7 @@ contains
 
    !> Find crossings of a segment with edges, as ascending fractions of its length.
    pure subroutine find_cuts(blocks, from, to, cut)
-      type(blocks_type), intent(in) :: blocks  !< of the model
+      type(blocks_type), intent(in) :: blocks  !< blocks of the model
       real(wp), intent(in) :: from(2), to(2)  !< ends, m
       real(wp), allocatable, intent(out) :: cut(:)  !< 0 … 1
       real(wp) :: edge(2), along(2), apart(2), determinant, s, t
@@ -191,7 +191,7 @@ contains
 
    !> First block that contains a point; 0 if there is none.
    pure integer function block_at(blocks, point) result(b)
-      type(blocks_type), intent(in) :: blocks  !< of the model
+      type(blocks_type), intent(in) :: blocks  !< blocks of the model
       real(wp), intent(in) :: point(2)  !< m
 
       do b = 1, blocks%n

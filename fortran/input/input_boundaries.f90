@@ -58,7 +58,7 @@ contains
    subroutine read_boundaries(model, groups, error)
       type(model_type), intent(inout) :: model  !< model with blocks, motions and fixed points
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(reading_type) :: reading
       type(edge_piece_type), allocatable :: pieces(:)
       integer, allocatable :: own(:)
@@ -113,7 +113,7 @@ contains
    subroutine check_rest(model, groups, error)
       type(model_type), intent(in) :: model  !< model with boundaries and stages
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: i
 
       if (allocated(error)) return
@@ -131,7 +131,7 @@ contains
    subroutine read_boundary(group, reading, error)
       type(group_type), intent(in) :: group  !< of the input
       type(reading_type), intent(out) :: reading  !< as read
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: k
 
       call read_values(group, reading%boundary_values, error)
@@ -154,7 +154,7 @@ contains
       type(reading_type), intent(inout) :: reading  !< reading as read; defaults are set
       type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(in) :: model  !< with its motions
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       if (reading%direction == '') reading%direction = reading%is%direction
       if (reading%kind == 'roller' .and. reading%direction == 'xy') call input_error(error, group, &
@@ -177,7 +177,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(reading_type), intent(in) :: reading  !< as read
       type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< both sides
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(edge_piece_type), allocatable :: left(:), right(:)
       type(weld_type), allocatable :: welds(:)
       real(wp) :: width
@@ -210,7 +210,7 @@ contains
    !> Reject a model with both tied sides and free fields.
    subroutine reject_ties_and_fields(group, error)
       type(group_type), intent(in) :: group  !< of the input
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       call input_error(error, group, "kind = 'tied' and kind = 'free_field' both "// &
          'continue the ground beyond a side: leave out one of them')
@@ -222,7 +222,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(reading_type), intent(in) :: reading  !< as read
       type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< the side
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(free_field_type) :: field
 
       field%side = reading%edges%side(:len(field%side))
@@ -253,7 +253,7 @@ contains
 
    !> Highest corner of parts of edges.
    pure type(point_type) function highest_corner(blocks, pieces) result(top)
-      type(blocks_type), intent(in) :: blocks         !< of the model
+      type(blocks_type), intent(in) :: blocks         !< blocks of the model
       type(edge_piece_type), intent(in) :: pieces(:)  !< one at least
       integer :: corner(2*size(pieces)), highest
 
@@ -278,7 +278,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(reading_type), intent(in) :: reading  !< as read
       type(edge_piece_type), intent(in) :: pieces(:)  !< edges
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(boundary_type) :: new
       type(fixed_point_type), allocatable :: points(:)
       integer :: motion(2), i
@@ -314,7 +314,7 @@ contains
    !> Add the incoming motion of a boundary, and the mean motion of its edges.
    !> The incoming motion is half of the outcrop motion.
    pure type(boundary_motion_type) function mean_motion(blocks, boundary, name) result(mean)
-      type(blocks_type), intent(in) :: blocks        !< of the model
+      type(blocks_type), intent(in) :: blocks        !< blocks of the model
       type(boundary_type), intent(in) :: boundary    !< compliant
       character(len=*), intent(in) :: name           !< of it
       integer :: i
@@ -365,7 +365,7 @@ contains
       type(model_type), intent(in) :: model  !< model with its blocks and materials
       type(reading_type), intent(in) :: reading  !< as read
       type(group_type), intent(in) :: group  !< of the input
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(material_type) :: own
       real(wp) :: density, speed(2), moduli(3, 3)
       integer :: i

@@ -25,7 +25,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(edge_piece_type), intent(in) :: pieces(:)  !< that it takes
       character(len=*), intent(in) :: direction  !< direction as in `boundary_edge_type`
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       logical :: taken(size(model%blocks%owner))
       integer :: i, k
 
@@ -49,7 +49,7 @@ contains
 
    !> .true. if a part overlaps a part of another group, and both act in one direction.
    pure logical function overlaps(blocks, piece, direction, other)
-      type(blocks_type), intent(in) :: blocks         !< of the model
+      type(blocks_type), intent(in) :: blocks         !< blocks of the model
       type(edge_piece_type), intent(in) :: piece      !< number of steps
       character(len=*), intent(in) :: direction       !< direction of the new boundary
       type(boundary_edge_type), intent(in) :: other   !< taken
@@ -65,7 +65,7 @@ contains
 
    !> Direction of a boundary that acts in one direction.
    pure function unit_vector(blocks, piece, direction) result(vector)
-      type(blocks_type), intent(in) :: blocks      !< of the model
+      type(blocks_type), intent(in) :: blocks      !< blocks of the model
       type(edge_piece_type), intent(in) :: piece   !< part of an edge with the boundary
       character(len=*), intent(in) :: direction    !< 'x', 'y' or 'normal'
       real(wp) :: vector(2)
@@ -78,7 +78,7 @@ contains
    !> Text of a block: its name, or its number if it has none.
    pure function name_of(model, b) result(name)
       type(model_type), intent(in) :: model  !< with its blocks
-      integer, intent(in) :: b               !< block
+      integer, intent(in) :: b               !< number of the block
       character(len=:), allocatable :: name
 
       name = to_text(b)

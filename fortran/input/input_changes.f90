@@ -47,7 +47,7 @@ contains
       character(len=*), intent(in) :: file                  !< path, for messages
       character(len=:), allocatable, intent(inout) :: text  !< of the input
       type(change_type), intent(inout) :: changes(:)        !< find their variables
-      type(error_type), allocatable, intent(inout) :: error !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error !< error; an earlier one is retained
       type(group_type), allocatable :: groups(:)
       integer :: i
 
@@ -63,7 +63,7 @@ contains
       type(change_type), intent(in) :: change       !< with its variable
       type(group_type), intent(inout) :: groups(:)  !< groups of the text; some receive values
       character(len=:), allocatable, intent(inout) :: text   !< of the input
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer, allocatable :: own(:)
       logical, allocatable :: chosen(:)
       type(spans_type), allocatable :: spans(:)
@@ -97,7 +97,7 @@ contains
    pure subroutine refuse_change(change, message, error)
       type(change_type), intent(in) :: change  !< with its path
       character(len=*), intent(in) :: message  !< sentence without the full stop
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       if (.not. allocated(error)) call fail(error, error_input, change%path//': '//message)
    end subroutine refuse_change
@@ -107,7 +107,7 @@ contains
       type(change_type), intent(inout) :: change  !< change with its path and value
       type(group_type), intent(in) :: groups(:)   !< of the text
       character(len=*), intent(in) :: text        !< of the input
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: dot, last
 
       if (change%path == '') then
@@ -142,7 +142,7 @@ contains
       type(change_type), intent(inout) :: change  !< change with the name of its variable
       type(group_type), intent(in) :: groups(:)   !< of the text
       character(len=*), intent(in) :: text        !< of the input
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(group_entry_type), allocatable :: homes(:)
       character(len=2*len(input_variables%name)), allocatable :: paths(:)
       logical, allocatable :: counts(:)
@@ -241,7 +241,7 @@ contains
    !> Find the named variable in an existing group.
    subroutine find_variable(change, error)
       type(change_type), intent(inout) :: change  !< with its group
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: g, v
 
       if (allocated(error)) return
@@ -284,7 +284,7 @@ contains
       type(change_type), intent(in) :: change   !< change with group and name
       character(len=*), intent(in) :: names(:)  !< names of the groups of its kind, or blank
       logical, allocatable, intent(out) :: chosen(:)  !< [groups] selected; none: add the group
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=max(len(names), 16)) :: known(size(names))
       integer :: i
 

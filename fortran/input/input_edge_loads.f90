@@ -26,7 +26,7 @@ contains
    subroutine read_edge_loads(model, groups, error)
       type(model_type), intent(inout) :: model  !< with its blocks
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(edge_load_type) :: new
       integer :: i
 
@@ -70,7 +70,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(in) :: model  !< with its blocks
       type(edge_load_type), intent(out) :: new  !< by the group
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       type(traction_values) :: own
 
@@ -96,7 +96,7 @@ contains
       type(model_type), intent(in) :: model  !< with its blocks
       type(group_type), intent(in) :: group  !< of the input
       real(wp), intent(in) :: depth          !< as given, m
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp) :: wet, along(2)
       integer :: k
 
@@ -124,7 +124,7 @@ contains
       type(edge_load_type), intent(inout) :: load  !< its times
       real(wp), intent(in) :: time(:)        !< as given, s
       type(group_type), intent(in) :: group  !< of the input
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       load%held = size(time) == 0
       load%time = time
@@ -139,7 +139,7 @@ contains
       character(len=*), intent(in) :: name  !< of the variable
       real(wp), intent(in) :: given_values(:)  !< one at least
       real(wp), allocatable, intent(out) :: values(:)  !< [times]
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       values = given_values
       if (size(values) == 1) values = spread(values(1), 1, size(load%time))
@@ -152,7 +152,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(in) :: model  !< with its blocks
       type(edge_load_type), intent(out) :: new  !< by the group
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(water_values) :: own
 
       call read_values(group, own, error)
@@ -178,7 +178,7 @@ contains
       type(group_type), intent(in) :: group  !< of the group
       type(water_values), intent(in) :: own  !< its values
       type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< of edges
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       logical :: all_blocks(model%blocks%n), wanted(size(model%joints))
       type(edge_piece_type), allocatable :: free(:)
       integer :: v
@@ -239,7 +239,7 @@ contains
       type(model_type), intent(in) :: model  !< with its blocks
       type(group_type), intent(in) :: group  !< of the group
       real(wp), intent(in) :: points(:,:)    !< [2,points] points of the line, m
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp), allocatable :: line(:,:)
       real(wp) :: low, high, rounding
       integer :: j
@@ -277,7 +277,7 @@ contains
       type(model_type), intent(in) :: model  !< with its blocks
       type(group_type), intent(in) :: group  !< of the group
       type(water_values), intent(in) :: own  !< its values
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp), allocatable :: line(:,:), values(:)
       type(edge_piece_type), allocatable :: all(:), found(:)
       integer :: j, n
@@ -338,7 +338,7 @@ contains
       type(group_type), intent(in) :: group  !< of the group
       real(wp), intent(in) :: segment(2, 2)  !< its ends, m
       type(edge_piece_type), intent(in) :: pieces(:)  !< on it
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp) :: along(2), done, reach, share(2)
       logical :: further
       integer :: k, i

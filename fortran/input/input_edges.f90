@@ -25,7 +25,7 @@ contains
       type(edges_values), intent(in) :: edges        !< criteria of the group
       type(model_type), intent(in) :: model          !< with its blocks
       type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< parts in the order of blocks
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=*), intent(in), optional :: side !< side that replaces the one of the group
       logical :: wanted(model%blocks%n)
       character(len=name_length) :: own
@@ -61,7 +61,7 @@ contains
       real(wp), intent(in) :: points(:,:)   !< [2,points] positions, m
       real(wp), intent(in) :: origin(2)  !< origin of the engine's coordinates, m
       real(wp), allocatable, intent(out) :: line(:,:)  !< [2,points] m
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       if (size(points, 2) < 2) call input_error(error, group, name//' has '// &
          to_text(size(points))//' values; it needs x and y of two points at least')

@@ -32,7 +32,7 @@ contains
    subroutine read_flow(model, groups, error)
       type(model_type), intent(inout) :: model  !< model with its blocks and edge loads
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(flow_values), allocatable :: own(:)
       type(flow_boundary_values) :: unused
       integer :: law_of(size(model%joints)), i
@@ -70,7 +70,7 @@ contains
    subroutine limit_nodes(flow, group, error)
       type(flow_type), intent(in) :: flow    !< with its nodes
       type(group_type), intent(in) :: group  !< of the input
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: n
 
       n = size(flow%place, 2)
@@ -87,7 +87,7 @@ contains
       integer, intent(in) :: i                   !< its number
       type(flow_values), intent(out) :: own      !< its values
       integer, intent(inout) :: law_of(:)        !< [joints] group of each joint; 0: none
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       logical :: wanted(size(law_of))
 
       if (allocated(error)) return
@@ -263,7 +263,7 @@ contains
    subroutine read_boundary(model, group, error)
       type(model_type), intent(inout) :: model  !< with flow
       type(group_type), intent(in) :: group     !< of the input
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(flow_boundary_values) :: own
       type(flow_boundary_type) :: new
       real(wp), allocatable :: line(:,:)
@@ -340,7 +340,7 @@ contains
    subroutine set_water(model, groups, error)
       type(model_type), intent(inout) :: model   !< model with flow and edge loads
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer, allocatable :: at(:)
       integer :: i, k, load
 

@@ -28,7 +28,7 @@ contains
       type(model_type), intent(in) :: model  !< with its blocks
       type(group_type), intent(in) :: group  !< of the input
       type(free_field_type), intent(inout) :: field  !< with its side
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(blocks_type) :: column
       type(edge_piece_type), allocatable :: left(:), right(:)
       type(weld_type), allocatable :: within(:)
@@ -62,7 +62,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(blocks_type), intent(in) :: blocks  !< that are tied
       type(tie_type), intent(in) :: ties(:)    !< all of them
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: i, k
 
       do i = 1, size(ties)
@@ -79,7 +79,7 @@ contains
 
    !> Find blocks between a side and the first vertical line that passes between blocks.
    pure subroutine blocks_at_side(blocks, outward, list)
-      type(blocks_type), intent(in) :: blocks  !< of the model
+      type(blocks_type), intent(in) :: blocks  !< blocks of the model
       real(wp), intent(in) :: outward          !< −1: the left side; 1: the right one
       integer, allocatable, intent(out) :: list(:)
       real(wp) :: near(blocks%n), far(blocks%n), line, before, small
@@ -131,7 +131,7 @@ contains
    subroutine check_columns(model, groups, error)
       type(model_type), intent(in) :: model  !< complete
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(boundary_values) :: boundary
       integer, allocatable :: own(:)
       integer :: i, k, g

@@ -60,7 +60,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       integer, intent(in) :: v               !< position in `input_variables`
       integer, intent(out) :: i              !< position in `group%values`
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       do i = size(group%values), 1, -1
          if (group%values(i)%variable == v .and. group%values(i)%n > 0) return
@@ -74,7 +74,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       integer, intent(in) :: v               !< position in `input_variables`
       real(wp), intent(inout) :: value       !< value in its unit; unchanged if not given
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: i
 
       call find_values(group, v, i, error)
@@ -88,7 +88,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       integer, intent(in) :: v               !< position in `input_variables`
       integer, intent(inout) :: value        !< value; unchanged if not given
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp) :: number
 
       number = unset
@@ -102,7 +102,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       integer, intent(in) :: v               !< position in `input_variables`
       logical, intent(inout) :: value        !< value; unchanged if not given
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: i
 
       call find_values(group, v, i, error)
@@ -114,7 +114,7 @@ contains
       type(group_type), intent(in) :: group     !< of the input
       integer, intent(in) :: v                  !< position in `input_variables`
       character(len=*), intent(inout) :: value  !< value; unchanged if not given or blank
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(variable_type) :: variable
       character(len=:), allocatable :: text
       integer :: i
@@ -138,7 +138,7 @@ contains
       type(group_type), intent(in) :: group   !< of the input
       integer, intent(in) :: v                !< position in `input_variables`
       character(len=:), allocatable, intent(out) :: text  !< text; the default if not given
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: i
 
       text = trim(input_variables(v)%usual)
@@ -153,7 +153,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       integer, intent(in) :: v               !< position in `input_variables`
       real(wp), allocatable, intent(out) :: values(:)  !< values; none, or the default, if not given
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(variable_type) :: variable
       integer :: i
 
@@ -177,7 +177,7 @@ contains
       type(group_type), intent(in) :: group   !< of the input
       integer, intent(in) :: v                !< position in `input_variables`
       real(wp), intent(inout) :: values(:)    !< values; unchanged if not given
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp), allocatable :: own(:)
 
       call take_numbers(group, v, own, error)
@@ -189,7 +189,7 @@ contains
       type(group_type), intent(in) :: group   !< of the input
       integer, intent(in) :: v                !< position in `input_variables`
       real(wp), allocatable, intent(out) :: points(:,:)  !< [2, points] m; none if not given
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp), allocatable :: values(:)
 
       call take_numbers(group, v, values, error)
@@ -203,7 +203,7 @@ contains
       type(group_type), intent(in) :: group   !< of the input
       integer, intent(in) :: v                !< position in `input_variables`
       character(len=name_length), allocatable, intent(out) :: values(:)  !< as given
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=:), allocatable :: text
       integer :: i, k, n
 
@@ -221,7 +221,7 @@ contains
 
    !> Check that names do not exceed the largest length.
    pure subroutine check_length(error, group, name, text)
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(group_type), intent(in) :: group     !< of the input
       character(len=*), intent(in) :: name, text  !< name and value of the variable
 
@@ -231,7 +231,7 @@ contains
 
    !> Require numbers to be given and to be within the limits of the schema.
    pure subroutine require(error, group, names, values)
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(group_type), intent(in) :: group                  !< of the input
       character(len=*), intent(in) :: names                  !< names of the variables: 'x y …'
       real(wp), intent(in) :: values(:)  !< one value per variable, in its unit
@@ -252,7 +252,7 @@ contains
 
    !> Check that a number is within the limits of its variable.
    pure subroutine check_number(error, group, variable, value)
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(group_type), intent(in) :: group                  !< of the input
       type(variable_type), intent(in) :: variable            !< of the schema
       real(wp), intent(in) :: value                          !< in its unit
@@ -275,7 +275,7 @@ contains
 
    !> Require that a name is not used twice.
    pure subroutine require_new_name(error, group, name, others)
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(group_type), intent(in) :: group                  !< of the input
       character(len=*), intent(in) :: name                   !< that it gives
       character(len=*), intent(in) :: others(:)              !< earlier names of this kind
@@ -286,7 +286,7 @@ contains
 
    !> Find a name among those that may be referred to; otherwise 0 and an input error.
    pure subroutine require_name(error, group, name, value, names, kind, position)
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(group_type), intent(in) :: group                  !< of the input
       character(len=*), intent(in) :: name                   !< of the variable
       character(len=*), intent(in) :: value                  !< text as in the input
@@ -305,7 +305,7 @@ contains
       character(len=*), intent(in) :: names(:)        !< known ones
       type(group_type), intent(in) :: group           !< of the group
       logical, intent(inout) :: marked(:)             !< [names] named in the list, or marked before
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=:), allocatable :: rest, entry
       integer :: comma, star, i
       logical :: found

@@ -38,7 +38,7 @@ contains
    subroutine read_in_situ(model, groups, error)
       type(model_type), intent(inout) :: model   !< with its blocks
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(columns_type) :: columns
       type(in_situ_values) :: own
       integer, allocatable :: list(:)
@@ -74,7 +74,7 @@ contains
       type(group_type), intent(in) :: group        !< of the input
       type(in_situ_values), intent(in) :: own      !< its values
       type(model_type), intent(in) :: model        !< with its gravity
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       associate (gravity => model%control%gravity, depth => own%depth, x => own%surface(1, :))
          if (abs(gravity(1)) > 0.0_wp .or. .not. gravity(2) < 0.0_wp) call input_error(error, &
@@ -102,7 +102,7 @@ contains
       integer, intent(in) :: m                     !< number of the material; 0: all
       type(columns_type), intent(in) :: columns    !< of the blocks
       type(model_type), intent(inout) :: model     !< model whose blocks receive stress
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(cover_type) :: cover
       real(wp) :: surface, ratio
       integer :: b

@@ -22,7 +22,7 @@ contains
       real(wp), intent(in) :: theta                  !< θ as given, or its default
       real(wp), intent(in) :: ratio, frequency       !< ratio and frequency, Hz, or `unset`
       type(control_type), intent(inout) :: settings  !< settings; integration and θ are set
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       if (allocated(error)) return
       if (integration /= 'theta' .and. (given(group, 'theta') .or. is_set(ratio))) &
@@ -40,7 +40,7 @@ contains
 
    !> Find θ for a damping ratio at a frequency and the Δt of the settings.
    subroutine match_damping(error, group, ratio, frequency, settings)
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(group_type), intent(in) :: group
       real(wp), intent(in) :: ratio
       real(wp), intent(in) :: frequency  !< Hz

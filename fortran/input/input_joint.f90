@@ -24,7 +24,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       real(wp), intent(in) :: shear_ratio    !< k_n/k_s of contacts without their own stiffness
       type(joint_type), intent(out) :: new  !< by the group
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(law_slot_type) :: slot
       character(len=:), allocatable :: wrong
 

@@ -22,7 +22,7 @@ contains
    subroutine read_material(group, new, error)
       type(group_type), intent(in) :: group  !< of the input
       type(material_type), intent(out) :: new  !< by the group
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       call read_values(group, new%material_values, error)
       call read_elasticity(error, group, new)
@@ -32,7 +32,7 @@ contains
 
    !> Read Young's modulus and Poisson's ratio, or the velocities of S and P waves.
    subroutine read_elasticity(error, group, new)
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(group_type), intent(in) :: group  !< of the input
       type(material_type), intent(inout) :: new  !< with its values
 
@@ -52,7 +52,7 @@ contains
 
    !> Check that moduli derived from velocities are permitted values.
    subroutine check_derived(error, group, new)
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(group_type), intent(in) :: group  !< of the group
       type(material_type), intent(in) :: new  !< material with moduli from velocities
       type(error_type), allocatable :: failure
@@ -67,7 +67,7 @@ contains
 
    !> Read a constant damping ratio, or Rayleigh damping.
    subroutine read_damping(error, group, own, damping)
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(group_type), intent(in) :: group  !< of the input
       type(material_values), intent(in) :: own  !< its values
       type(damping_type), intent(inout) :: damping   !< damping as requested, not yet fitted
@@ -90,7 +90,7 @@ contains
 
    !> Check that two frequencies ascend.
    subroutine check_band(error, group, name, band)
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(group_type), intent(in) :: group  !< of the input
       character(len=*), intent(in) :: name   !< of the variable
       real(wp), intent(in) :: band(2)        !< Hz
@@ -104,7 +104,7 @@ contains
    subroutine fit_materials(model, groups, error)
       type(model_type), intent(inout) :: model  !< with its stages
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(error_type), allocatable :: failure
       type(scheme_type) :: scheme
       real(wp) :: limit

@@ -21,7 +21,7 @@ contains
       type(group_type), intent(in) :: group           !< &material
       type(material_values), intent(in) :: own        !< its values
       type(material_type), intent(in) :: material     !< material as read, without its law
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(soil_type) :: soil
 
       if (allocated(error)) return
@@ -35,7 +35,7 @@ contains
       type(group_type), intent(in) :: group            !< &material
       type(material_type), intent(inout) :: material   !< as read
       real(wp), intent(in) :: limit            !< largest ω_l that all stages admit, rad/s
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(material_values) :: own
       type(soil_type) :: soil
       type(curve_type) :: curve
@@ -64,7 +64,7 @@ contains
       type(material_values), intent(in) :: own     !< its values
       type(material_type), intent(in) :: material  !< with its moduli
       type(soil_type), intent(out) :: soil         !< as requested
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       soil%curve = own%curve(:len(soil%curve))
       soil%plasticity = own%plasticity_index
@@ -86,7 +86,7 @@ contains
    subroutine check_curve(group, own, error)
       type(group_type), intent(in) :: group     !< &material
       type(material_values), intent(in) :: own  !< its values
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: n
 
       if (own%curve == 'gqh' .and. size(own%curve_fit) /= 5) call input_error(error, group, &

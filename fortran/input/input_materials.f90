@@ -22,7 +22,7 @@ contains
       !> folder to which file names are relative, '' or ending in '/'
       character(len=*), intent(in) :: folder
       type(motion_type), intent(out) :: new  !< by the group
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(motion_values) :: own
       type(record_type) :: record
       type(error_type), allocatable :: failure
@@ -48,7 +48,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(motion_values), intent(in) :: own !< of the group
       type(record_type), intent(out) :: record  !< as read
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       if (size(own%values) < 2) call input_error(error, group, &
          'values has too few samples: at least 2 are needed')
@@ -70,7 +70,7 @@ contains
       type(record_type), intent(in) :: record  !< as read
       type(motion_values), intent(in) :: own !< of the group
       type(motion_type), intent(inout) :: new  !< gets its curves
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(error_type), allocatable :: failure
       type(baseline_type) :: baseline
 
@@ -98,7 +98,7 @@ contains
       type(naming_values), intent(in) :: names   !< names in the group, or blank
       type(model_type), intent(in) :: model      !< model with its materials and joints
       integer, intent(out) :: m, j               !< positions in the model's lists
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       m = 1
       j = 1

@@ -17,7 +17,7 @@ contains
    subroutine read_measured_joints(model, groups, error)
       type(model_type), intent(inout) :: model   !< with its blocks
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(measured_joint_type) :: new
       integer, allocatable :: joints(:)
       integer :: i
@@ -39,7 +39,7 @@ contains
       type(group_type), intent(in) :: group    !< of the input
       character(len=*), intent(in) :: names(:) !< [n] names of the blocks
       type(measured_joint_type), intent(out) :: new          !< by the group
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(measured_joint_values) :: own
       logical :: one(size(names)), other(size(names))
 

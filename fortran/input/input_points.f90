@@ -30,7 +30,7 @@ contains
       character(len=*), intent(in) :: wanted     !< name or number of a block, or blank
       real(wp), intent(in) :: point(2)           !< m
       integer, intent(out) :: b  !< number of the block; 0 on failure
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=:), allocatable :: words
 
       b = 0
@@ -61,7 +61,7 @@ contains
       character(len=*), intent(in) :: variable   !< that says which
       character(len=*), intent(in) :: names(:)   !< [n] names of the blocks
       character(len=*), intent(in) :: wanted     !< name or number of a block
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: status
 
       b = findloc(names == wanted, .true., 1)
@@ -76,7 +76,7 @@ contains
 
    !> .true. if a point lies in a block.
    pure logical function holds(blocks, b, point)
-      type(blocks_type), intent(in) :: blocks  !< of the model
+      type(blocks_type), intent(in) :: blocks  !< blocks of the model
       integer, intent(in) :: b  !< number of the block
       real(wp), intent(in) :: point(2)  !< m
 
@@ -91,7 +91,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(in) :: model  !< with its blocks
       type(fixed_point_type), intent(out) :: new  !< by the group
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(fixed_point_values) :: own
 
       call read_values(group, own, error)
@@ -110,7 +110,7 @@ contains
       type(point_values), intent(in) :: point  !< of the group
       real(wp), intent(out) :: place(2), reference(2)  !< m; offset from the block's centroid, m
       integer, intent(out) :: b          !< number of the block; 0 on failure
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       place = [point%x, point%y] - model%origin
       call find_block(group, model, point%block, place, b, error)
@@ -122,9 +122,9 @@ contains
    subroutine find_motions(group, names, motions, found, error, stem)
       type(group_type), intent(in) :: group        !< of the input
       character(len=*), intent(in) :: names(2)     !< or blank
-      type(motion_type), intent(in) :: motions(:)  !< of the model
+      type(motion_type), intent(in) :: motions(:)  !< motions of the model
       integer, intent(inout) :: found(2)           !< positions; unchanged without a name
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=*), intent(in), optional :: stem  !< stem of the variables; default: motion_
       character(len=:), allocatable :: variable
       integer :: i
@@ -142,7 +142,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(in) :: model  !< with its blocks
       type(load_type), intent(out) :: new  !< by the group
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(load_values) :: own
       real(wp) :: place(2)
       integer :: n
@@ -164,7 +164,7 @@ contains
 
    !> Check the times of a load: at least two, not descending.
    subroutine check_times(error, group, time)
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(group_type), intent(in) :: group      !< of the input
       real(wp), intent(in) :: time(:)            !< as given, s
 
@@ -178,7 +178,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(in) :: model  !< with its blocks
       type(point_type), intent(out) :: new  !< by the group
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(measured_point_values) :: own
 
       call read_values(group, own, error)
@@ -190,7 +190,7 @@ contains
 
    !> Next block, of another body, that contains a point; 0 if there is none.
    pure integer function other_container(blocks, first, point) result(b)
-      type(blocks_type), intent(in) :: blocks  !< of the model
+      type(blocks_type), intent(in) :: blocks  !< blocks of the model
       integer, intent(in) :: first             !< first block that contains the point
       real(wp), intent(in) :: point(2)         !< m
 
@@ -206,7 +206,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(point_type), intent(in) :: points(:)  !< measured points of the model
       type(amplification_type), intent(out) :: new  !< points, axis, band (Hz)
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(amplification_values) :: own
 
       call read_values(group, own, error)

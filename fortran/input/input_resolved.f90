@@ -126,7 +126,7 @@ contains
 
    !> Stiffness and strength of a joint that are derived from other variables.
    pure function derived_joint_value(joint, name) result(value)
-      type(joint_type), intent(in) :: joint    !< of the model
+      type(joint_type), intent(in) :: joint    !< joint of the model
       character(len=*), intent(in) :: name     !< of the variable
       character(len=:), allocatable :: value
 
@@ -145,7 +145,7 @@ contains
 
    !> Steps of a dynamic stage: its own, or those of &control.
    pure function derived_stage_value(stage, name) result(value)
-      type(stage_type), intent(in) :: stage    !< of the model
+      type(stage_type), intent(in) :: stage    !< stage of the model
       character(len=*), intent(in) :: name     !< of the variable
       character(len=:), allocatable :: value
 

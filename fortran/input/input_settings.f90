@@ -22,7 +22,7 @@ contains
       logical, intent(in) :: staged  !< the input has groups &stage
       type(control_type), intent(out) :: settings  !< by the group
       type(control_values), intent(out) :: own     !< its values
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       call read_values(group, own, error)
       if (.not. staged) call count_steps(error, group, own%time_step, own%duration, own%steps)
@@ -43,7 +43,7 @@ contains
 
    !> Require plane strain or plane stress if waves matter, since wave velocities depend on it.
    pure subroutine require_analysis(error, group, control, what)
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(group_type), intent(in) :: group        !< name of the group that requires it
       type(control_type), intent(in) :: control    !< as read
       character(len=*), intent(in) :: what         !< text on waves in that group
@@ -55,7 +55,7 @@ contains
 
    !> Find the number of steps from `steps` or `duration`.
    subroutine count_steps(error, group, time_step, duration, steps)
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(group_type), intent(in) :: group  !< of the group
       real(wp), intent(in) :: time_step, duration  !< s, or `unset`
       real(wp), intent(inout) :: steps  !< `unset` if `duration` is given
@@ -77,7 +77,7 @@ contains
    subroutine read_contact(group, settings, error)
       type(group_type), intent(in) :: group  !< of the input
       type(contact_settings_type), intent(out) :: settings  !< by the group
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       call read_values(group, settings%contact_values, error)
       settings%original_rules = settings%contact_rules == 'original'
@@ -87,7 +87,7 @@ contains
    subroutine read_output(group, settings, error)
       type(group_type), intent(in) :: group  !< of the input
       type(output_settings_type), intent(inout) :: settings  !< settings with the default file
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(output_values) :: own
 
       call read_values(group, own, error)
@@ -101,7 +101,7 @@ contains
 
    !> Check that an output interval is a multiple of fixed time steps.
    pure subroutine check_output_times(error, group, settings, stages)
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(group_type), intent(in) :: group                  !< group of the group &output
       type(output_settings_type), intent(in) :: settings     !< as read
       type(stage_type), intent(in) :: stages(:)  !< stages of the model, with fixed steps

@@ -24,7 +24,7 @@ contains
    subroutine read_stages(model, groups, error)
       type(model_type), intent(inout) :: model  !< model with blocks, supports, motions, materials
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer, allocatable :: own(:)
       integer :: s
 
@@ -144,7 +144,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(model_type), intent(inout) :: model  !< model as read from the input
       integer, intent(in) :: s  !< number of the stage
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(stage_values) :: own
 
       call read_values(group, own, error)
@@ -167,7 +167,7 @@ contains
       type(group_type), intent(in) :: group  !< of the input
       type(stage_values), intent(in) :: own  !< its values
       type(stage_type), intent(inout) :: stage
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=64) :: names(size(stage%added))
 
       names(:size(model%bolts)) = model%bolts%name
@@ -190,7 +190,7 @@ contains
       type(stage_values), intent(inout) :: own       !< values of the group
       type(control_type), intent(in) :: control      !< defaults
       type(group_type), intent(in) :: group          !< of the input
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(control_type) :: settings
 
       if (allocated(error)) return
@@ -215,7 +215,7 @@ contains
       character(len=*), intent(in) :: list, kind     !< list as read; 'joint' or 'material'
       character(len=*), intent(in) :: names(:)       !< known ones
       integer, intent(inout) :: new(:)               !< [names] replacement of each
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=:), allocatable :: variable, rest, entry
       integer :: comma, arrow, from, to
 
@@ -244,7 +244,7 @@ contains
       type(model_type), intent(in) :: model  !< model as read from the input
       integer, intent(in) :: s  !< stage just read
       type(group_type), intent(in) :: group
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       logical :: gone(model%blocks%n)
       integer :: k
 

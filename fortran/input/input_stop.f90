@@ -19,7 +19,7 @@ contains
    subroutine read_stop(group, model, error)
       type(group_type), intent(in) :: group       !< of the group
       type(model_type), intent(inout) :: model    !< with its blocks
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(stop_values) :: own
 
       call read_values(group, own, error)

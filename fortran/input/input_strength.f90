@@ -23,7 +23,7 @@ contains
    subroutine check_strength(group, own, error)
       type(group_type), intent(in) :: group     !< &material
       type(material_values), intent(in) :: own  !< its values
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       if (own%dilation_angle > own%friction_angle) call input_error(error, group, &
          'dilation_angle = '//to_text(own%dilation_angle)//' must not be above friction_angle = ' &
@@ -79,7 +79,7 @@ contains
       type(group_type), intent(in) :: group  !< &material
       real(wp), intent(in) :: factor         !< above 0
       type(reduced_type), allocatable, intent(out) :: strengths(:)  !< names and values
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(material_values) :: own
 
       allocate (strengths(0))

@@ -40,7 +40,7 @@ contains
 
    !> Return an input error at the position of a group.
    pure subroutine input_error(error, group, message)
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(group_type), intent(in) :: group    !< group of the message
       character(len=*), intent(in) :: message  !< sentence without the full stop
 
@@ -51,7 +51,7 @@ contains
    pure subroutine parse_group(text, group, error, spans)
       character(len=*), intent(in) :: text           !< of the input
       type(group_type), intent(inout) :: group       !< a known group, with its position in the text
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       !> positions of its assignments, which may change
       type(span_type), allocatable, intent(inout), optional :: spans(:)
       type(value_type), allocatable :: values(:)
@@ -127,7 +127,7 @@ contains
       type(group_type), intent(in) :: group  !< with its values
       integer, intent(in) :: g               !< position of the group in `input_groups`
       logical, intent(in) :: words  !< check only exclusions by words, for incomplete groups
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: r, at, first
       logical :: met
 

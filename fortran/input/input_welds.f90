@@ -23,7 +23,7 @@ contains
       type(model_type), intent(inout) :: model     !< with its blocks
       type(group_type), intent(in) :: groups(:)    !< groups of the input, in its order
       type(outlines_type), intent(in) :: outlines  !< of all blocks
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: b, other, v
 
       if (allocated(error)) return
@@ -58,7 +58,7 @@ contains
    subroutine set_fracture(model, groups, error)
       type(model_type), intent(inout) :: model   !< with its welds
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: joint(size(model%materials)), own(size(model%materials)), i, m
 
       joint = 0
@@ -88,7 +88,7 @@ contains
    subroutine set_interfaces(model, groups, error)
       type(model_type), intent(inout) :: model   !< with its welds
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: own(size(model%joints)), pair(2), i, j, k
 
       own = positions(groups, 'joint')
@@ -166,7 +166,7 @@ contains
    !> Remaining cells would have faces without welds and edges that are not sides.
    subroutine check_bodies(model, error)
       type(model_type), intent(in) :: model  !< with its stages
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: s, i
 
       if (allocated(error)) return

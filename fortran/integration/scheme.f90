@@ -58,42 +58,42 @@ contains
 
    !> Factor of M in K̂, 1/s².
    pure real(wp) function mass_weight(step)
-      type(step_type), intent(in) :: step  !< the present one
+      type(step_type), intent(in) :: step  !< the present step
 
       mass_weight = 1.0_wp/(step%scheme%chi*step%time_step**2)
    end function mass_weight
 
    !> Factor of M v₀ in f̂, and of d in v₁, 1/s.
    pure real(wp) function momentum_weight(step)
-      type(step_type), intent(in) :: step  !< the present one
+      type(step_type), intent(in) :: step  !< the present step
 
       momentum_weight = 1.0_wp/(step%scheme%chi*step%time_step)
    end function momentum_weight
 
    !> Factor of −v₀ in v₁.
    pure real(wp) function velocity_weight(step)
-      type(step_type), intent(in) :: step  !< the present one
+      type(step_type), intent(in) :: step  !< the present step
 
       velocity_weight = 1.0_wp/step%scheme%chi - 1.0_wp
    end function velocity_weight
 
    !> Time of supports and unilateral contacts, s.
    pure real(wp) function end_time(step)
-      type(step_type), intent(in) :: step  !< the present one
+      type(step_type), intent(in) :: step  !< the present step
 
       end_time = step%time + step%time_step
    end function end_time
 
    !> Time of loads and body forces, t₀ + θΔt, s.
    pure real(wp) function load_time(step)
-      type(step_type), intent(in) :: step  !< the present one
+      type(step_type), intent(in) :: step  !< the present step
 
       load_time = step%time + step%scheme%theta*step%time_step
    end function load_time
 
    !> Velocity at the end of a step in which a coordinate moves by `moved`, per s.
    elemental real(wp) function end_rate(step, moved, rate)
-      type(step_type), intent(in) :: step  !< the present one
+      type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: moved  !< increment of the coordinate
       real(wp), intent(in) :: rate   !< velocity at the start, per s
 

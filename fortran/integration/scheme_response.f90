@@ -35,7 +35,7 @@ contains
    pure function amplification_roots(scheme, omega, time_step) result(roots)
       type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
       real(wp), intent(in) :: omega      !< undamped angular frequency, rad/s
-      real(wp), intent(in) :: time_step  !< s
+      real(wp), intent(in) :: time_step  !< Δt, s
       complex(wp) :: roots(2)
       complex(wp) :: root
       real(wp) :: square, d, half_trace, determinant
@@ -57,7 +57,7 @@ contains
    elemental logical function oscillates(scheme, omega, time_step)
       type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
       real(wp), intent(in) :: omega      !< rad/s
-      real(wp), intent(in) :: time_step  !< s
+      real(wp), intent(in) :: time_step  !< Δt, s
 
       oscillates = abs(scheme%theta - scheme%chi)*omega*time_step < 2.0_wp
    end function oscillates
@@ -101,7 +101,7 @@ contains
    elemental real(wp) function free_damping(scheme, omega, time_step) result(ratio)
       type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
       real(wp), intent(in) :: omega      !< rad/s
-      real(wp), intent(in) :: time_step  !< s
+      real(wp), intent(in) :: time_step  !< Δt, s
       real(wp) :: decay
 
       ratio = 1.0_wp
@@ -116,7 +116,7 @@ contains
    elemental real(wp) function period_elongation(scheme, omega, time_step) result(elongation)
       type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
       real(wp), intent(in) :: omega      !< rad/s
-      real(wp), intent(in) :: time_step  !< s
+      real(wp), intent(in) :: time_step  !< Δt, s
 
       elongation = -1.0_wp
       if (.not. oscillates(scheme, omega, time_step)) return
@@ -130,7 +130,7 @@ contains
    elemental real(wp) function forced_damping(scheme, omega, time_step) result(ratio)
       type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
       real(wp), intent(in) :: omega      !< angular frequency of the motion, rad/s
-      real(wp), intent(in) :: time_step  !< s
+      real(wp), intent(in) :: time_step  !< Δt, s
       real(wp) :: a, b, tau
 
       ratio = huge(1.0_wp)
@@ -162,7 +162,7 @@ contains
    elemental real(wp) function theta_for_damping(ratio, omega, time_step) result(theta)
       real(wp), intent(in) :: ratio      !< ζ ≥ 0
       real(wp), intent(in) :: omega      !< rad/s, below π/Δt
-      real(wp), intent(in) :: time_step  !< s
+      real(wp), intent(in) :: time_step  !< Δt, s
 
       theta = 0.5_wp*(1.0_wp + tan(0.5_wp*atan(2.0_wp*ratio))/tan(0.5_wp*omega*time_step))
    end function theta_for_damping
@@ -172,7 +172,7 @@ contains
    elemental real(wp) function steps_to_decay(scheme, omega, time_step) result(steps)
       type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
       real(wp), intent(in) :: omega      !< rad/s
-      real(wp), intent(in) :: time_step  !< s
+      real(wp), intent(in) :: time_step  !< Δt, s
       real(wp) :: decay
       complex(wp) :: roots(2)
 
@@ -208,7 +208,7 @@ contains
       result(steady)
       type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
       real(wp), intent(in) :: omega           !< angular frequency of the motion, rad/s, below π/Δt
-      real(wp), intent(in) :: time_step       !< s
+      real(wp), intent(in) :: time_step       !< Δt, s
       real(wp), intent(in) :: dynamic_factor  !< 0 … 1
       complex(wp) :: z, elastic, velocity, change
 

@@ -276,7 +276,7 @@ contains
 
    !> Mass matrix M = ρ ∫ TᵀT of a block.
    pure function mass_matrix(inertia) result(m)
-      real(wp), intent(in) :: inertia(4)  !< as in `blocks_type`
+      real(wp), intent(in) :: inertia(4)  !< see `blocks_type`
       real(wp) :: m(6, 6)
 
       associate (mass => inertia(1), xx => inertia(2), yy => inertia(3), xy => inertia(4))
@@ -292,7 +292,7 @@ contains
 
    !> Momenta M v of a block in its coordinates.
    pure function momentum_of(inertia, v) result(momentum)
-      real(wp), intent(in) :: inertia(4)  !< as in `blocks_type`
+      real(wp), intent(in) :: inertia(4)  !< see `blocks_type`
       real(wp), intent(in) :: v(6)        !< rates of the coordinates: m/s, rad/s, 1/s
       real(wp) :: momentum(6), half
 
@@ -324,7 +324,7 @@ contains
    !> Update the geometry of blocks first … last.
    pure subroutine update_geometry_range(blocks, first, last)
       type(blocks_type), intent(inout) :: blocks  !< coordinates; geometry is updated
-      integer, intent(in) :: first, last          !< blocks
+      integer, intent(in) :: first, last          !< first and last index
       integer :: b
 
       do b = first, last
@@ -384,7 +384,7 @@ contains
    !> Present offset from the centroid, m, of the material point with reference offset ρ.
    pure function offset_of(blocks, b, reference) result(offset)
       type(blocks_type), intent(in) :: blocks  !< present state
-      integer, intent(in) :: b                 !< block
+      integer, intent(in) :: b                 !< number of the block
       real(wp), intent(in) :: reference(2)     !< m, offset ρ
       real(wp) :: offset(2)
 
@@ -394,7 +394,7 @@ contains
    !> Present position, m, of the material point with reference offset ρ.
    pure function place_of(blocks, b, reference) result(place)
       type(blocks_type), intent(in) :: blocks  !< present state
-      integer, intent(in) :: b                 !< block
+      integer, intent(in) :: b                 !< number of the block
       real(wp), intent(in) :: reference(2)     !< m, offset ρ
       real(wp) :: place(2)
 
@@ -404,7 +404,7 @@ contains
    !> Reference offset ρ of the material point with present position `place`.
    pure function reference_of(blocks, b, place) result(reference)
       type(blocks_type), intent(in) :: blocks  !< present state
-      integer, intent(in) :: b                 !< block
+      integer, intent(in) :: b                 !< number of the block
       real(wp), intent(in) :: place(2)         !< m
       real(wp) :: reference(2)
       real(wp) :: offset(2), determinant
@@ -420,7 +420,7 @@ contains
    !> Shape matrix T [2,6] of the material point ρ of block b (paper eq. 4): u = T d.
    pure function shape_matrix(blocks, b, reference) result(t)
       type(blocks_type), intent(in) :: blocks  !< present state
-      integer, intent(in) :: b                 !< block
+      integer, intent(in) :: b                 !< number of the block
       real(wp), intent(in) :: reference(2)     !< m, offset ρ
       real(wp) :: t(2, 6)
       real(wp) :: offset(2)
@@ -439,7 +439,7 @@ contains
    !> Motion T d of the material point ρ of block b, for increments or rates of its coordinates.
    pure function motion_of(blocks, b, reference, d) result(motion)
       type(blocks_type), intent(in) :: blocks  !< present state
-      integer, intent(in) :: b                 !< block
+      integer, intent(in) :: b                 !< number of the block
       real(wp), intent(in) :: reference(2)     !< m, offset ρ
       real(wp), intent(in) :: d(6)  !< increments (m, rad, strains), or rates per s or per s²
       real(wp) :: motion(2)
@@ -456,7 +456,7 @@ contains
    !> Stress (σx, σy, τxy) of block b in the model's axes, Pa; of a cell its mean over the area.
    pure function stress_of(blocks, b, of_faces) result(stress)
       type(blocks_type), intent(in) :: blocks  !< present state
-      integer, intent(in) :: b                 !< block
+      integer, intent(in) :: b                 !< number of the block
       !> contribution of welded faces to a cell's stress, Pa, in its axes
       real(wp), intent(in), optional :: of_faces(3)
       real(wp) :: stress(3)
@@ -476,7 +476,7 @@ contains
    !> Smaller side of a bounding box of block b along the axes of the model, m.
    pure real(wp) function smaller_side(blocks, b) result(side)
       type(blocks_type), intent(in) :: blocks  !< blocks with their reference shapes
-      integer, intent(in) :: b                 !< block
+      integer, intent(in) :: b                 !< number of the block
 
       associate (shape => blocks%reference(:, blocks%first(b):blocks%first(b + 1) - 1))
          side = minval(maxval(shape, 2) - minval(shape, 2))

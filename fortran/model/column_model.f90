@@ -91,7 +91,7 @@ contains
    !> Copy the pairs of cells of the column that have no contacts.
    pure subroutine copy_joined_pairs(blocks, before, number)
       type(blocks_type), intent(inout) :: blocks  !< of the column
-      type(blocks_type), intent(in) :: before     !< of the model
+      type(blocks_type), intent(in) :: before     !< former blocks of the model
       integer, intent(in) :: number(:)  !< [blocks of the model] number in the column, or 0
       integer :: b, i
 
@@ -112,7 +112,7 @@ contains
    !> Add dashpots below the column.
    pure subroutine add_dashpots(column, boundaries, number)
       type(model_type), intent(inout) :: column            !< receives them
-      type(boundary_type), intent(in) :: boundaries(:)     !< of the model
+      type(boundary_type), intent(in) :: boundaries(:)     !< boundaries of the model
       integer, intent(in) :: number(:)                     !< [blocks] number in the column, or 0
       type(boundary_type) :: own
       logical, allocatable :: kept(:)
@@ -134,7 +134,7 @@ contains
 
    !> Copy a stage without objects that the column does not have.
    pure type(stage_type) function column_stage(stage, block, kept) result(own)
-      type(stage_type), intent(in) :: stage  !< of the model
+      type(stage_type), intent(in) :: stage  !< stage of the model
       integer, intent(in) :: block(:)        !< [any] block of the column
       logical, intent(in) :: kept(:)         !< [fixed points] .true. if the column has the point
 

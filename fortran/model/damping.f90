@@ -131,7 +131,7 @@ contains
    subroutine fit_body(damping, limit, error)
       type(damping_type), intent(inout) :: damping  !< given: ratio, reference, band, n
       real(wp), intent(in) :: limit  !< largest ω_l that all stages admit, rad/s
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: n
 
       if (.not. damping%band(2) > 0.0_wp) damping%band = [automatic_band(1), &

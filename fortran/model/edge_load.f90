@@ -39,7 +39,7 @@ contains
    !> Values are linear between the times of a load, and constant beyond them.
    pure function values_at(load, time) result(values)
       type(edge_load_type), intent(in) :: load  !< its times
-      real(wp), intent(in) :: time              !< s
+      real(wp), intent(in) :: time              !< time, s
       real(wp) :: values(3)                     !< pressure (Pa) or factor, shear (Pa), level (m)
       real(wp) :: share
       integer :: k, last

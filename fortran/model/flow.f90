@@ -67,7 +67,7 @@ contains
    !> .true. if there is water at a boundary at a time.
    pure logical function acts_at(boundary, time)  ! total
       type(flow_boundary_type), intent(in) :: boundary  !< its times
-      real(wp), intent(in) :: time                      !< s
+      real(wp), intent(in) :: time                      !< time, s
 
       acts_at = boundary%lasts .or. (time >= boundary%time(1) .and. &
          time <= boundary%time(size(boundary%time)))
@@ -76,7 +76,7 @@ contains
    !> Value of a boundary at a time: linear between its times, constant beyond them.
    pure real(wp) function value_at(boundary, time)
       type(flow_boundary_type), intent(in) :: boundary  !< its times
-      real(wp), intent(in) :: time                      !< s
+      real(wp), intent(in) :: time                      !< time, s
       real(wp) :: share
       integer :: k, last
 

@@ -67,7 +67,7 @@ module dda_material_law
          type(strain_point_type), intent(in) :: point       !< at its position
          real(wp), intent(in) :: state(:)                   !< [any] state at the start of the step
          real(wp), intent(in) :: strain(3), change(3)       !< ε at the start, Δε
-         type(step_type), intent(in) :: step                !< the present one
+         type(step_type), intent(in) :: step                !< the present step
          real(wp), intent(out) :: stress(3), tangent(3, 3)  !< Pa
       end subroutine respond_interface
 
@@ -78,7 +78,7 @@ module dda_material_law
          type(strain_point_type), intent(in) :: point  !< at its position
          real(wp), intent(inout) :: state(:)  !< [any] state at the start; on return at the end
          real(wp), intent(in) :: strain(3), change(3)  !< ε at the start, Δε
-         type(step_type), intent(in) :: step           !< the present one
+         type(step_type), intent(in) :: step           !< the present step
          real(wp), intent(out) :: loss(losses)         !< J/m³
       end subroutine finish_interface
 
@@ -107,7 +107,7 @@ contains
       type(strain_point_type), intent(in) :: point  !< at its position
       real(wp), intent(in) :: state(:)              !< [any] state at the start of the step
       real(wp), intent(in) :: strain(3), change(3)  !< ε at the start, Δε
-      type(step_type), intent(in) :: step           !< the present one
+      type(step_type), intent(in) :: step           !< the present step
       real(wp) :: stress(3)
 
       stress = 0.0_wp

@@ -31,7 +31,7 @@ contains
 
    !> Text on a motion: peaks, removed drift, final values and continuation.
    pure function motion_words(motion, as_body_force) result(words)
-      type(motion_type), intent(in) :: motion   !< of the model
+      type(motion_type), intent(in) :: motion   !< motion of the model
       logical, intent(in) :: as_body_force      !< the acceleration acts in the frame of the base
       character(len=:), allocatable :: words
 

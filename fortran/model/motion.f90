@@ -21,9 +21,9 @@ contains
 
    !> Displacement along both axes by the motions with these numbers, m.
    pure function displacement_of(motions, number, time) result(displacement)
-      type(motion_type), intent(in) :: motions(:)  !< of the model
+      type(motion_type), intent(in) :: motions(:)  !< motions of the model
       integer, intent(in) :: number(2)             !< 0: none
-      real(wp), intent(in) :: time                 !< s
+      real(wp), intent(in) :: time                 !< time, s
       real(wp) :: displacement(2)
       integer :: axis
 
@@ -36,9 +36,9 @@ contains
 
    !> Velocity along both axes by the motions with these numbers, m/s.
    pure function velocity_of(motions, number, time) result(velocity)
-      type(motion_type), intent(in) :: motions(:)  !< of the model
+      type(motion_type), intent(in) :: motions(:)  !< motions of the model
       integer, intent(in) :: number(2)             !< 0: none
-      real(wp), intent(in) :: time                 !< s
+      real(wp), intent(in) :: time                 !< time, s
       real(wp) :: velocity(2)
       integer :: axis
 

@@ -46,7 +46,7 @@ contains
    !> Force of a load at a time; zero before its first and after its last time.
    pure function load_at(load, time) result(force)
       type(load_type), intent(in) :: load  !< a force history
-      real(wp), intent(in) :: time  !< s
+      real(wp), intent(in) :: time  !< time, s
       real(wp) :: force(2)
       real(wp) :: share, since
       integer :: k, last

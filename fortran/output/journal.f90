@@ -121,7 +121,7 @@ contains
 
    !> Save or restore length and checksum of the journal, as part of a checkpoint.
    subroutine serialise_mark(archive, journal)
-      type(archive_type), intent(inout) :: archive  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
       type(journal_type), intent(inout) :: journal  !< journal of the run
 
       call serialise_label(archive, 'journal')

@@ -403,7 +403,7 @@ contains
    !> [blocks] Number of the stage that removes each block; 0: none.
    pure function removal_stage(stages, n) result(removal)
       type(stage_type), intent(in) :: stages(:)  !< stages of the model
-      integer, intent(in) :: n                   !< blocks
+      integer, intent(in) :: n                   !< number of blocks
       real(wp) :: removal(n)
       integer :: s
 

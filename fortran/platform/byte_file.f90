@@ -136,7 +136,7 @@ contains
    subroutine open_file(file, name, mode, error)
       type(byte_file_type), intent(out) :: file  !< open afterwards
       character(len=*), intent(in) :: name, mode  !< path; mode
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       type(file_status_type) :: found
       logical :: anew
@@ -180,7 +180,7 @@ contains
    subroutine check_plain(name, found, error)
       character(len=*), intent(in) :: name            !< path
       type(file_status_type), intent(in) :: found     !< the existing entry
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       if (allocated(error) .or. .not. found%exists) return
       if (found%link) then
@@ -199,7 +199,7 @@ contains
    subroutine open_again(file, other, error)
       type(byte_file_type), intent(out) :: file       !< open afterwards
       type(byte_file_type), intent(in) :: other       !< open file, flushed; not written meanwhile
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer(long) :: unused
 
       file%name = other%name
@@ -239,7 +239,7 @@ contains
    subroutine write_bytes(file, bytes, error)
       type(byte_file_type), intent(in) :: file  !< open
       integer(int8), contiguous, target, intent(in) :: bytes(:)  !< [bytes]
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer(c_size_t) :: wanted
 
       wanted = size(bytes, kind=c_size_t)
@@ -252,7 +252,7 @@ contains
    subroutine read_bytes(file, bytes, error)
       type(byte_file_type), intent(in) :: file  !< open
       integer(int8), contiguous, target, intent(inout) :: bytes(:)  !< [bytes] filled
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer(c_size_t) :: wanted
 
       wanted = size(bytes, kind=c_size_t)
@@ -265,7 +265,7 @@ contains
    subroutine cut_file(file, bytes, error)
       type(byte_file_type), intent(in) :: file  !< open
       integer(long), intent(in) :: bytes  !< size
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       call flush_stream(file, .false., error)
       if (allocated(error)) return
@@ -278,7 +278,7 @@ contains
    subroutine flush_stream(file, to_disk, error)
       type(byte_file_type), intent(in) :: file  !< open
       logical, intent(in) :: to_disk  !< flush to disk; .false.: only to the system
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       if (allocated(error)) return
       if (c_fflush(file%stream) /= 0) then
@@ -294,7 +294,7 @@ contains
    !> Close a file, also after an error.
    subroutine close_file(file, error)
       type(byte_file_type), intent(inout) :: file  !< closed afterwards
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer(c_int) :: status
 
       if (.not. c_associated(file%stream)) return
@@ -308,7 +308,7 @@ contains
    subroutine reserve_space(name, bytes, error)
       character(len=*), intent(in) :: name  !< path
       integer(long), intent(in) :: bytes  !< size
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(byte_file_type) :: file
       integer(c_int) :: status
 
@@ -323,7 +323,7 @@ contains
    !> Flush a file that is not open to the disk.
    subroutine flush_file(name, error)
       character(len=*), intent(in) :: name  !< path
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(byte_file_type) :: file
 
       call open_file(file, name, to_overwrite, error)
@@ -335,7 +335,7 @@ contains
    subroutine system_failure(file, failure, error)
       type(byte_file_type), intent(in) :: file  !< open
       character(len=*), intent(in) :: failure  !< the failed action: 'cannot be read', …
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer(c_int), pointer :: number
 
       call c_f_pointer(c_errno(), number)

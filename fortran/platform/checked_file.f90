@@ -35,7 +35,7 @@ contains
    subroutine begin_writing(name, archive, error)
       character(len=*), intent(in) :: name  !< path
       type(archive_type), intent(inout) :: archive  !< to be written
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(checked_stream_type), allocatable :: stream
       integer(int8) :: head(head_bytes)
 
@@ -53,7 +53,7 @@ contains
    subroutine end_writing(archive, to_disk, error)
       type(archive_type), intent(inout) :: archive  !< written
       logical, intent(in) :: to_disk  !< flush to disk; .false.: only to the system
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer(int8) :: word(length_bytes)
 
       select type (stream => archive%stream)
@@ -74,7 +74,7 @@ contains
    subroutine begin_reading(name, archive, error)
       character(len=*), intent(in) :: name  !< path
       type(archive_type), intent(inout) :: archive  !< to be read
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(checked_stream_type), allocatable :: stream
       integer(int8) :: head(head_bytes)
       integer(long) :: bytes
@@ -98,7 +98,7 @@ contains
    !> End reading the archive.
    subroutine end_reading(archive, error)
       type(archive_type), intent(inout) :: archive  !< read
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       call end_stream(archive, error)
    end subroutine end_reading
@@ -106,7 +106,7 @@ contains
    !> Close the file and return its error.
    subroutine end_stream(archive, error)
       type(archive_type), intent(inout) :: archive  !< archive without its stream afterwards
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       select type (stream => archive%stream)
        type is (checked_stream_type)
@@ -145,7 +145,7 @@ contains
    subroutine check_head(name, head, error)
       character(len=*), intent(in) :: name  !< path
       integer(int8), intent(in) :: head(head_bytes)  !< of the file
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer(long) :: words(2)
 
       words = transfer(head, words)
@@ -163,7 +163,7 @@ contains
       type(byte_file_type), intent(in) :: file       !< behind its head
       integer(int8), intent(in) :: head(head_bytes)  !< of the file
       integer(long), intent(in) :: bytes             !< bytes between head and length
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer(int8), allocatable :: part(:)
       integer(int8) :: length(length_bytes), found(sum_bytes), again(head_bytes)
       type(checksum_type) :: checksum

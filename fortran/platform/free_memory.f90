@@ -55,7 +55,7 @@ contains
       real(wp), intent(in) :: bytes            !< needed
       character(len=*), intent(in) :: what     !< user of the memory, for the message
       character(len=*), intent(in) :: advice   !< what to do
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp) :: free
 
       if (allocated(error)) return
@@ -82,7 +82,7 @@ contains
       integer, intent(in) :: blocks         !< of the matrix
       integer, intent(in) :: threads        !< threads that call BLAS at the same time
       character(len=*), intent(in) :: what  !< user of the memory, for the message
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=*), parameter :: room = ', with room for the steps'
       real(wp) :: needed, buffers
       integer(c_int) :: unused
@@ -100,7 +100,7 @@ contains
 
    !> Return an error if a call of BLAS or LAPACK by one thread cannot have its buffer.
    subroutine require_for_blas(error)
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       if (allocated(error) .or. missing_buffers(1) <= 0.0_wp) return
       call require_addresses(missing_buffers(1) + call_bytes, 'a call of BLAS', advice_on_limits, &
@@ -113,7 +113,7 @@ contains
       real(wp), intent(in) :: bytes            !< of addresses
       character(len=*), intent(in) :: what     !< user of the addresses, for the message
       character(len=*), intent(in) :: advice   !< what to do
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(reserve_type), volatile :: trial  ! prevents compilers from removing the unread array
 
       call make_reserve(trial, bytes, what, advice, error)
@@ -125,7 +125,7 @@ contains
       real(wp), intent(in) :: bytes            !< to reserve
       character(len=*), intent(in) :: what     !< user of the memory, for the message
       character(len=*), intent(in) :: advice   !< what to do
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: status
 
       if (allocated(error) .or. allocated(reserve%bytes)) return

@@ -36,7 +36,7 @@ contains
    subroutine check_replaceable(name, kind, error)
       character(len=*), intent(in) :: name     !< path
       type(own_kind_type), intent(in) :: kind  !< kind of a file that may be replaced
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(file_status_type) :: found
 
       if (allocated(error)) return
@@ -67,7 +67,7 @@ contains
    logical function begins_as(name, kind, error)
       character(len=*), intent(in) :: name     !< path of a regular file
       type(own_kind_type), intent(in) :: kind  !< asked about
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(byte_file_type) :: file
       integer(int8), allocatable :: bytes(:)
       character(len=mark_length) :: head

@@ -65,7 +65,7 @@ contains
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       character(len=*), intent(in) :: text  !< line of the file, in lower case
       integer(long), intent(out) :: samples  !< declared by the header
-      real(wp), intent(out) :: time_step  !< s
+      real(wp), intent(out) :: time_step  !< Δt, s
       real(wp) :: count
       integer :: position, first, second
 

@@ -204,7 +204,7 @@ contains
    !> Check that a time step is possible for a record.
    pure subroutine check_time_step(reader, time_step)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
-      real(wp), intent(in) :: time_step                    !< s
+      real(wp), intent(in) :: time_step                    !< Δt, s
 
       if (time_step >= shortest_step .and. time_step <= longest_step) return
       call fail_at(reader, 'the time step '//to_text(time_step)//' s is not between '// &

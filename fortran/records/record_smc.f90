@@ -74,7 +74,7 @@ contains
    !> Read the reals of the header: the sampling rate.
    subroutine read_rate(reader, time_step)
       type(line_reader_type), intent(inout) :: reader  !< of the file
-      real(wp), intent(out) :: time_step  !< s
+      real(wp), intent(out) :: time_step  !< Δt, s
       type(sample_list_type) :: list
 
       time_step = 0.0_wp

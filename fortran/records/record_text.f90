@@ -124,7 +124,7 @@ contains
    !> Check that times increase by a constant step.
    subroutine check_time(reader, time, column)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
-      real(wp), intent(in) :: time  !< s
+      real(wp), intent(in) :: time  !< time, s
       type(column_type), intent(inout) :: column  !< column of samples, so far
       real(wp), parameter :: largest = 1.0e9_wp              ! s
       real(wp) :: step

@@ -152,7 +152,7 @@ contains
    subroutine open_files(run, resumes, error)
       type(run_type), intent(inout) :: run  !< run and its files
       logical, intent(in) :: resumes  !< resume from a checkpoint, if there is one
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       associate (model => run%simulation%model)
          call check_target(model, resumes, error)
@@ -178,7 +178,7 @@ contains
    !> Record the first state in new files.
    subroutine begin_files(run, error)
       type(run_type), intent(inout) :: run  !< run and its files
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       call doubt_as_begun(run%simulation)
       call remove_checkpoints(run%checkpoints)
@@ -236,7 +236,7 @@ contains
    !> Record samples and frames at multiples of their intervals, and at the end.
    subroutine record_step(run, error)
       type(run_type), intent(inout) :: run  !< run and its files
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       logical :: last, save, show
 
       last = finished(run%simulation)
@@ -279,7 +279,7 @@ contains
    !> Append a sample to the journal.
    subroutine record_sample(run, error)
       type(run_type), intent(inout) :: run  !< run and its files
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       call take_sample(run%simulation, run%journal%iterations, run%sample)
       call begin_row(run%journal, row_sample, 0, error)
@@ -289,7 +289,7 @@ contains
    !> Write the partial output, which can be read during the run.
    subroutine write_partial_output(run, error)
       type(run_type), intent(inout) :: run  !< run and its files
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       call keep_name(run%journal, error)
       if (allocated(error)) return
@@ -303,7 +303,7 @@ contains
    subroutine write_in_reserve(run, complete, error)
       type(run_type), intent(inout) :: run  !< run and its files
       logical, intent(in) :: complete  !< the run has reached its duration
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       call reserve_for_output(run, error)
       if (allocated(error)) return
@@ -316,7 +316,7 @@ contains
    !> Reserve the memory for writing the output.
    subroutine reserve_for_output(run, error)
       type(run_type), intent(inout) :: run  !< run and its files
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       call make_reserve(run%reserve, writing_memory(run%simulation), 'writing '// &
          run%simulation%model%output%file, 'use fewer blocks, or a machine with more', error)
@@ -325,7 +325,7 @@ contains
    !> Flush the buffer of the journal, because a forked process would copy the buffer.
    subroutine flush_run(run, error)
       type(run_type), intent(in) :: run  !< run and its files
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       if (run%writes) call flush_stream(run%journal%file, .false., error)
    end subroutine flush_run
@@ -333,7 +333,7 @@ contains
    !> Write a checkpoint now.
    subroutine save_run(run, error)
       type(run_type), intent(inout) :: run  !< run and its files
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       if (.not. (run%writes .and. run%sound)) return
       call save_checkpoint(run%checkpoints, run%simulation, run%journal, error)

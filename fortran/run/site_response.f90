@@ -49,7 +49,7 @@ contains
       character(len=*), intent(in) :: file  !< complete output
       integer, intent(in) :: point, axis  !< number of the point; 1 x, 2 y
       real(wp), allocatable, intent(out) :: series(:)  !< [samples] m/s²
-      real(wp), intent(out) :: time_step  !< s
+      real(wp), intent(out) :: time_step  !< Δt, s
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), allocatable :: time(:)
 

@@ -53,8 +53,8 @@ contains
       !> 'acceleration', 'velocity' or 'displacement'
       character(len=*), intent(in) :: quantity
       real(wp), intent(in) :: values(:)                        !< m/s², m/s or m [samples]
-      real(wp), intent(in) :: time_step                        !< s
-      type(error_type), allocatable, intent(out) :: error      !< what is wrong with the arguments
+      real(wp), intent(in) :: time_step                        !< Δt, s
+      type(error_type), allocatable, intent(out) :: error      !< allocated if an argument is wrong
       !> default: order 2, at rest, no taper
       type(baseline_type), intent(in), optional :: baseline
       type(baseline_type) :: wanted
@@ -98,7 +98,7 @@ contains
       type(motion_curve_type), intent(out) :: curve  !< complete
       logical, intent(in) :: is_velocity         !< else acceleration
       real(wp), intent(in) :: values(:)          !< m/s or m/s² [samples]
-      real(wp), intent(in) :: time_step          !< s
+      real(wp), intent(in) :: time_step          !< Δt, s
       type(baseline_type), intent(in) :: wanted  !< processing of the record
       real(wp) :: corrected(size(values)), drift(2)
       character(len=:), allocatable :: method
@@ -132,7 +132,7 @@ contains
    subroutine shift_displacement(curve, displacement, time_step, wanted)
       type(motion_curve_type), intent(out) :: curve  !< complete
       real(wp), intent(in) :: displacement(:)    !< m [samples]
-      real(wp), intent(in) :: time_step          !< s
+      real(wp), intent(in) :: time_step          !< Δt, s
       type(baseline_type), intent(in) :: wanted  !< processing of the record
       character(len=:), allocatable :: method
 
@@ -267,9 +267,9 @@ contains
 
    !> Check the arguments of `make_motion_curve`.
    subroutine check_arguments(quantity, values, time_step, wanted, error)
-      character(len=*), intent(in) :: quantity   !< as in `make_motion_curve`
+      character(len=*), intent(in) :: quantity   !< see `make_motion_curve`
       real(wp), intent(in) :: values(:)          !< [samples]
-      real(wp), intent(in) :: time_step          !< s
+      real(wp), intent(in) :: time_step          !< Δt, s
       type(baseline_type), intent(in) :: wanted  !< processing of the record
       type(error_type), allocatable, intent(out) :: error  !< error: first invalid argument
 

@@ -37,7 +37,7 @@ contains
    !> Displacement at any time (m), in O(1).
    pure function displacement_at(curve, time) result(displacement)
       type(motion_curve_type), intent(in) :: curve  !< joined samples
-      real(wp), intent(in) :: time                  !< s
+      real(wp), intent(in) :: time                  !< time, s
       real(wp) :: displacement
       integer :: i
       real(wp) :: s
@@ -56,7 +56,7 @@ contains
    !> Velocity at any time (m/s), in O(1).
    pure function velocity_at(curve, time) result(velocity)
       type(motion_curve_type), intent(in) :: curve  !< joined samples
-      real(wp), intent(in) :: time                  !< s
+      real(wp), intent(in) :: time                  !< time, s
       real(wp) :: velocity
       integer :: i
       real(wp) :: s
@@ -72,7 +72,7 @@ contains
    !> Acceleration at any time (m/s²), in O(1).
    pure function acceleration_at(curve, time) result(acceleration)
       type(motion_curve_type), intent(in) :: curve  !< joined samples
-      real(wp), intent(in) :: time                  !< s
+      real(wp), intent(in) :: time                  !< time, s
       real(wp) :: acceleration
       integer :: i
       real(wp) :: s
@@ -101,7 +101,7 @@ contains
    !> Find the interval of a time, and the time since its first sample.
    pure subroutine locate_time(curve, time, i, s)
       type(motion_curve_type), intent(in) :: curve  !< joined samples
-      real(wp), intent(in) :: time                  !< s
+      real(wp), intent(in) :: time                  !< time, s
       integer, intent(out) :: i                     !< 0 before and after the record
       real(wp), intent(out) :: s                    !< s
       real(wp) :: since
@@ -118,7 +118,7 @@ contains
    pure subroutine join_accelerations(curve, acceleration, time_step)
       type(motion_curve_type), intent(out) :: curve  !< joined samples
       real(wp), intent(in) :: acceleration(:)  !< m/s² [samples]
-      real(wp), intent(in) :: time_step        !< s
+      real(wp), intent(in) :: time_step        !< Δt, s
       integer :: i, last
 
       call allocate_curve(curve, size(acceleration), time_step)
@@ -137,7 +137,7 @@ contains
    pure subroutine join_velocities(curve, velocity, time_step)
       type(motion_curve_type), intent(out) :: curve  !< joined samples
       real(wp), intent(in) :: velocity(:)      !< m/s [samples]
-      real(wp), intent(in) :: time_step        !< s
+      real(wp), intent(in) :: time_step        !< Δt, s
       integer :: i
       real(wp) :: h, step, first, second
 
@@ -163,7 +163,7 @@ contains
    pure subroutine join_displacements(curve, displacement, time_step, from_rest, to_rest)
       type(motion_curve_type), intent(out) :: curve  !< joined samples
       real(wp), intent(in) :: displacement(:)  !< m [samples]
-      real(wp), intent(in) :: time_step        !< s
+      real(wp), intent(in) :: time_step        !< Δt, s
       logical, intent(in) :: from_rest         !< zero velocity and acceleration at the first sample
       logical, intent(in) :: to_rest           !< zero velocity and acceleration at the last sample
       integer :: i, last
@@ -203,7 +203,7 @@ contains
    pure subroutine allocate_curve(curve, count, time_step)
       type(motion_curve_type), intent(inout) :: curve  !< allocated, at rest
       integer, intent(in) :: count                     !< samples
-      real(wp), intent(in) :: time_step                !< s
+      real(wp), intent(in) :: time_step                !< Δt, s
 
       curve%time_step = time_step
       curve%duration = real(count - 1, wp)*time_step

@@ -100,7 +100,7 @@ contains
    !> Set the factors of a step.
    pure subroutine set_step(spectrum, step)
       type(response_spectrum_type), intent(inout) :: spectrum  !< its factors
-      real(wp), intent(in) :: step  !< s
+      real(wp), intent(in) :: step  !< Δt, s
       complex(wp) :: decay, before, after
       integer :: i
 

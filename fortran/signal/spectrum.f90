@@ -36,7 +36,7 @@ contains
       real(wp), intent(in) :: time_step                      !< Δt (s)
       real(wp), allocatable, intent(out) :: frequency(:)     !< 0 … 1/(2Δt) (Hz) [bins]
       complex(wp), allocatable, intent(out) :: spectrum(:)   !< S, unit of x times s [bins]
-      type(error_type), allocatable, intent(out) :: error    !< what is wrong with the arguments
+      type(error_type), allocatable, intent(out) :: error    !< allocated if an argument is wrong
       !> length with added zeros over length, ≥ 1 (default 1)
       integer, intent(in), optional :: padding
       !> fraction of the length under the cosine taper, 0 … 1 (0)
@@ -66,10 +66,10 @@ contains
    subroutine amplification(surface, base, time_step, frequency, ratio, error, padding, taper, &
       least)
       real(wp), intent(in) :: surface(:), base(:)            !< motions of one kind [samples]
-      real(wp), intent(in) :: time_step                      !< s
+      real(wp), intent(in) :: time_step                      !< Δt, s
       real(wp), allocatable, intent(out) :: frequency(:)     !< Hz [bins]
       complex(wp), allocatable, intent(out) :: ratio(:)      !< [bins]
-      type(error_type), allocatable, intent(out) :: error    !< what is wrong with the arguments
+      type(error_type), allocatable, intent(out) :: error    !< allocated if an argument is wrong
       integer, intent(in), optional :: padding               !< see `fourier_spectrum`
       real(wp), intent(in), optional :: taper                !< see `fourier_spectrum`
       !> fraction of the largest bin of the base (default 1e-10)
@@ -145,9 +145,9 @@ contains
    !> Taper and pad a series, after checking that it can be transformed.
    subroutine prepare_series(series, time_step, padded, error, padding, taper)
       real(wp), intent(in) :: series(:)                      !< [samples]
-      real(wp), intent(in) :: time_step                      !< s
+      real(wp), intent(in) :: time_step                      !< Δt, s
       real(wp), allocatable, intent(out) :: padded(:)        !< [padding × samples]
-      type(error_type), allocatable, intent(out) :: error    !< what is wrong with the arguments
+      type(error_type), allocatable, intent(out) :: error    !< allocated if an argument is wrong
       integer, intent(in), optional :: padding               !< see `fourier_spectrum`
       real(wp), intent(in), optional :: taper                !< see `fourier_spectrum`
       integer :: factor
@@ -166,10 +166,10 @@ contains
    !> Check the arguments of a spectrum.
    subroutine check_window(series, time_step, padding, taper, error)
       real(wp), intent(in) :: series(:)                      !< [samples]
-      real(wp), intent(in) :: time_step                      !< s
+      real(wp), intent(in) :: time_step                      !< Δt, s
       real(wp), intent(in) :: taper                          !< see `fourier_spectrum`
       integer, intent(in) :: padding                         !< see `fourier_spectrum`
-      type(error_type), allocatable, intent(out) :: error    !< what is wrong with the arguments
+      type(error_type), allocatable, intent(out) :: error    !< allocated if an argument is wrong
 
       if (size(series) < 2) then
          call fail(error, error_input, 'a spectrum needs at least 2 samples, not '// &

@@ -72,7 +72,7 @@ contains
       type(damping_type), intent(in) :: damping  !< small-strain damping, not fitted
       real(wp), intent(in) :: limit          !< largest ω_l that the time steps admit, rad/s
       type(branches_type), intent(out) :: branches  !< fitted
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       if (n < 2 .or. n > 200) call fail(error, error_input, 'branches must be from 2 to 200')
       if (.not. allocated(error)) call require_for_blas(error)
@@ -97,7 +97,7 @@ contains
       type(damping_type), intent(in) :: damping  !< damping with ratio D_min, not fitted; 0: none
       real(wp), intent(in) :: limit      !< largest ω_l that the time steps admit, rad/s
       real(wp), intent(in) :: strain     !< γ_b
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       if (damping%ratio <= 0.0_wp) return
       branches%body = damping

@@ -98,7 +98,7 @@ contains
       type(strain_point_type), intent(in) :: point       !< at its position
       real(wp), intent(in) :: state(:)                   !< [any] state at the start of the step
       real(wp), intent(in) :: strain(3), change(3)       !< ε at the start, Δε
-      type(step_type), intent(in) :: step                !< the present one
+      type(step_type), intent(in) :: step                !< the present step
       real(wp), intent(out) :: stress(3), tangent(3, 3)  !< Pa
       real(wp) :: e(3), more(3), acting(3), slope(2, 2), volume, modulus(2)
       type(body_type) :: body
@@ -184,7 +184,7 @@ contains
       type(strain_point_type), intent(in) :: point    !< at its position
       real(wp), intent(inout) :: state(:)  !< [any] state at the start; on return at the end
       real(wp), intent(in) :: strain(3), change(3)    !< ε at the start, Δε
-      type(step_type), intent(in) :: step             !< the present one
+      type(step_type), intent(in) :: step             !< the present step
       real(wp), intent(out) :: loss(losses)           !< J/m³
       real(wp) :: e(3), more(3), modulus(2), scheme
 
@@ -237,7 +237,7 @@ contains
       real(wp), intent(inout) :: state(:)          !< [any] state of the point
       real(wp), intent(in) :: change(3)            !< change of the strains of shear and volume
       real(wp), intent(in) :: modulus(2)           !< of both, Pa
-      type(step_type), intent(in) :: step          !< the present one
+      type(step_type), intent(in) :: step          !< the present step
       real(wp), intent(inout) :: loss(losses)      !< J/m³
       type(body_type) :: body
       real(wp) :: taken, more, stiffness(3)

@@ -135,7 +135,7 @@ contains
       type(strain_point_type), intent(in) :: point        !< at its position
       real(wp), intent(in) :: state(:)                    !< [any] state at the start of the step
       real(wp), intent(in) :: strain(3), change(3)        !< ε at the start, Δε
-      type(step_type), intent(in) :: step                 !< the present one
+      type(step_type), intent(in) :: step                 !< the present step
       real(wp) :: stress(3)
       type(circle_type) :: circle
 
@@ -169,7 +169,7 @@ contains
       type(strain_point_type), intent(in) :: point        !< at its position
       real(wp), intent(in) :: state(:)                    !< [any] state at the start of the step
       real(wp), intent(in) :: strain(3), change(3)        !< ε at the start, Δε
-      type(step_type), intent(in) :: step                 !< the present one
+      type(step_type), intent(in) :: step                 !< the present step
       real(wp), intent(out) :: stress(3), tangent(3, 3)   !< Pa
       type(circle_type) :: circle
       real(wp) :: basis(3, 3), small(3, 3)
@@ -202,7 +202,7 @@ contains
       type(strain_point_type), intent(in) :: point        !< at its position
       real(wp), intent(inout) :: state(:)  !< [any] state at the start; on return at the end
       real(wp), intent(in) :: strain(3), change(3)    !< ε at the start, Δε
-      type(step_type), intent(in) :: step             !< the present one
+      type(step_type), intent(in) :: step             !< the present step
       real(wp), intent(out) :: loss(losses)           !< J/m³
       type(circle_type) :: circle
       real(wp) :: elastic(3), flow(3)

@@ -75,7 +75,7 @@ contains
       !> mean velocity of the base in the step, or of an outcrop of the half-space, m/s
       real(wp), intent(in) :: base
       type(shear_state_type), intent(inout) :: state  !< of the column
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp), dimension(size(state%velocity)) :: d, residual, load
       real(wp), dimension(size(state%strain)) :: stress, tangent
       real(wp) :: scale
@@ -186,7 +186,7 @@ contains
       real(wp), intent(inout) :: diagonal(:)  !< [n] diagonal, overwritten
       real(wp), intent(in) :: beside(:)       !< [n-1]
       real(wp), intent(in) :: right(:)        !< [n]
-      real(wp), intent(out) :: x(:)           !< [n]
+      real(wp), intent(out) :: x(:)           !< [n] vector
       integer :: i
 
       x = right

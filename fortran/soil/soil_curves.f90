@@ -41,7 +41,7 @@ contains
    subroutine curve_of(soil, curve, error)
       type(soil_type), intent(in) :: soil     !< as requested
       type(curve_type), intent(out) :: curve  !< its table
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp) :: fine((below + samples - 1)*parts + 1), share
 
       if (soil%curve == 'table') then

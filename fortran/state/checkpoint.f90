@@ -118,9 +118,9 @@ contains
    !> Write a checkpoint; older ones remain until it is complete.
    subroutine save_checkpoint(checkpoints, simulation, journal, error)
       type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
-      type(simulation_type), intent(inout) :: simulation  !< written or read
+      type(simulation_type), intent(inout) :: simulation  !< archive that is written or read
       type(journal_type), intent(inout) :: journal  !< of the run
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       logical :: to_disk
 
       to_disk = is_due(checkpoints%flushing)
@@ -146,7 +146,7 @@ contains
    subroutine rename_coming(checkpoints, on_disk, error)
       type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
       logical, intent(in) :: on_disk  !< the coming checkpoint is flushed to the disk
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       logical :: done
 
       if (checkpoints%newest_on_disk) then
@@ -164,11 +164,11 @@ contains
    !> Set a started run to the state of the newest valid checkpoint.
    subroutine load_checkpoint(checkpoints, simulation, journal, model, notice, error)
       type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
-      type(simulation_type), intent(inout) :: simulation  !< written or read
+      type(simulation_type), intent(inout) :: simulation  !< archive that is written or read
       type(journal_type), intent(inout) :: journal  !< of the run
       type(model_type), intent(in) :: model  !< model as read from the input
       character(len=:), allocatable, intent(out) :: notice  !< message: which checkpoint, and why
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(error_type), allocatable :: reason
       logical :: unused
 
@@ -193,9 +193,9 @@ contains
    subroutine load_from(name, checkpoints, simulation, journal, error)
       character(len=*), intent(in) :: name  !< path
       type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
-      type(simulation_type), intent(inout) :: simulation  !< written or read
+      type(simulation_type), intent(inout) :: simulation  !< archive that is written or read
       type(journal_type), intent(inout) :: journal  !< of the run
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       call begin_reading(name, checkpoints%archive, error)
       if (allocated(error)) return
@@ -218,7 +218,7 @@ contains
    !> Save or check version, build and input of a checkpoint.
    subroutine serialise_identity(checkpoints, error)
       type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
-      type(error_type), allocatable, intent(inout) :: error  !< error, set on the first failure
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=:), allocatable :: maker, build
       integer(long) :: input, motions
 

@@ -44,7 +44,7 @@ contains
 
    !> Save or restore a simulation; a restored one must have the same model.
    recursive subroutine serialise_simulation(archive, simulation)
-      type(archive_type), intent(inout) :: archive  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       integer :: i
 
@@ -80,7 +80,7 @@ contains
 
    !> Save or restore step, time, bounds on movement and the index of the present list.
    subroutine serialise_clock(archive, simulation)
-      type(archive_type), intent(inout) :: archive  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
 
       call serialise_label(archive, 'clock')
@@ -94,7 +94,7 @@ contains
 
    !> Save or restore changes of the model by stages.
    subroutine serialise_stage(archive, simulation)
-      type(archive_type), intent(inout) :: archive  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       integer :: i
 
@@ -124,7 +124,7 @@ contains
 
    !> Save or restore the origin of the displacements of points.
    subroutine serialise_points(archive, points)
-      type(archive_type), intent(inout) :: archive  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
       type(point_type), intent(inout) :: points(:)  !< measured
       integer :: i
 
@@ -135,7 +135,7 @@ contains
 
    !> Save or restore targets of fixed points, and start times of loads.
    subroutine serialise_targets(archive, simulation)
-      type(archive_type), intent(inout) :: archive  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       integer :: i
 
@@ -149,7 +149,7 @@ contains
 
    !> Save or restore welded faces that have broken.
    subroutine serialise_faces(archive, simulation)
-      type(archive_type), intent(inout) :: archive  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       integer :: i
 
@@ -166,7 +166,7 @@ contains
 
    !> Save or restore changes between steps; on reading, the changed input is read again.
    subroutine serialise_changes(archive, simulation)
-      type(archive_type), intent(inout) :: archive  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       type(model_type) :: model
       type(error_type), allocatable :: error
@@ -186,7 +186,7 @@ contains
 
    !> Save or restore the counts of the run.
    subroutine serialise_counters(archive, simulation)
-      type(archive_type), intent(inout) :: archive  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
 
       call serialise_label(archive, 'counters')
@@ -210,7 +210,7 @@ contains
 
    !> Save or restore the state of the stop rule.
    subroutine serialise_stop(archive, stop_state)
-      type(archive_type), intent(inout) :: archive          !< written or read
+      type(archive_type), intent(inout) :: archive          !< archive that is written or read
       type(stop_state_type), intent(inout) :: stop_state    !< stop rule, with arrays if set
 
       call serialise_label(archive, 'stop')
@@ -224,7 +224,7 @@ contains
    !> Save or restore the outcome of the last iteration, from which the next tolerance follows.
    !> Settings are those of the input.
    subroutine serialise_iteration(archive, iteration, contacts)
-      type(archive_type), intent(inout) :: archive  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       integer, intent(in) :: contacts  !< contacts in the list
 
@@ -245,7 +245,7 @@ contains
    !> Save or restore the state of blocks.
    !> Derived values are computed again, except the first vertices, which are those of the input.
    subroutine serialise_blocks(archive, blocks)
-      type(archive_type), intent(inout) :: archive  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
       type(blocks_type), intent(inout) :: blocks  !< blocks in their present state
 
       call serialise_label(archive, 'blocks')
@@ -267,7 +267,7 @@ contains
 
    !> Save or restore the largest values, if the run records them.
    subroutine serialise_maxima(archive, simulation)
-      type(archive_type), intent(inout) :: archive        !< written or read
+      type(archive_type), intent(inout) :: archive        !< archive that is written or read
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       integer :: contacts
 
@@ -289,8 +289,8 @@ contains
 
    !> Save or restore the origin from which values count.
    subroutine serialise_base(archive, base, points)
-      type(archive_type), intent(inout) :: archive  !< written or read
-      type(base_type), intent(inout) :: base        !< of the model
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
+      type(base_type), intent(inout) :: base        !< base of the model
       integer, intent(in) :: points                 !< measured
 
       call serialise_number(archive, base%kind, 0, base_kinds)
@@ -304,9 +304,9 @@ contains
 
    !> Save or restore the initial contacts, and their last scan.
    subroutine serialise_first(archive, first, vertices)
-      type(archive_type), intent(inout) :: archive       !< written or read
+      type(archive_type), intent(inout) :: archive       !< archive that is written or read
       type(first_contacts_type), intent(inout) :: first  !< first contacts, with memory
-      integer, intent(in) :: vertices                    !< of the model
+      integer, intent(in) :: vertices                    !< number of vertices of the model
 
       call serialise_list(archive, first%vertex, 1, vertices)
       call serialise_list(archive, first%edge, 1, vertices)
@@ -319,7 +319,7 @@ contains
 
    !> Save or restore values, times, and their blocks or points.
    subroutine serialise_largest(archive, simulation)
-      type(archive_type), intent(inout) :: archive        !< written or read
+      type(archive_type), intent(inout) :: archive        !< archive that is written or read
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       integer :: i, most
 
@@ -336,7 +336,7 @@ contains
 
    !> Save or restore a solver that has analysed the matrix.
    subroutine serialise_solver(archive, solver, matrix)
-      type(archive_type), intent(inout) :: archive  !< written or read
+      type(archive_type), intent(inout) :: archive  !< archive that is written or read
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(block_matrix_type), intent(in) :: matrix  !< matrix; only its pattern is read
       character(len=:), allocatable :: method
@@ -360,9 +360,9 @@ contains
 
    !> Save or restore the complete list: the next step inherits from it, and frames contain it.
    subroutine serialise_contacts(archive, contacts, blocks, neighbours, joints)
-      type(archive_type), target, intent(inout) :: archive  !< written or read
+      type(archive_type), target, intent(inout) :: archive  !< archive that is written or read
       type(contacts_type), intent(inout) :: contacts        !< list, replaced when read
-      type(blocks_type), intent(in) :: blocks               !< of the model
+      type(blocks_type), intent(in) :: blocks               !< blocks of the model
       type(neighbours_type), intent(in) :: neighbours       !< already written or read
       integer, intent(in) :: joints                         !< joint materials
       type(serialisation_type) :: serialisation
@@ -403,9 +403,9 @@ contains
 
    !> Save or restore pairs and probes of the last search, which cannot be recomputed.
    subroutine serialise_neighbours(archive, neighbours, blocks)
-      type(archive_type), intent(inout) :: archive        !< written or read
+      type(archive_type), intent(inout) :: archive        !< archive that is written or read
       type(neighbours_type), intent(inout) :: neighbours  !< replaced when read
-      type(blocks_type), intent(in) :: blocks             !< of the model
+      type(blocks_type), intent(in) :: blocks             !< blocks of the model
       integer :: pairs, probes, edges
 
       call serialise_label(archive, 'neighbours')

@@ -385,7 +385,7 @@ def test_check_warns_of_bodies_that_yield_and_are_thin(deep):
                    law="mohr_coulomb", cohesion=1e6, friction_angle=30.0)  # fmt: skip
     said = [words for words in words_of(model, "cells") if "which yields" in words]
     assert len(said) == (deep < 4)
-    assert all(f"'b1', which yields, are {deep} across 1 m" in words for words in said)
+    assert all(f"'b1', which yields, are only {deep} across 1 m" in words for words in said)
 
 
 def test_check_warns_of_slender_cells_in_offset_rows():

@@ -171,7 +171,7 @@ CHECKED = [
         {"damping_ratio": 0.05, "damping_band": [20.0, 50.0]},
         {},
         "warn",
-        "less damping beyond the band",
+        "less damping outside the band",
     ),
     ({"damping_ratio": 0.05}, {"gravity": [0.0, -9.81]}, "warn", "creep under their weight"),
     ({"damping_ratio": 0.05}, {"gravity": [0.0, -9.81], "settle": True}, "ok", "mechanisms"),
