@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Blocks in a netCDF file: its content, read and checked as numbers and names.
+!> Reader of blocks in a netCDF file, with checks of their numbers and names.
 !>
-!> Values are read only if sizes agree with each other, with the length of the file and
-!> with the free memory, so that false sizes cost neither time nor memory.  The format
-!> must be the classic one, because HDF5 crashes on some damaged files.
+!> Values are read only if sizes agree with each other, with the length of the file and with the
+!> free memory, so that wrong sizes cost neither time nor memory.  The format must be the classic
+!> format, because HDF5 crashes on some damaged files.
 module dda_block_file
    use, intrinsic :: iso_fortran_env, only: int8
    use dda_archive, only: archive_type, serialise, write_archive
@@ -31,7 +31,7 @@ module dda_block_file
 
    !> The blocks of a file.
    type :: block_file_type
-      integer, allocatable :: first(:)         !< [blocks+1] first vertex of each
+      integer, allocatable :: first(:)         !< [blocks+1] first vertex of each block
       real(wp), allocatable :: vertices(:,:)   !< [2, vertices] counter-clockwise, m
       integer, allocatable :: material(:)      !< [blocks] number in `materials`, 0: none given
       integer, allocatable :: body(:)          !< [blocks] number in `bodies`, 0: none
@@ -53,7 +53,7 @@ contains
 
    !> Read a file; an error names the file, the variable and the block.
    subroutine read_block_file(blocks, file, error)
-      type(block_file_type), intent(out) :: blocks  !< array; receives the values of the file
+      type(block_file_type), intent(out) :: blocks  !< receives the values of the file
       character(len=*), intent(in) :: file  !< path
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(reader_type) :: reader
@@ -93,24 +93,24 @@ contains
       if (allocated(error)) return
       if (transfer(head(:len(mark)), mark) /= mark) then
          call fail(error, error_input, reader%dataset%file// &
-            ' is not of the classic format of netCDF (NETCDF3_64BIT_OFFSET)')
+            ' does not have the classic netCDF format (NETCDF3_64BIT_OFFSET)')
       else if (.not. has_known_types(head)) then
-         call fail(error, error_input, reader%dataset%file//' is damaged, or not of the '// &
-            'classic format of netCDF (NETCDF3_64BIT_OFFSET): its header has unknown types')
+         call fail(error, error_input, reader%dataset%file//' is damaged, or does not have the '// &
+            'classic netCDF format (NETCDF3_64BIT_OFFSET): its header has unknown types')
       end if
    end subroutine check_file_length
 
    !> Read all variables and retain the first error.
    subroutine read_variables(reader, blocks)
-      type(reader_type), intent(inout) :: reader  !< open; retains the first error
-      type(block_file_type), intent(inout) :: blocks  !< filled
+      type(reader_type), intent(inout) :: reader  !< open file; retains the first error
+      type(block_file_type), intent(inout) :: blocks  !< receives the values
       integer, allocatable :: corners(:)
       integer :: n, vertices
 
       n = length_of(reader, 'corners', 1, int(most_blocks))
       vertices = length_of(reader, 'vertices', 2, most_vertices*n)
       if (allocated(reader%dataset%error)) return
-      if (n == 0) call refuse_file(reader, 'it contains no blocks')
+      if (n == 0) call refuse_file(reader, 'the file contains no blocks')
       call read_integers(reader, 'corners', n, corners)
       call find_first_vertices(reader, corners, vertices, blocks%first)
       call read_vertices(reader, vertices, blocks%vertices)
@@ -123,10 +123,10 @@ contains
       call read_numbers(reader, 'body', n, blocks%bodies, blocks%body)
    end subroutine read_variables
 
-   !> Record why the file cannot be used, unless a reason is known.
+   !> Set the reason why the file cannot be used, unless there is an earlier reason.
    subroutine refuse_file(reader, reason)
-      type(reader_type), intent(inout) :: reader  !< open; retains the first error
-      character(len=*), intent(in) :: reason  !< for a person
+      type(reader_type), intent(inout) :: reader  !< open file; retains the first error
+      character(len=*), intent(in) :: reason  !< reason
 
       if (.not. allocated(reader%dataset%error)) call fail(reader%dataset%error, error_input, &
          reader%dataset%file//': '//reason)
@@ -135,7 +135,7 @@ contains
    !> .true. if the file has a variable.
    logical function has_named(reader, name)
       type(reader_type), intent(in) :: reader  !< open
-      character(len=*), intent(in) :: name  !< of the variable
+      character(len=*), intent(in) :: name  !< name of the variable
       integer :: id
 
       has_named = nf90_inq_varid(reader%dataset%id, name, id) == nf90_noerr
@@ -143,8 +143,8 @@ contains
 
    !> Check kind, shape and size of a variable; return its last dimension, or 0 on failure.
    integer function length_of(reader, name, rank, most) result(length)
-      type(reader_type), intent(inout) :: reader  !< open; retains the first error
-      character(len=*), intent(in) :: name  !< of the variable
+      type(reader_type), intent(inout) :: reader  !< open file; retains the first error
+      character(len=*), intent(in) :: name  !< name of the variable
       integer, intent(in) :: rank  !< 1: numbers; 2: pairs of numbers
       integer, intent(in) :: most  !< largest number of values
       integer :: shape_of(2)
@@ -153,7 +153,7 @@ contains
       call find_shape(reader, name, rank, .false., shape_of)
       if (allocated(reader%dataset%error)) return
       if (rank == 2 .and. shape_of(1) /= 2) then
-         call refuse_file(reader, name//' must contain x and y of each, not '// &
+         call refuse_file(reader, name//' must contain x and y of each vertex, not '// &
             to_text(shape_of(1))//' numbers')
       else if (shape_of(rank) > most) then
          call refuse_file(reader, name//' contains '//to_text(shape_of(rank))// &
@@ -163,11 +163,11 @@ contains
       end if
    end function length_of
 
-   !> Lengths of the dimensions of a variable, the fastest first.
+   !> Find the lengths of the dimensions of a variable, fastest first.
    subroutine find_shape(reader, name, rank, text, shape_of)
-      type(reader_type), intent(inout) :: reader  !< open; retains the first error
-      character(len=*), intent(in) :: name  !< of the variable
-      integer, intent(in) :: rank  !< required number of dimensions
+      type(reader_type), intent(inout) :: reader  !< open file; retains the first error
+      character(len=*), intent(in) :: name  !< name of the variable
+      integer, intent(in) :: rank  !< required number of names of dimensions
       logical, intent(in) :: text  !< .true.: characters required; .false.: numbers
       integer, intent(out) :: shape_of(2)  !< lengths; 1 beyond `rank`
       integer, parameter :: numeric(*) = [nf90_double, nf90_float, nf90_int, &
@@ -200,8 +200,8 @@ contains
 
    !> Check that the values of a variable fit into the file and into free memory.
    subroutine check_bytes(reader, name, shape_of)
-      type(reader_type), intent(inout) :: reader  !< open; retains the first error
-      character(len=*), intent(in) :: name  !< of the variable
+      type(reader_type), intent(inout) :: reader  !< open file; retains the first error
+      character(len=*), intent(in) :: name  !< name of the variable
       integer, intent(in) :: shape_of(2)  !< lengths of the dimensions
       real(wp) :: values
 
@@ -218,9 +218,9 @@ contains
 
    !> Read whole numbers.
    subroutine read_integers(reader, name, n, values)
-      type(reader_type), intent(inout) :: reader  !< open; retains the first error
-      character(len=*), intent(in) :: name  !< of the variable
-      integer, intent(in) :: n  !< required number of values
+      type(reader_type), intent(inout) :: reader  !< open file; retains the first error
+      character(len=*), intent(in) :: name  !< name of the variable
+      integer, intent(in) :: n  !< required number of names of values
       integer, allocatable, intent(out) :: values(:)  !< [n], 0 on failure
       integer :: id, length, kind
 
@@ -241,7 +241,7 @@ contains
 
    !> Find the first vertex of each block from the numbers of their corners.
    subroutine find_first_vertices(reader, corners, vertices, first)
-      type(reader_type), intent(inout) :: reader  !< open; retains the first error
+      type(reader_type), intent(inout) :: reader  !< open file; retains the first error
       integer, intent(in) :: corners(:)  !< [blocks]
       integer, intent(in) :: vertices    !< number of vertices in the file
       integer, allocatable, intent(out) :: first(:)  !< [blocks+1]
@@ -259,9 +259,9 @@ contains
          to_text(first(b) - 1)//' corners, but vertices contains '//to_text(vertices))
    end subroutine find_first_vertices
 
-   !> Read the positions of corners, which must be usable numbers.
+   !> Read the positions of the corners, which must be finite and not too large.
    subroutine read_vertices(reader, n, vertices)
-      type(reader_type), intent(inout) :: reader  !< open; retains the first error
+      type(reader_type), intent(inout) :: reader  !< open file; retains the first error
       integer, intent(in) :: n  !< number of vertices
       real(wp), allocatable, intent(out) :: vertices(:,:)  !< [2, n] m
       integer :: id, v
@@ -275,16 +275,16 @@ contains
          if (allocated(reader%dataset%error)) return
          if (.not. all(abs(vertices(:, v)) <= usable)) call refuse_file(reader, 'vertex '// &
             to_text(v)//' is at ('//to_text(vertices(1, v))//', '//to_text(vertices(2, v))// &
-            '), which is not a position')
+            '): coordinates must be finite and not too large')
       end do
    end subroutine read_vertices
 
    !> Read names; blank if the file has no such variable.
    subroutine read_names(reader, name, names, n)
-      type(reader_type), intent(inout) :: reader  !< open; retains the first error
-      character(len=*), intent(in) :: name  !< of the variable
+      type(reader_type), intent(inout) :: reader  !< open file; retains the first error
+      character(len=*), intent(in) :: name  !< name of the variable
       character(len=name_length), allocatable, intent(out) :: names(:)  !< blank-padded
-      integer, intent(in), optional :: n  !< required number
+      integer, intent(in), optional :: n  !< required number of names
       character(len=:), allocatable :: text(:)
       integer :: id, i, last, shape_of(2)
 
@@ -314,9 +314,9 @@ contains
 
    !> Read positions in a list of names; 0 (none) if the file has no such variable.
    subroutine read_numbers(reader, name, n, names, numbers)
-      type(reader_type), intent(inout) :: reader  !< open; retains the first error
-      character(len=*), intent(in) :: name  !< of the variable
-      integer, intent(in) :: n  !< required number of values
+      type(reader_type), intent(inout) :: reader  !< open file; retains the first error
+      character(len=*), intent(in) :: name  !< name of the variable
+      integer, intent(in) :: n  !< required number of names of values
       character(len=*), intent(in) :: names(:)  !< list of names, numbered from 1
       integer, allocatable, intent(out) :: numbers(:)  !< [n]
       integer :: i

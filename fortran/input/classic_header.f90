@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Header of a netCDF file of the classic format, checked before the library reads it.
 !>
-!> The library (4.9) divides by the size of a variable's type, which is zero for invalid types,
-!> so that a damaged file would end the program.  Lists of dimensions,
-!> attributes and variables follow each other (NetCDF Classic Format Specification).
+!> The library (4.9) divides by the size of a variable's type.  For an invalid type this is zero, so
+!> that a damaged file would end the program.  The header has lists of dimensions, attributes and
+!> variables (NetCDF Classic Format Specification).
 module dda_classic_header
    use, intrinsic :: iso_fortran_env, only: int8
    use dda_kinds, only: long
@@ -16,14 +16,14 @@ module dda_classic_header
    !> A position in the header.
    type :: cursor_type
       integer(int8), allocatable :: bytes(:)
-      integer(long) :: at = 5          !< next byte, after the mark and the version
+      integer(long) :: at = 5          !< next byte; first after mark and version
       integer(long) :: offset_size = 4 !< bytes of the position of a variable
       logical :: good = .true.
    end type cursor_type
 
 contains
 
-   !> .true. if every attribute and variable has a valid type, and the header has its lists.
+   !> .true. if the header has its lists, and all attributes and variables have valid types.
    pure logical function has_known_types(bytes)
       integer(int8), intent(in) :: bytes(:)  !< bytes of the file, including the header
       type(cursor_type) :: cursor
@@ -78,7 +78,7 @@ contains
    !> Read the kind of a list and its number of entries, at most the length of the file.
    pure subroutine begin_list(cursor, n)
       type(cursor_type), intent(inout) :: cursor  !< before a list; on return, at the first entry
-      integer(long), intent(out) :: n  !< entries
+      integer(long), intent(out) :: n  !< number of entries
 
       call skip_bytes(cursor, 4_long)
       call read_number(cursor, n)
@@ -123,8 +123,8 @@ contains
 
    !> Skip a number of bytes, unless the file ends before.
    pure subroutine skip_bytes(cursor, bytes)
-      type(cursor_type), intent(inout) :: cursor  !< continues
-      integer(long), intent(in) :: bytes  !< to leave out
+      type(cursor_type), intent(inout) :: cursor  !< cursor to move
+      integer(long), intent(in) :: bytes  !< number of bytes
 
       cursor%good = cursor%good .and. cursor%at + bytes <= size(cursor%bytes) + 1
       if (cursor%good) cursor%at = cursor%at + bytes
@@ -132,7 +132,7 @@ contains
 
    !> Number of bytes, padded to a multiple of four.
    pure integer(long) function padded_size(bytes)
-      integer(long), intent(in) :: bytes  !< any
+      integer(long), intent(in) :: bytes  !< number of bytes
 
       padded_size = (bytes + 3)/4*4
    end function padded_size

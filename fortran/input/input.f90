@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Conversion of a namelist file into a model: all values checked, all names resolved.
+!> Conversion of a namelist file into a model, with all values checked and all names resolved.
 module dda_input
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type, error_input, fail
@@ -41,17 +41,17 @@ module dda_input
    public :: read_model_file, read_model
 
    integer(long), parameter :: largest_input = 1024_long**3  !< bytes
-   real(wp), parameter :: reading_bytes = 2.0_wp**20  !< bytes of memory for any input, measured
-   integer, parameter :: text_copies = 3  !< copies of the input, as a whole and by groups
+   real(wp), parameter :: reading_bytes = 2.0_wp**20  !< measured memory for any input, bytes
+   integer, parameter :: text_copies = 3  !< number of copies of the text in memory
 
 contains
 
    !> Read a model from a file, after changes to its text.
    subroutine read_model_file(model, file, error, changes)
-      type(model_type), intent(out) :: model  !< of the input
+      type(model_type), intent(out) :: model  !< model of the input
       character(len=*), intent(in) :: file  !< path
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      character(len=*), intent(in), optional :: changes(:) !< 'NAME=VALUE' each
+      character(len=*), intent(in), optional :: changes(:) !< changes, each 'NAME=VALUE'
       character(len=:), allocatable :: text
       type(change_type), allocatable :: wanted(:)
       integer :: i
@@ -67,11 +67,11 @@ contains
       if (.not. allocated(error)) call read_model(model, file, text, error)
    end subroutine read_model_file
 
-   !> Read a model from a text; files that it names are relative to the folder of `file`.
+   !> Read a model from a text; paths in it are relative to the folder of `file`.
    subroutine read_model(model, file, text, error)
-      type(model_type), intent(out) :: model  !< of the input
+      type(model_type), intent(out) :: model  !< model of the input
       character(len=*), intent(in) :: file   !< source of the text
-      character(len=*), intent(in) :: text  !< of the input
+      character(len=*), intent(in) :: text  !< text of the input
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(group_type), allocatable :: groups(:)
       type(control_values) :: control
@@ -141,7 +141,7 @@ contains
          'the group &control')
    end subroutine check_names
 
-   !> Return the error for a missing group that every input must have.
+   !> Set the error for a missing group that every input must have.
    subroutine refuse_missing(error, file, group)
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=*), intent(in) :: file, group  !< path; name of the group
@@ -151,7 +151,7 @@ contains
 
    !> Read the groups that appear once.
    subroutine read_settings(model, file, groups, control, error)
-      type(model_type), intent(inout) :: model  !< filled group by group
+      type(model_type), intent(inout) :: model  !< model; receives the values of groups
       character(len=*), intent(in) :: file  !< path
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(control_values), intent(out) :: control  !< of &control
@@ -189,7 +189,7 @@ contains
       !> Reject a setting that cannot be combined with the original rules.
       subroutine refuse_setting(is, why)
          logical, intent(in) :: is            !< of the input
-         character(len=*), intent(in) :: why  !< in words
+         character(len=*), intent(in) :: why  !< reason
 
          if (is .and. .not. allocated(error)) call fail(error, error_input, file// &
             ": contact_rules = 'original' of &contact "//why)
@@ -197,7 +197,7 @@ contains
 
    end subroutine read_settings
 
-   !> Default name of the output: that of the input with .nc, in the working folder.
+   !> Default name of the output: the name of the input with .nc, in the working folder.
    pure function default_output(file) result(name)
       character(len=*), intent(in) :: file  !< path
       character(len=:), allocatable :: name
@@ -213,7 +213,7 @@ contains
 
    !> Read materials, joints and motions.
    subroutine read_substances(model, file, folder, groups, error)
-      type(model_type), intent(inout) :: model  !< filled group by group
+      type(model_type), intent(inout) :: model  !< model; receives the values of groups
       character(len=*), intent(in) :: file, folder  !< path; folder of the path, '' or ending in '/'
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
@@ -270,11 +270,11 @@ contains
          'penetration_tolerance: the load determines the closure')
    end subroutine check_rules
 
-   !> Reject restitution and dashpots of joints unless contacts have springs and the own rules.
+   !> Reject restitution and dashpots of joints if contacts have no springs or other rules.
    subroutine refuse_damping(group, joints, contact, error)
-      type(group_type), intent(in) :: group  !< of the input
-      type(joint_type), intent(in) :: joints(:)  !< so far
-      type(contact_settings_type), intent(in) :: contact  !< contact of the same input
+      type(group_type), intent(in) :: group  !< group of the input
+      type(joint_type), intent(in) :: joints(:)  !< joints so far
+      type(contact_settings_type), intent(in) :: contact  !< settings of the contacts
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=:), allocatable :: variable
       integer :: j
@@ -290,14 +290,14 @@ contains
       if (contact%original_rules) call input_error(error, group, variable// &
          " cannot be combined with contact_rules = 'original' of &contact: leave out one of them")
       if (contact%penetration_tolerance > 0.0_wp) call input_error(error, group, variable// &
-         ' cannot be combined with penetration_tolerance of &contact, whose contacts have no '// &
-         'springs: leave out one of them')
+         ' cannot be combined with penetration_tolerance of &contact, because contacts then '// &
+         'have no springs: leave out one of them')
    end subroutine refuse_damping
 
    !> Reject initial velocities in a model that begins with a static stage.
    subroutine refuse_velocities(file, model, error)
       character(len=*), intent(in) :: file  !< path
-      type(model_type), intent(in) :: model  !< with its materials
+      type(model_type), intent(in) :: model  !< model with its materials
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: m
 
@@ -310,9 +310,9 @@ contains
       end do
    end subroutine refuse_velocities
 
-   !> .true. if samples are at equal steps of time.
+   !> .true. if samples are at equal time steps.
    pure logical function is_uniform(stages)
-      type(stage_type), intent(in) :: stages(:)  !< in order
+      type(stage_type), intent(in) :: stages(:)  !< stages in order
       real(wp), allocatable :: steps(:)
 
       steps = pack(stages%time_step, .not. stages%static)
@@ -322,7 +322,7 @@ contains
 
    !> Find the motions of the base by name.
    subroutine resolve_base_motion(model, groups, control, error)
-      type(model_type), intent(inout) :: model  !< filled group by group
+      type(model_type), intent(inout) :: model  !< model; receives the values of groups
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(control_values), intent(in) :: control  !< of &control
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
@@ -347,7 +347,7 @@ contains
 
    !> Read fixed points, loads and measured points.
    subroutine read_points(model, groups, error)
-      type(model_type), intent(inout) :: model  !< filled group by group
+      type(model_type), intent(inout) :: model  !< model; receives the values of groups
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(fixed_point_type) :: fixed
@@ -393,7 +393,7 @@ contains
 
    !> Read the amplifications that are printed after the run.
    subroutine read_amplifications(model, groups, error)
-      type(model_type), intent(inout) :: model  !< filled group by group
+      type(model_type), intent(inout) :: model  !< model; receives the values of groups
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer, allocatable :: own(:)

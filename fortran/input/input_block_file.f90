@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Group &blocks: the blocks of a netCDF file, with the materials and joints that it names.
+!> Group &blocks: the blocks of a netCDF file, and the materials and joints that the file names.
 module dda_input_block_file
    use dda_block_file, only: block_file_type, read_block_file
    use dda_errors, only: error_type
@@ -17,11 +17,11 @@ contains
 
    !> Read &blocks.
    subroutine read_block_group(group, source, folder, model, outlines, error)
-      type(group_type), intent(in) :: group      !< of the group
+      type(group_type), intent(in) :: group      !< group of the input
       integer, intent(in) :: source              !< number of the group
       character(len=*), intent(in) :: folder     !< folder of the input, '' or ending in '/'
       type(model_type), intent(inout) :: model !< model with materials and joints; receives the file
-      type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
+      type(outlines_type), intent(inout) :: outlines         !< outlines; new blocks are added
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(block_file_type) :: found
       type(error_type), allocatable :: failure
@@ -43,15 +43,15 @@ contains
       model%block_files = [model%block_files, block_source_type(path, found%checksum)]
    end subroutine read_block_group
 
-   !> Add the blocks of a file, each a valid polygon.
+   !> Add the blocks of a file, whose polygons must be valid.
    subroutine add_blocks(group, path, found, source, m, j, model, outlines, error)
-      type(group_type), intent(in) :: group          !< of the group
+      type(group_type), intent(in) :: group          !< group of the input
       character(len=*), intent(in) :: path           !< path of the file, for messages
       type(block_file_type), intent(in) :: found     !< content of the file
       integer, intent(in) :: source                  !< number of the group
-      integer, intent(in) :: m, j                    !< material and joint of blocks that name none
+      integer, intent(in) :: m, j                    !< material and joint of blocks without names
       type(model_type), intent(in) :: model          !< model with its materials and joints
-      type(outlines_type), intent(inout) :: outlines !< the new blocks are added
+      type(outlines_type), intent(inout) :: outlines !< outlines; new blocks are added
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer, allocatable :: materials(:), joints(:)
       character(len=:), allocatable :: failure
@@ -82,12 +82,12 @@ contains
 
    !> Find the positions in the model of the materials or joints that a file uses.
    subroutine find_names(group, path, kind, names, used, known, usual, positions, error)
-      type(group_type), intent(in) :: group      !< of the group
+      type(group_type), intent(in) :: group      !< group of the input
       character(len=*), intent(in) :: path, kind !< path of the file; 'material' or 'joint'
-      character(len=*), intent(in) :: names(:)   !< in the file
+      character(len=*), intent(in) :: names(:)   !< names in the file
       integer, intent(in) :: used(:)             !< numbers of the names that are used; 0: none
       character(len=*), intent(in) :: known(:)   !< known names
-      integer, intent(in) :: usual               !< position for 0
+      integer, intent(in) :: usual               !< position for number 0
       integer, allocatable, intent(out) :: positions(:)      !< [0:names]
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=:), allocatable :: hint

@@ -23,7 +23,7 @@ contains
 
    !> .true. if a group makes blocks.
    pure logical function is_block_group(name)
-      character(len=*), intent(in) :: name       !< of the group
+      character(len=*), intent(in) :: name       !< name of the group
 
       is_block_group = any(name == [character(len=6) :: 'block', 'blocks', 'layers', 'drums', &
          'wall'])
@@ -31,11 +31,11 @@ contains
 
    !> Read any of the block groups.
    subroutine read_blocks(group, source, folder, model, outlines, error)
-      type(group_type), intent(in) :: group      !< of the group
+      type(group_type), intent(in) :: group      !< group of the input
       integer, intent(in) :: source              !< number of the group
       character(len=*), intent(in) :: folder     !< folder of the input, '' or ending in '/'
       type(model_type), intent(inout) :: model   !< model with its materials and joints
-      type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
+      type(outlines_type), intent(inout) :: outlines         !< outlines; new blocks are added
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       select case (group%name)
@@ -54,21 +54,21 @@ contains
 
    !> Check that the name of generated blocks leaves space for their number.
    subroutine check_stem(group, name, error)
-      type(group_type), intent(in) :: group      !< of the input
+      type(group_type), intent(in) :: group      !< group of the input
       character(len=*), intent(in) :: name       !< text as in the input
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       if (len_trim(name) > longest_stem) call input_error(error, group, 'name = '//quoted(name)// &
          ' is too long: at most '//to_text(longest_stem)// &
-         ' characters, since the blocks get numbers')
+         ' characters, because numbers are added to it')
    end subroutine check_stem
 
    !> Read &block: one polygon.
    subroutine read_block(group, source, model, outlines, error)
-      type(group_type), intent(in) :: group      !< of the input
+      type(group_type), intent(in) :: group      !< group of the input
       integer, intent(in) :: source              !< number of the group
       type(model_type), intent(in) :: model      !< model with its materials and joints
-      type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
+      type(outlines_type), intent(inout) :: outlines         !< outlines; new blocks are added
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(block_values) :: own
       integer, allocatable :: joints(:)
@@ -86,10 +86,10 @@ contains
 
    !> Add a block if its polygon is simple and counter-clockwise.
    subroutine add_block(group, own, material, joints, source, outlines, error)
-      type(group_type), intent(in) :: group   !< of the input
-      type(block_values), intent(in) :: own   !< its values
-      integer, intent(in) :: material, joints(:), source !< positions in the model; of the group
-      type(outlines_type), intent(inout) :: outlines         !< gets the block
+      type(group_type), intent(in) :: group   !< group of the input
+      type(block_values), intent(in) :: own   !< values of the group
+      integer, intent(in) :: material, joints(:), source !< positions; number of the group
+      type(outlines_type), intent(inout) :: outlines         !< receives the block
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=:), allocatable :: failure
 
@@ -104,9 +104,9 @@ contains
 
    !> Find the joints of a block's edges; an edge without a name has the joint of the block.
    subroutine resolve_edges(group, model, edges, joint, names, joints, error)
-      type(group_type), intent(in) :: group          !< of the input
-      type(model_type), intent(in) :: model          !< with its joints
-      integer, intent(in) :: edges                   !< of the block
+      type(group_type), intent(in) :: group          !< group of the input
+      type(model_type), intent(in) :: model          !< model with its joints
+      integer, intent(in) :: edges                   !< number of edges of the block
       integer, intent(in) :: joint  !< joint of the block, position in the model's list
       character(len=*), intent(in) :: names(:)       !< names of the first edges, or blank
       integer, allocatable, intent(out) :: joints(:) !< [edges] positions in the model's list
@@ -122,11 +122,11 @@ contains
       end do
    end subroutine resolve_edges
 
-   !> Set stress due to weight in the new blocks of a group, if requested.
+   !> Set the stress due to weight in the new blocks of a group, if requested.
    subroutine set_weight_stress(group, rest, model, outlines, first, error)
-      type(group_type), intent(in) :: group      !< of the input
+      type(group_type), intent(in) :: group      !< group of the input
       type(rest_values), intent(in) :: rest      !< values of the variables of initial stress
-      type(model_type), intent(in) :: model      !< with its gravity
+      type(model_type), intent(in) :: model      !< model with its gravity
       type(outlines_type), intent(inout) :: outlines         !< outlines with the new blocks
       integer, intent(in) :: first               !< number of the first new block
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
@@ -142,10 +142,10 @@ contains
 
    !> Read &layers: a stack of equal layers.
    subroutine read_layers(group, source, model, outlines, error)
-      type(group_type), intent(in) :: group      !< of the input
+      type(group_type), intent(in) :: group      !< group of the input
       integer, intent(in) :: source              !< number of the group
       type(model_type), intent(in) :: model      !< model with its materials and joints
-      type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
+      type(outlines_type), intent(inout) :: outlines         !< outlines; new blocks are added
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(layers_values) :: own
       integer :: m, j, first
@@ -162,10 +162,10 @@ contains
 
    !> Read &drums: a column of drums, tapering from `width` to `top_width`.
    subroutine read_drums(group, source, model, outlines, error)
-      type(group_type), intent(in) :: group      !< of the input
+      type(group_type), intent(in) :: group      !< group of the input
       integer, intent(in) :: source              !< number of the group
       type(model_type), intent(in) :: model      !< model with its materials and joints
-      type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
+      type(outlines_type), intent(inout) :: outlines         !< outlines; new blocks are added
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(drums_values) :: own
       integer :: m, j
@@ -180,10 +180,10 @@ contains
 
    !> Read &wall: running bond.
    subroutine read_wall(group, source, model, outlines, error)
-      type(group_type), intent(in) :: group      !< of the input
+      type(group_type), intent(in) :: group      !< group of the input
       integer, intent(in) :: source              !< number of the group
       type(model_type), intent(in) :: model      !< model with its materials and joints
-      type(outlines_type), intent(inout) :: outlines         !< the new blocks are added
+      type(outlines_type), intent(inout) :: outlines         !< outlines; new blocks are added
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(wall_values) :: own
       integer :: m, j, first
@@ -193,7 +193,7 @@ contains
       call find_substances(group, own%naming, model, m, j, error)
       if (allocated(error)) return
       if (own%head_joint >= 0.5_wp*own%brick_length) call input_error(error, group, &
-         'head_joint = '//to_text(own%head_joint)//' m leaves nothing of half a brick of '// &
+         'head_joint = '//to_text(own%head_joint)//' m must be shorter than half of '// &
          'brick_length = '//to_text(own%brick_length)//' m')
       if (real(own%courses, wp)*own%bricks > most_blocks) call input_error(error, group, &
          'courses = '//to_text(own%courses)//' of '//to_text(own%bricks)//' bricks are more '// &

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> All blocks of an input: read, moved to the engine's origin, and checked as a whole.
+!> Reading of all blocks of an input: they are moved to the engine's origin and checked together.
 module dda_input_bodies
    use dda_kinds, only: wp, long
    use dda_blocks, only: set_blocks
@@ -17,12 +17,12 @@ module dda_input_bodies
    private
    public :: read_bodies
 
-   real(wp), parameter :: touching = 1.0e-6_wp     !< overlap over the size of the smaller block
-   real(wp), parameter :: farthest = 1.0e9_wp  !< m; farther positions have no digits left for gaps
+   real(wp), parameter :: touching = 1.0e-6_wp     !< tolerated overlap over the smaller block
+   real(wp), parameter :: farthest = 1.0e9_wp  !< m: rounding errors would exceed gaps
    real(wp), parameter :: least_extent = 1.0e-9_wp !< m
-   !> size of a block relative to the model: smaller ones are rounding
+   !> least size of a block over the model: smaller blocks are rounding errors
    real(wp), parameter :: least_share = 1.0e-9_wp
-   !> side of a block relative to the model: shorter ones have no direction
+   !> least side of a block over the model: shorter sides have no direction
    real(wp), parameter :: least_side = 1.0e-12_wp
    real(wp), parameter :: least_area = 1.0e-12_wp  !< smallest area of a block over its squared size
    integer(long), parameter :: block_bytes = 7500  !< bytes per block of a wall, measured
@@ -68,7 +68,7 @@ contains
       if (allocated(error)) call name_block_files(error, model)
    end subroutine read_bodies
 
-   !> Name the block files in an error, since rejected blocks may be from them.
+   !> Name the block files in an error, because rejected blocks may come from them.
    subroutine name_block_files(error, model)
       type(error_type), intent(inout) :: error  !< error of the blocks as a whole
       type(model_type), intent(in) :: model  !< model with its block files
@@ -81,8 +81,8 @@ contains
 
    !> Add vertical stress due to weight to buried blocks, in addition to that of their material.
    pure subroutine stress_by_weight(model, outlines)
-      type(model_type), intent(inout) :: model  !< with its blocks
-      type(outlines_type), intent(in) :: outlines  !< of all blocks
+      type(model_type), intent(inout) :: model  !< model with its blocks
+      type(outlines_type), intent(in) :: outlines  !< outlines of all blocks
       integer :: b
 
       associate (blocks => model%blocks, weight => norm2(model%control%gravity))
@@ -93,10 +93,10 @@ contains
       end associate
    end subroutine stress_by_weight
 
-   !> Check that positions and sizes preserve the shape of every block in spite of rounding.
+   !> Check that rounding of positions does not change the shape of any block.
    subroutine check_sizes(groups, outlines, error)
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
-      type(outlines_type), intent(in) :: outlines  !< of all blocks
+      type(outlines_type), intent(in) :: outlines  !< outlines of all blocks
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=:), allocatable :: failure
       real(wp) :: extent
@@ -122,9 +122,9 @@ contains
       extent = maxval(maxval(places, 2) - minval(places, 2))
    end function extent_of
 
-   !> First block with a vertex too far away; 0 if there is none.
+   !> First block with a vertex that is too far away; 0 if there is none.
    pure integer function first_distant_block(outlines) result(b)
-      type(outlines_type), intent(in) :: outlines  !< of all blocks
+      type(outlines_type), intent(in) :: outlines  !< outlines of all blocks
 
       do b = 1, outlines%n
          if (.not. all(abs(outlines%vertices(:, outlines%first(b):outlines%first(b + 1) - 1)) &
@@ -133,7 +133,7 @@ contains
       b = 0
    end function first_distant_block
 
-   !> Reason why a block is too small for a model of some extent; blank if it is not.
+   !> Reason why a block is too small for a model of a given size, or blank.
    pure function too_small_reason(vertices, extent) result(failure)
       real(wp), intent(in) :: vertices(:,:), extent  !< [2, vertices] m; size of the model, m
       character(len=:), allocatable :: failure
@@ -165,7 +165,7 @@ contains
    subroutine check_overlap(model, groups, source, error)
       type(model_type), intent(in) :: model  !< model as read from the input
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
-      integer, intent(in) :: source(:)  !< [blocks] number of the group of each
+      integer, intent(in) :: source(:)  !< [blocks] number of the group of each block
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(neighbours_type) :: near
       real(wp) :: depth

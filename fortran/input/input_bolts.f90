@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Groups &bolt: bolts and cables between two anchors, with or without further points, or grouted
+!> Groups &bolt: bolts and cables between two anchors, which may have further points or be grouted
 !> through joints.
 module dda_input_bolts
    use dda_kinds, only: wp
@@ -20,7 +20,7 @@ contains
 
    !> Read all bolts of an input.
    subroutine read_bolts(model, groups, error)
-      type(model_type), intent(inout) :: model  !< with its blocks
+      type(model_type), intent(inout) :: model  !< model with its blocks
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(bolt_values) :: own
@@ -45,8 +45,8 @@ contains
 
    !> Check values that depend on each other.
    subroutine check_values(own, group, error)
-      type(bolt_values), intent(in) :: own   !< as read
-      type(group_type), intent(in) :: group  !< of the input
+      type(bolt_values), intent(in) :: own   !< values of the group
+      type(group_type), intent(in) :: group  !< group of the input
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       associate (n => size(own%through, 2))
@@ -60,10 +60,10 @@ contains
 
    !> Make the springs of a bolt: one between its ends, or a pair at each joint that it crosses.
    subroutine make_bolt(model, group, own, new, error)
-      type(model_type), intent(in) :: model  !< with its blocks
-      type(group_type), intent(in) :: group  !< of the input
-      type(bolt_values), intent(in) :: own   !< as read
-      type(bolt_type), allocatable, intent(out) :: new(:)  !< the springs
+      type(model_type), intent(in) :: model  !< model with its blocks
+      type(group_type), intent(in) :: group  !< group of the input
+      type(bolt_values), intent(in) :: own   !< values of the group
+      type(bolt_type), allocatable, intent(out) :: new(:)  !< springs
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(bolt_type) :: bolt
       real(wp) :: point(2, size(own%through, 2) + 2)
@@ -100,12 +100,12 @@ contains
       end if
    end subroutine make_bolt
 
-   !> Check that the points of a bolt are apart, and not all in one block.
+   !> Check that the points of a bolt are at different positions and not all in one block.
    subroutine check_points(model, group, point, owner, error)
-      type(model_type), intent(in) :: model  !< with its blocks
-      type(group_type), intent(in) :: group  !< of the group
+      type(model_type), intent(in) :: model  !< model with its blocks
+      type(group_type), intent(in) :: group  !< group of the input
       real(wp), intent(in) :: point(:,:)  !< [2,points] m, in the coordinates of the engine
-      integer, intent(in) :: owner(:)     !< [points] block of each
+      integer, intent(in) :: owner(:)     !< [points] block of each point
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: k
 
@@ -115,7 +115,7 @@ contains
          quoted(trim(model%block_names(owner(1)))))
       do k = 1, size(owner) - 1
          if (norm2(point(:, k + 1) - point(:, k)) > 0.0_wp) cycle
-         call input_error(error, group, 'two points of the bolt that follow each other are at '// &
+         call input_error(error, group, 'two successive points of the bolt are at '// &
             'the same position, ('//to_text(point(1, k) + model%origin(1))//', '// &
             to_text(point(2, k) + model%origin(2))//')')
       end do
@@ -124,8 +124,8 @@ contains
    !> Make a spring between positions of blocks.
    pure type(bolt_type) function spring_between(blocks, bolt, owner, places) result(spring)
       type(blocks_type), intent(in) :: blocks  !< blocks of the model
-      type(bolt_type), intent(in) :: bolt  !< its law
-      integer, intent(in) :: owner(:)  !< [points] block of each
+      type(bolt_type), intent(in) :: bolt  !< law of the bolt
+      integer, intent(in) :: owner(:)  !< [points] block of each point
       real(wp), intent(in) :: places(:,:)  !< [2,points] m
       integer :: k
 
@@ -141,11 +141,11 @@ contains
    !> Add a pair of springs where a straight bolt passes from one block to the next.
    subroutine grout_crossings(blocks, group, bolt, from, to, ends, new, error)
       type(blocks_type), intent(in) :: blocks  !< blocks of the model
-      type(group_type), intent(in) :: group  !< of the input
-      type(bolt_type), intent(in) :: bolt  !< its law
-      real(wp), intent(in) :: from(2), to(2)  !< ends, m
+      type(group_type), intent(in) :: group  !< group of the input
+      type(bolt_type), intent(in) :: bolt  !< law of the bolt
+      real(wp), intent(in) :: from(2), to(2)  !< ends of the bolt, m
       integer, intent(in) :: ends(2)  !< blocks that contain the ends
-      type(bolt_type), allocatable, intent(out) :: new(:)  !< the springs
+      type(bolt_type), allocatable, intent(out) :: new(:)  !< springs
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp), allocatable :: cut(:)
       real(wp) :: at
@@ -169,8 +169,8 @@ contains
    !> Find crossings of a segment with edges, as ascending fractions of its length.
    pure subroutine find_cuts(blocks, from, to, cut)
       type(blocks_type), intent(in) :: blocks  !< blocks of the model
-      real(wp), intent(in) :: from(2), to(2)  !< ends, m
-      real(wp), allocatable, intent(out) :: cut(:)  !< 0 … 1
+      real(wp), intent(in) :: from(2), to(2)  !< ends of the bolt, m
+      real(wp), allocatable, intent(out) :: cut(:)  !< fractions, 0 … 1
       real(wp) :: edge(2), along(2), apart(2), determinant, s, t
       integer :: v, k
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Groups &boundary: edges of the outline that are fixed, on springs, or absorb waves.
+!> Groups &boundary: edges of the outline that are fixed, rest on springs, or absorb waves.
 !>
 !> Fixed edges become fixed points at the Gauss points of the edges; other edges become
 !> boundaries or free fields of the model.  Incoming motions are recorded.
@@ -32,8 +32,8 @@ module dda_input_boundaries
    type :: kind_type
       character(len=16) :: name
       character(len=16) :: at_rest  !< equivalent kind in models with static stages only
-      character(len=6) :: direction !< direction in static stages, if not given; blank: none
-      logical :: holds              !< becomes fixed points
+      character(len=6) :: direction !< default direction in static stages, or blank
+      logical :: holds              !< consists of fixed points
       logical :: absorbs            !< absorbs waves by dashpots of a half-space along the edges
    end type kind_type
 
@@ -49,7 +49,7 @@ module dda_input_boundaries
 
    !> A group as read.
    type, extends(boundary_values) :: reading_type
-      type(kind_type) :: is                    !< its kind
+      type(kind_type) :: is                    !< kind of the boundary
    end type reading_type
 
 contains
@@ -90,14 +90,14 @@ contains
       end do
    end subroutine read_boundaries
 
-   !> .true. if the boundary consists of fixed points, which act in one direction or two.
+   !> .true. if the boundary consists of fixed points.
    pure logical function is_fixed_kind(reading)  ! total
-      type(reading_type), intent(in) :: reading  !< as read
+      type(reading_type), intent(in) :: reading  !< group as read
 
       is_fixed_kind = reading%is%holds .or. reading%motion_is == 'within'
    end function is_fixed_kind
 
-   !> Effective kind of a group: 'fixed' for a base that follows its motion 'within'.
+   !> Effective kind of a group: 'fixed' if motion_is = 'within'.
    pure function effective_kind(group) result(kind)
       type(group_type), intent(in) :: group  !< &boundary, checked
       character(len=:), allocatable :: kind
@@ -109,7 +109,7 @@ contains
       if (own%motion_is == 'within') kind = 'fixed'
    end function effective_kind
 
-   !> Reject dashpots alone under gravity in a dynamic stage: the model would sink without limit.
+   !> Reject support by dashpots alone under gravity: the model would sink without limit.
    subroutine check_rest(model, groups, error)
       type(model_type), intent(in) :: model  !< model with boundaries and stages
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
@@ -129,8 +129,8 @@ contains
 
    !> Read the variables of a group.
    subroutine read_boundary(group, reading, error)
-      type(group_type), intent(in) :: group  !< of the input
-      type(reading_type), intent(out) :: reading  !< as read
+      type(group_type), intent(in) :: group  !< group of the input
+      type(reading_type), intent(out) :: reading  !< group as read
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: k
 
@@ -144,16 +144,16 @@ contains
 
    !> .true. if the boundary follows a motion, or has an incoming motion.
    pure logical function has_motion(reading)  ! total
-      class(boundary_values), intent(in) :: reading  !< as read
+      class(boundary_values), intent(in) :: reading  !< values of the group
 
       has_motion = any([reading%motion_x, reading%motion_y] /= '')
    end function has_motion
 
-   !> Check the values of a kind of boundary, and what it needs of the model.
+   !> Check the values of a boundary, and the properties of the model that its kind requires.
    subroutine check_kind(reading, group, model, error)
       type(reading_type), intent(inout) :: reading  !< reading as read; defaults are set
-      type(group_type), intent(in) :: group  !< of the input
-      type(model_type), intent(in) :: model  !< with its motions
+      type(group_type), intent(in) :: group  !< group of the input
+      type(model_type), intent(in) :: model  !< model with its motions
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       if (reading%direction == '') reading%direction = reading%is%direction
@@ -174,8 +174,8 @@ contains
    !> Tie the left side to the right side, one width away.
    subroutine tie_sides(model, group, reading, pieces, error)
       type(model_type), intent(inout) :: model  !< receives the ties
-      type(group_type), intent(in) :: group  !< of the input
-      type(reading_type), intent(in) :: reading  !< as read
+      type(group_type), intent(in) :: group  !< group of the input
+      type(reading_type), intent(in) :: reading  !< group as read
       type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< both sides
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(edge_piece_type), allocatable :: left(:), right(:)
@@ -201,7 +201,7 @@ contains
 
    !> .true. if the left side is tied or welded to the right side.
    pure logical function are_tied(model)
-      type(model_type), intent(in) :: model  !< with its blocks
+      type(model_type), intent(in) :: model  !< model with its blocks
 
       are_tied = size(model%ties) > 0
       if (.not. are_tied) are_tied = any(is_shifted(model%welds))
@@ -209,7 +209,7 @@ contains
 
    !> Reject a model with both tied sides and free fields.
    subroutine reject_ties_and_fields(group, error)
-      type(group_type), intent(in) :: group  !< of the input
+      type(group_type), intent(in) :: group  !< group of the input
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       call input_error(error, group, "kind = 'tied' and kind = 'free_field' both "// &
@@ -219,15 +219,15 @@ contains
    !> Add a free field beyond a side.
    subroutine add_free_field(model, group, reading, pieces, error)
       type(model_type), intent(inout) :: model  !< model that receives the free field
-      type(group_type), intent(in) :: group  !< of the input
-      type(reading_type), intent(in) :: reading  !< as read
+      type(group_type), intent(in) :: group  !< group of the input
+      type(reading_type), intent(in) :: reading  !< group as read
       type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< the side
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(free_field_type) :: field
 
       field%side = reading%edges%side(:len(field%side))
       if (all(field%side /= ['left ', 'right'])) call input_error(error, group, &
-         "kind = 'free_field' needs side = 'left' or side = 'right', and takes all of it")
+         "kind = 'free_field' needs side = 'left' or side = 'right', and includes the whole side")
       if (are_tied(model)) call reject_ties_and_fields(group, error)
       if (any(model%free_fields%side == field%side)) call input_error(error, group, &
          'this side has a free field already')
@@ -251,10 +251,10 @@ contains
          field=size(model%free_fields))]
    end subroutine add_free_field
 
-   !> Highest corner of parts of edges.
+   !> Return the highest corner of parts of edges.
    pure type(point_type) function highest_corner(blocks, pieces) result(top)
       type(blocks_type), intent(in) :: blocks         !< blocks of the model
-      type(edge_piece_type), intent(in) :: pieces(:)  !< one at least
+      type(edge_piece_type), intent(in) :: pieces(:)  !< parts, at least one
       integer :: corner(2*size(pieces)), highest
 
       corner = [pieces%edge, blocks%next(pieces%edge)]
@@ -263,9 +263,9 @@ contains
          blocks%vertex(:, highest))
    end function highest_corner
 
-   !> The name of a group, or a substitute.
+   !> Name of a group, or a substitute.
    pure character(len=name_length) function label(reading, words)
-      type(reading_type), intent(in) :: reading  !< as read
+      type(reading_type), intent(in) :: reading  !< group as read
       character(len=*), intent(in) :: words      !< text for a boundary without a name
 
       label = reading%name
@@ -274,9 +274,9 @@ contains
 
    !> Add supports or dashpots at the Gauss points of the parts.
    subroutine add_boundary(model, group, reading, pieces, error)
-      type(model_type), intent(inout) :: model  !< receives it
-      type(group_type), intent(in) :: group  !< of the input
-      type(reading_type), intent(in) :: reading  !< as read
+      type(model_type), intent(inout) :: model  !< receives the boundary
+      type(group_type), intent(in) :: group  !< group of the input
+      type(reading_type), intent(in) :: reading  !< group as read
       type(edge_piece_type), intent(in) :: pieces(:)  !< edges
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(boundary_type) :: new
@@ -315,8 +315,8 @@ contains
    !> The incoming motion is half of the outcrop motion.
    pure type(boundary_motion_type) function mean_motion(blocks, boundary, name) result(mean)
       type(blocks_type), intent(in) :: blocks        !< blocks of the model
-      type(boundary_type), intent(in) :: boundary    !< compliant
-      character(len=*), intent(in) :: name           !< of it
+      type(boundary_type), intent(in) :: boundary    !< compliant boundary
+      character(len=*), intent(in) :: name           !< name of the boundary
       integer :: i
 
       mean%name = name
@@ -330,8 +330,8 @@ contains
 
    !> Find the Gauss points of parts, and their fixed directions.
    function boundary_points(model, reading, pieces) result(points)
-      type(model_type), intent(in) :: model  !< with its blocks
-      type(reading_type), intent(in) :: reading  !< as read
+      type(model_type), intent(in) :: model  !< model with its blocks
+      type(reading_type), intent(in) :: reading  !< group as read
       type(edge_piece_type), intent(in) :: pieces(:)  !< edges
       type(fixed_point_type), allocatable :: points(:)  !< [2 × pieces]
       real(wp) :: reference(2, 2), normal(2)
@@ -363,8 +363,8 @@ contains
    subroutine set_half_space(boundary, model, reading, group, error)
       type(boundary_type), intent(inout) :: boundary  !< with its pieces
       type(model_type), intent(in) :: model  !< model with its blocks and materials
-      type(reading_type), intent(in) :: reading  !< as read
-      type(group_type), intent(in) :: group  !< of the input
+      type(reading_type), intent(in) :: reading  !< group as read
+      type(group_type), intent(in) :: group  !< group of the input
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(material_type) :: own
       real(wp) :: density, speed(2), moduli(3, 3)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Edges of the groups &boundary: none may have two boundaries in one direction.
+!> Edges of the groups &boundary; no edge may have two boundaries in the same direction.
 module dda_input_boundary_edges
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -13,17 +13,17 @@ module dda_input_boundary_edges
    private
    public :: claim_edges
 
-   real(wp), parameter :: least_share = 1.0e-9_wp   !< fraction of an edge: smallest common part
-   real(wp), parameter :: parallel = 1.0e-6_wp      !< sine of the angle between two directions
+   real(wp), parameter :: least_share = 1.0e-9_wp   !< smallest common part over the edge
+   real(wp), parameter :: parallel = 1.0e-6_wp      !< sine of the angle between equal directions
 
 contains
 
    !> Add the parts of a group; reject parts that have a boundary in the same direction.
    subroutine claim_edges(model, lines, group, pieces, direction, error)
-      type(model_type), intent(inout) :: model  !< receives them
+      type(model_type), intent(inout) :: model  !< model; receives the parts
       integer, intent(in) :: lines(:)  !< [groups &boundary so far] line numbers in the input
-      type(group_type), intent(in) :: group  !< of the input
-      type(edge_piece_type), intent(in) :: pieces(:)  !< that it takes
+      type(group_type), intent(in) :: group  !< group of the input
+      type(edge_piece_type), intent(in) :: pieces(:)  !< parts of the group
       character(len=*), intent(in) :: direction  !< direction as in `boundary_edge_type`
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       logical :: taken(size(model%blocks%owner))
@@ -50,9 +50,9 @@ contains
    !> .true. if a part overlaps a part of another group, and both act in one direction.
    pure logical function overlaps(blocks, piece, direction, other)
       type(blocks_type), intent(in) :: blocks         !< blocks of the model
-      type(edge_piece_type), intent(in) :: piece      !< number of steps
+      type(edge_piece_type), intent(in) :: piece      !< new part
       character(len=*), intent(in) :: direction       !< direction of the new boundary
-      type(boundary_edge_type), intent(in) :: other   !< taken
+      type(boundary_edge_type), intent(in) :: other   !< existing part
       real(wp) :: a(2), b(2)
 
       overlaps = piece%edge == other%piece%edge .and. min(piece%to, other%piece%to) &
@@ -77,7 +77,7 @@ contains
 
    !> Text of a block: its name, or its number if it has none.
    pure function name_of(model, b) result(name)
-      type(model_type), intent(in) :: model  !< with its blocks
+      type(model_type), intent(in) :: model  !< model with its blocks
       integer, intent(in) :: b               !< number of the block
       character(len=:), allocatable :: name
 

@@ -32,7 +32,7 @@ contains
       end do
    end function groups_with
 
-   !> The variables of a group; none if there is no such group.
+   !> Variables of a group; none if there is no such group.
    pure function variables_of(group) result(list)
       character(len=*), intent(in) :: group           !< name, in lower case
       type(variable_type), allocatable :: list(:)
@@ -60,7 +60,7 @@ contains
       end do
    end function find_variable
 
-   !> Message for an unknown group, or a group for `sitedda build`: the closest name, or all.
+   !> Message for an unknown group, or a group for `sitedda build`, with a suggestion or all names.
    pure function unknown_group(name, file) result(message)
       character(len=*), intent(in) :: name            !< text as in the input
       character(len=*), intent(in) :: file            !< path of the input
@@ -80,9 +80,9 @@ contains
       end associate
    end function unknown_group
 
-   !> Message for an unknown variable: the groups that have it, or the closest and all names.
+   !> Message for an unknown variable, with the groups that have it, or a suggestion and all names.
    pure function unknown_variable(group, name) result(message)
-      character(len=*), intent(in) :: group           !< that exists
+      character(len=*), intent(in) :: group           !< name of the group
       character(len=*), intent(in) :: name            !< text as in the input
       character(len=:), allocatable :: message
       type(variable_type), allocatable :: own(:)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Variables of an input changed by name, as --set does: 'time_step=5e-4',
+!> Changes of variables of an input by name, as by --set: 'time_step=5e-4',
 !> 'joint[bedding].friction_angle=30', 'material.clay.density=1900', 'joint[*].cohesion=0'.
 module dda_input_changes
    use dda_errors, only: error_type, error_input, fail
@@ -32,7 +32,7 @@ module dda_input_changes
 
 contains
 
-   !> Parse 'NAME=VALUE'; without an equals sign the change has no path.
+   !> Parse 'NAME=VALUE'; without an equals sign the path is not allocated.
    pure type(change_type) function typed_change(words) result(change)
       character(len=*), intent(in) :: words  !< as typed
       integer :: equals
@@ -42,11 +42,11 @@ contains
       change%value = words(equals + 1:)
    end function typed_change
 
-   !> Apply changes to the text, one after the other; every line retains its number.
+   !> Apply changes to the text, one after the other; line numbers do not change.
    subroutine change_text(file, text, changes, error)
       character(len=*), intent(in) :: file                  !< path, for messages
-      character(len=:), allocatable, intent(inout) :: text  !< of the input
-      type(change_type), intent(inout) :: changes(:)        !< find their variables
+      character(len=:), allocatable, intent(inout) :: text  !< text of the input
+      type(change_type), intent(inout) :: changes(:)        !< changes; their variables are found
       type(error_type), allocatable, intent(inout) :: error !< error; an earlier one is retained
       type(group_type), allocatable :: groups(:)
       integer :: i
@@ -60,9 +60,9 @@ contains
 
    !> Apply one change.
    subroutine apply_change(change, groups, text, error)
-      type(change_type), intent(in) :: change       !< with its variable
+      type(change_type), intent(in) :: change       !< change with its variable
       type(group_type), intent(inout) :: groups(:)  !< groups of the text; some receive values
-      character(len=:), allocatable, intent(inout) :: text   !< of the input
+      character(len=:), allocatable, intent(inout) :: text   !< text of the input
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer, allocatable :: own(:)
       logical, allocatable :: chosen(:)
@@ -93,9 +93,9 @@ contains
       text = text//'&'//change%group//' '//new//' /'//newline
    end subroutine apply_change
 
-   !> Return an error that names the change.
+   !> Set an error that names the change.
    pure subroutine refuse_change(change, message, error)
-      type(change_type), intent(in) :: change  !< with its path
+      type(change_type), intent(in) :: change  !< change with its path
       character(len=*), intent(in) :: message  !< sentence without the full stop
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
@@ -105,8 +105,8 @@ contains
    !> Find group, name and variable of a path.
    subroutine resolve_path(change, groups, text, error)
       type(change_type), intent(inout) :: change  !< change with its path and value
-      type(group_type), intent(in) :: groups(:)   !< of the text
-      character(len=*), intent(in) :: text        !< of the input
+      type(group_type), intent(in) :: groups(:)   !< groups of the text
+      character(len=*), intent(in) :: text        !< text of the input
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: dot, last
 
@@ -137,11 +137,11 @@ contains
          call refuse_change(change, 'a value is needed', error)
    end subroutine resolve_path
 
-   !> Find the only group to which a variable without a group can belong.
+   !> Find the only group that can have a variable given without a group.
    subroutine find_owner_group(change, groups, text, error)
       type(change_type), intent(inout) :: change  !< change with the name of its variable
-      type(group_type), intent(in) :: groups(:)   !< of the text
-      character(len=*), intent(in) :: text        !< of the input
+      type(group_type), intent(in) :: groups(:)   !< groups of the text
+      character(len=*), intent(in) :: text        !< text of the input
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(group_entry_type), allocatable :: homes(:)
       character(len=2*len(input_variables%name)), allocatable :: paths(:)
@@ -149,7 +149,7 @@ contains
       integer :: i, g
 
       homes = input_groups(groups_with(change%name))
-      ! Joints and masonry count if there are any.
+      ! Groups of `sitedda build` count only if the input has them.
       if (.not. all(homes%built)) homes = pack(homes, .not. homes%built .or. &
          [(any([(groups(i)%name == homes(g)%name, i=1, size(groups))]), g=1, size(homes))])
       if (any(homes%name == 'control')) homes = pack(homes, homes%name == 'control')
@@ -162,7 +162,7 @@ contains
          do i = 1, size(homes)
             paths(i) = trim(homes(i)%name)//'.'//change%name
          end do
-         call refuse_change(change, 'this is a variable of several groups: name one, as '// &
+         call refuse_change(change, 'several groups have this variable: name one, for example '// &
             joined(paths, ' or '), error)
       else if (find_group(change%name) > 0) then
          call refuse_change(change, 'this is a group: name a variable of it, as '//change%name// &
@@ -173,11 +173,11 @@ contains
       end if
    end subroutine find_owner_group
 
-   !> .true. if a variable of that group can be meant.
-   !> It needs no other variable, or the needed one is given in the text, or is the default.
+   !> .true. if the variable of this group may be meant: it depends on no other variable, or the
+   !> other variable has a suitable value in the text or by default.
    pure logical function is_meant(text, groups, group, variable)
-      character(len=*), intent(in) :: text              !< of the input
-      type(group_type), intent(in) :: groups(:)         !< of the text
+      character(len=*), intent(in) :: text              !< text of the input
+      type(group_type), intent(in) :: groups(:)         !< groups of the text
       character(len=*), intent(in) :: group, variable   !< names
       integer :: i
 
@@ -194,8 +194,8 @@ contains
 
    !> .true. if a group of that name gives the variable in the text.
    pure logical function is_given(text, groups, group, variable)
-      character(len=*), intent(in) :: text              !< of the input
-      type(group_type), intent(in) :: groups(:)         !< of the text
+      character(len=*), intent(in) :: text              !< text of the input
+      type(group_type), intent(in) :: groups(:)         !< groups of the text
       character(len=*), intent(in) :: group, variable   !< names
       type(group_type) :: one
       type(error_type), allocatable :: error
@@ -213,10 +213,10 @@ contains
       end do
    end function is_given
 
-   !> Text that suggests the most similar name; otherwise the known names.
+   !> Suggest the most similar name, or list the known names.
    pure function names_hint(word, words, otherwise) result(hint)
       character(len=*), intent(in) :: word, words(:)  !< unknown word; known words
-      character(len=*), intent(in) :: otherwise  !< words before the list of known ones, or none
+      character(len=*), intent(in) :: otherwise  !< words before the list of known names, or none
       character(len=:), allocatable :: hint
       integer :: i
 
@@ -240,7 +240,7 @@ contains
 
    !> Find the named variable in an existing group.
    subroutine find_variable(change, error)
-      type(change_type), intent(inout) :: change  !< with its group
+      type(change_type), intent(inout) :: change  !< change with its group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: g, v
 
@@ -261,7 +261,7 @@ contains
       end associate
    end subroutine find_variable
 
-   !> Value as written in an input: texts in quotes, logical values with dots.
+   !> Value in the syntax of an input: texts in quotes, logical values with dots.
    pure function value_text(change) result(text)
       type(change_type), intent(in) :: change  !< change with its value and variable
       character(len=:), allocatable :: text
@@ -279,7 +279,7 @@ contains
       text = "'"//text//"'"
    end function value_text
 
-   !> Mark the groups that a change selects: the only one, one by name or number, or all (*).
+   !> Mark the groups that a change selects: the only group, a group by name or number, or all (*).
    subroutine mark_groups(change, names, chosen, error)
       type(change_type), intent(in) :: change   !< change with group and name
       character(len=*), intent(in) :: names(:)  !< names of the groups of its kind, or blank
@@ -300,7 +300,7 @@ contains
       else if (change%which == '' .and. size(names) > 1 .and. &
          input_groups(find_group(change%group))%repeats) then
          call refuse_change(change, 'the input has '//to_text(size(names))//' groups &'// &
-            change%group//' ('//name_list(known)//'); name one, as '//change%group//'['// &
+            change%group//' ('//name_list(known)//'); name one, for example '//change%group//'['// &
             trim(known(1))//'].'//change%name//', or all: '//change%group//'[*].'//change%name, &
             error)
       else if (.not. any(chosen)) then
@@ -314,10 +314,10 @@ contains
    !> Set or remove the variable in one group.
    !> A duration removes the number of steps, and vice versa.
    subroutine set_in_group(text, last, spans, change, new)
-      character(len=:), allocatable, intent(inout) :: text  !< of the input
-      integer, intent(in) :: last                !< the slash of the group
-      type(span_type), intent(in) :: spans(:)    !< its assignments
-      type(change_type), intent(in) :: change    !< with its variable
+      character(len=:), allocatable, intent(inout) :: text  !< text of the input
+      integer, intent(in) :: last                !< position of the slash of the group
+      type(span_type), intent(in) :: spans(:)    !< assignments of the group
+      type(change_type), intent(in) :: change    !< change with its variable
       character(len=*), intent(in) :: new        !< 'NAME = VALUE'; blank: remove
       character(len=:), allocatable :: other
       character(len=len(input_variables%name)) :: names(size(spans))
@@ -337,9 +337,9 @@ contains
       end do
    end subroutine set_in_group
 
-   !> The line ends of a text.
+   !> Return the line ends of a text.
    pure function line_ends(text) result(ends)
-      character(len=*), intent(in) :: text  !< of a value
+      character(len=*), intent(in) :: text  !< text of a value
       character(len=:), allocatable :: ends
       integer :: i
 

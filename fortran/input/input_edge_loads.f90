@@ -17,14 +17,14 @@ module dda_input_edge_loads
    private
    public :: read_edge_loads
 
-   real(wp), parameter :: covered = 1.0e-6_wp  !< fraction of a line that may lie on no edge
+   real(wp), parameter :: covered = 1.0e-6_wp  !< largest fraction of a line off all edges
    real(wp), parameter :: least_slope = 0.5_wp !< sine of the slope of an upstream face: 30°
 
 contains
 
    !> Read all groups &traction and &water of an input.
    subroutine read_edge_loads(model, groups, error)
-      type(model_type), intent(inout) :: model  !< with its blocks
+      type(model_type), intent(inout) :: model  !< model with its blocks
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(edge_load_type) :: new
@@ -52,7 +52,7 @@ contains
    !> Set the initial ends of the parts.
    pure subroutine mark_ends(blocks, load)
       type(blocks_type), intent(in) :: blocks  !< blocks in their initial state
-      type(edge_load_type), intent(inout) :: load  !< with its pieces
+      type(edge_load_type), intent(inout) :: load  !< load with its parts
       integer :: k, i
 
       if (allocated(load%ends)) deallocate (load%ends)
@@ -67,9 +67,9 @@ contains
 
    !> Read &traction.
    subroutine read_traction(group, model, new, error)
-      type(group_type), intent(in) :: group  !< of the input
-      type(model_type), intent(in) :: model  !< with its blocks
-      type(edge_load_type), intent(out) :: new  !< by the group
+      type(group_type), intent(in) :: group  !< group of the input
+      type(model_type), intent(in) :: model  !< model with its blocks
+      type(edge_load_type), intent(out) :: new  !< values of the group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       type(traction_values) :: own
@@ -93,8 +93,8 @@ contains
    !> Set the depth of the reservoir whose water moves with the steep edges of a load.
    subroutine set_reservoir(load, model, group, depth, error)
       type(edge_load_type), intent(inout) :: load  !< load with its pieces and level
-      type(model_type), intent(in) :: model  !< with its blocks
-      type(group_type), intent(in) :: group  !< of the input
+      type(model_type), intent(in) :: model  !< model with its blocks
+      type(group_type), intent(in) :: group  !< group of the input
       real(wp), intent(in) :: depth          !< as given, m
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp) :: wet, along(2)
@@ -105,7 +105,7 @@ contains
       load%reservoir = wet
       if (given(group, 'reservoir_depth')) load%reservoir = depth
       if (wet <= 0.0_wp) then
-         call input_error(error, group, 'added_mass: none of the edges is below the level')
+         call input_error(error, group, 'added_mass: no selected edge is below the level')
       else if (load%reservoir < (1.0_wp - covered)*wet) then
          call input_error(error, group, 'reservoir_depth = '//to_text(depth)// &
             ' m is less than the depth of water at these edges, '//to_text(wet)//' m')
@@ -119,11 +119,11 @@ contains
       end do
    end subroutine set_reservoir
 
-   !> Set the times of a load; without times it acts for ever.
+   !> Set the times of a load; without times it acts forever.
    subroutine set_times(load, time, group, error)
-      type(edge_load_type), intent(inout) :: load  !< its times
+      type(edge_load_type), intent(inout) :: load  !< load; receives the times
       real(wp), intent(in) :: time(:)        !< as given, s
-      type(group_type), intent(in) :: group  !< of the input
+      type(group_type), intent(in) :: group  !< group of the input
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       load%held = size(time) == 0
@@ -134,9 +134,9 @@ contains
 
    !> Set the values of a variable at the times of a load; one value applies to all times.
    subroutine set_values(load, group, name, given_values, values, error)
-      type(edge_load_type), intent(in) :: load  !< its times
-      type(group_type), intent(in) :: group  !< of the input
-      character(len=*), intent(in) :: name  !< of the variable
+      type(edge_load_type), intent(in) :: load  !< load; receives the times
+      type(group_type), intent(in) :: group  !< group of the input
+      character(len=*), intent(in) :: name  !< name of the variable
       real(wp), intent(in) :: given_values(:)  !< one at least
       real(wp), allocatable, intent(out) :: values(:)  !< [times]
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
@@ -144,14 +144,14 @@ contains
       values = given_values
       if (size(values) == 1) values = spread(values(1), 1, size(load%time))
       if (size(values) /= size(load%time)) call input_error(error, group, name// &
-         ' must have one value, or as many as time ('//to_text(size(load%time))//')')
+         ' must have one value, or as many values as time ('//to_text(size(load%time))//')')
    end subroutine set_values
 
    !> Read &water.
    subroutine read_water(group, model, new, error)
-      type(group_type), intent(in) :: group  !< of the input
-      type(model_type), intent(in) :: model  !< with its blocks
-      type(edge_load_type), intent(out) :: new  !< by the group
+      type(group_type), intent(in) :: group  !< group of the input
+      type(model_type), intent(in) :: model  !< model with its blocks
+      type(edge_load_type), intent(out) :: new  !< values of the group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(water_values) :: own
 
@@ -172,11 +172,11 @@ contains
       new%held = .true.
    end subroutine read_water
 
-   !> Edges that water may act on: all, those of joints between blocks, or those of the outline.
+   !> Edges on which water may act: all edges, edges of joints between blocks, or the outline.
    subroutine find_wettable_edges(model, group, own, pieces, error)
-      type(model_type), intent(in) :: model  !< with its blocks
-      type(group_type), intent(in) :: group  !< of the group
-      type(water_values), intent(in) :: own  !< its values
+      type(model_type), intent(in) :: model  !< model with its blocks
+      type(group_type), intent(in) :: group  !< group of the input
+      type(water_values), intent(in) :: own  !< values of the group
       type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< of edges
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       logical :: all_blocks(model%blocks%n), wanted(size(model%joints))
@@ -197,10 +197,10 @@ contains
       end associate
    end subroutine find_wettable_edges
 
-   !> Parts of whole edges that remain without some parts of them, in the same order.
+   !> Parts of whole edges that remain after the removal of some parts, in the same order.
    function remaining_parts(edges, pieces) result(left)
-      type(edge_piece_type), intent(in) :: edges(:)   !< whole ones
-      type(edge_piece_type), intent(in) :: pieces(:)  !< to leave out
+      type(edge_piece_type), intent(in) :: edges(:)   !< whole edges
+      type(edge_piece_type), intent(in) :: pieces(:)  !< parts to remove
       type(edge_piece_type), allocatable :: left(:)
       type(edge_piece_type) :: rest
       integer :: i, k, n
@@ -235,9 +235,9 @@ contains
 
    !> Set a phreatic line within the model.
    subroutine set_surface(load, model, group, points, error)
-      type(edge_load_type), intent(inout) :: load  !< with its pieces
-      type(model_type), intent(in) :: model  !< with its blocks
-      type(group_type), intent(in) :: group  !< of the group
+      type(edge_load_type), intent(inout) :: load  !< load with its parts
+      type(model_type), intent(in) :: model  !< model with its blocks
+      type(group_type), intent(in) :: group  !< group of the input
       real(wp), intent(in) :: points(:,:)    !< [2,points] points of the line, m
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp), allocatable :: line(:,:)
@@ -271,12 +271,12 @@ contains
       words = to_text(point(1))//', '//to_text(point(2))
    end function position_text
 
-   !> Set heads or pressures at the points of a line on edges, straight between the points.
+   !> Set heads or pressures at the points of a line on edges, with linear interpolation.
    subroutine set_line(load, model, group, own, error)
       type(edge_load_type), intent(inout) :: load  !< load with the pieces on which it may act
-      type(model_type), intent(in) :: model  !< with its blocks
-      type(group_type), intent(in) :: group  !< of the group
-      type(water_values), intent(in) :: own  !< its values
+      type(model_type), intent(in) :: model  !< model with its blocks
+      type(group_type), intent(in) :: group  !< group of the input
+      type(water_values), intent(in) :: own  !< values of the group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp), allocatable :: line(:,:), values(:)
       type(edge_piece_type), allocatable :: all(:), found(:)
@@ -305,7 +305,7 @@ contains
       type(edge_load_type), intent(inout) :: load  !< load with the earlier pieces
       type(blocks_type), intent(in) :: blocks  !< blocks in their initial state
       real(wp), intent(in) :: segment(2, 2), values(2)  !< ends of the segment, m; pressures, Pa
-      type(edge_piece_type), intent(in) :: pieces(:)  !< on it
+      type(edge_piece_type), intent(in) :: pieces(:)  !< parts on the segment
       real(wp) :: more(2, size(pieces))
       integer :: k, i
 
@@ -324,7 +324,7 @@ contains
       type(blocks_type), intent(in) :: blocks     !< blocks in their initial state
       type(edge_piece_type), intent(in) :: piece  !< of an edge
       integer, intent(in) :: i                    !< end of the part, 1 or 2
-      real(wp), intent(in) :: segment(2, 2)       !< its ends, m
+      real(wp), intent(in) :: segment(2, 2)       !< ends of the segment, m
       real(wp) :: along(2)
 
       along = segment(:, 2) - segment(:, 1)
@@ -334,10 +334,10 @@ contains
 
    !> Check that all of a segment lies on edges.
    subroutine check_cover(model, group, segment, pieces, error)
-      type(model_type), intent(in) :: model  !< with its blocks
-      type(group_type), intent(in) :: group  !< of the group
-      real(wp), intent(in) :: segment(2, 2)  !< its ends, m
-      type(edge_piece_type), intent(in) :: pieces(:)  !< on it
+      type(model_type), intent(in) :: model  !< model with its blocks
+      type(group_type), intent(in) :: group  !< group of the input
+      real(wp), intent(in) :: segment(2, 2)  !< ends of the segment, m
+      type(edge_piece_type), intent(in) :: pieces(:)  !< parts on the segment
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp) :: along(2), done, reach, share(2)
       logical :: further

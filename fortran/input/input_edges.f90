@@ -2,7 +2,7 @@
 !> Edges that a group selects: by a side of the model, along a polyline, or by blocks and the
 !> numbers of their edges.  A part must satisfy all given criteria and belong to the outline.
 !>
-!> A group that acts on edges includes the part `edges` of the schema.
+!> Groups that act on edges include the part `edges` of the schema.
 module dda_input_edges
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -19,14 +19,14 @@ module dda_input_edges
 
 contains
 
-   !> Select the parts of the outline that a group names; none is an input error.
+   !> Select the parts of the outline that satisfy the criteria of a group; none is an input error.
    subroutine choose_edges(group, edges, model, pieces, error, side)
-      type(group_type), intent(in) :: group          !< of the input
+      type(group_type), intent(in) :: group          !< group of the input
       type(edges_values), intent(in) :: edges        !< criteria of the group
-      type(model_type), intent(in) :: model          !< with its blocks
+      type(model_type), intent(in) :: model          !< model with its blocks
       type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< parts in the order of blocks
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      character(len=*), intent(in), optional :: side !< side that replaces the one of the group
+      character(len=*), intent(in), optional :: side !< side that replaces the side of the group
       logical :: wanted(model%blocks%n)
       character(len=name_length) :: own
       real(wp), allocatable :: line(:,:)
@@ -36,7 +36,7 @@ contains
       own = edges%side
       if (present(side)) own = side
       if (own == '' .and. size(edges%along) == 0 .and. edges%blocks == '') &
-         call input_error(error, group, 'it names no edges; give side, along, or blocks')
+         call input_error(error, group, 'the group selects no edges; give side, along, or blocks')
       wanted = edges%blocks == ''
       call mark_names(edges%blocks, 'blocks', model%block_names, group, wanted, error)
       if (size(edges%along) > 0) call take_polyline(group, 'along', edges%along, &
@@ -51,20 +51,20 @@ contains
       if (own /= '') pieces = pieces_on_side(model%blocks, pieces, trim(own))
       if (allocated(line)) pieces = pieces_along(model%blocks, pieces, line)
       if (size(pieces) == 0) call input_error(error, group, &
-         'no edge of the outline is there; an edge that another block touches is not part of it')
+         'no edge of the outline is selected; it excludes edges that another block touches')
    end subroutine choose_edges
 
    !> Convert a polyline to the engine's coordinates.
    subroutine take_polyline(group, name, points, origin, line, error)
-      type(group_type), intent(in) :: group  !< of the input
-      character(len=*), intent(in) :: name  !< of the variable
+      type(group_type), intent(in) :: group  !< group of the input
+      character(len=*), intent(in) :: name  !< name of the variable
       real(wp), intent(in) :: points(:,:)   !< [2,points] positions, m
       real(wp), intent(in) :: origin(2)  !< origin of the engine's coordinates, m
       real(wp), allocatable, intent(out) :: line(:,:)  !< [2,points] m
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       if (size(points, 2) < 2) call input_error(error, group, name//' has '// &
-         to_text(size(points))//' values; it needs x and y of two points at least')
+         to_text(size(points))//' values; x and y of at least two points are needed')
       line = points - spread(origin, 2, size(points, 2))
    end subroutine take_polyline
 

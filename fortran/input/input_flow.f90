@@ -21,14 +21,14 @@ module dda_input_flow
    private
    public :: read_flow
 
-   real(wp), parameter :: least = 1.0e-6_wp  !< smallest fraction of an edge that is a channel
+   real(wp), parameter :: least = 1.0e-6_wp  !< least length of a channel over its edge
 
-   !> Nodes with flow are solved together by a dense factor: 4000 need some seconds per step.
+   !> most nodes with flow, which a dense factor solves together (4000: some seconds per step)
    integer, parameter :: most_nodes = 4000
 
 contains
 
-   !> Read everything in an input on water that flows.
+   !> Read the groups &flow and &flow_boundary of an input.
    subroutine read_flow(model, groups, error)
       type(model_type), intent(inout) :: model  !< model with its blocks and edge loads
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
@@ -69,7 +69,7 @@ contains
    !> Reject more nodes with flow than can be solved together.
    subroutine limit_nodes(flow, group, error)
       type(flow_type), intent(in) :: flow    !< with its nodes
-      type(group_type), intent(in) :: group  !< of the input
+      type(group_type), intent(in) :: group  !< group of the input
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: n
 
@@ -82,10 +82,10 @@ contains
 
    !> Read the law of the water in the joints of a group; the first group sets the flow state.
    subroutine read_law(model, group, i, own, law_of, error)
-      type(model_type), intent(inout) :: model   !< with flow
-      type(group_type), intent(in) :: group      !< of the input
-      integer, intent(in) :: i                   !< its number
-      type(flow_values), intent(out) :: own      !< its values
+      type(model_type), intent(inout) :: model   !< model with flow
+      type(group_type), intent(in) :: group      !< group of the input
+      integer, intent(in) :: i                   !< number of the group
+      type(flow_values), intent(out) :: own      !< values of the group
       integer, intent(inout) :: law_of(:)        !< [joints] group of each joint; 0: none
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       logical :: wanted(size(law_of))
@@ -121,7 +121,7 @@ contains
       type(flow_type), intent(inout) :: flow   !< flow; receives channels and positions of nodes
       type(blocks_type), intent(in) :: blocks  !< blocks in their initial state
       integer, intent(in) :: law_of(:)         !< [joints] group of each joint; 0: none
-      real(wp), intent(in) :: longest(:)       !< [groups] channel, m
+      real(wp), intent(in) :: longest(:)       !< [groups] longest channel, m
       type(neighbours_type) :: neighbours
       integer :: p, e, f, law, n
 
@@ -150,12 +150,12 @@ contains
 
    !> Add the channels of two edges, if they lie along each other.
    subroutine add_channels(channels, count, blocks, edges, law, longest)
-      type(channel_type), allocatable, intent(inout) :: channels(:)  !< lengthened where needed
-      integer, intent(inout) :: count          !< of them
+      type(channel_type), allocatable, intent(inout) :: channels(:)  !< list to append to
+      integer, intent(inout) :: count          !< number of channels
       type(blocks_type), intent(in) :: blocks  !< blocks in their initial state
       integer, intent(in) :: edges(2)          !< edges by their first vertices
       integer, intent(in) :: law               !< group &flow
-      real(wp), intent(in) :: longest          !< channel, m
+      real(wp), intent(in) :: longest          !< longest channel, m
       type(channel_type) :: channel
       real(wp) :: span(2), length
       integer :: i, k, n, side
@@ -178,7 +178,7 @@ contains
                      - blocks%position(1:2, blocks%owner(edges(side)))
                end do
             end do
-            if (count == size(channels)) channels = [channels, channels]  ! twice as many
+            if (count == size(channels)) channels = [channels, channels]  ! double the memory
             count = count + 1
             channels(count) = channel
          end do
@@ -186,7 +186,7 @@ contains
    end subroutine add_channels
 
    !> Number the ends of channels; ends at the same position are one node.
-   !> Cells of a grid contain their nodes as linked lists.
+   !> Nodes are found by the cells of a grid, which have linked lists of nodes.
    pure subroutine number_nodes(flow, blocks)
       type(flow_type), intent(inout) :: flow   !< flow; receives nodes and their positions
       type(blocks_type), intent(in) :: blocks  !< blocks in their initial state
@@ -222,7 +222,7 @@ contains
 
       !> Find a node within reach of a position; 0 if there is none.
       pure integer function find_near_node(at, position)
-         integer, intent(in) :: at(2)         !< its cell
+         integer, intent(in) :: at(2)         !< cell of the position
          real(wp), intent(in) :: position(2)  !< m
          integer :: i, j
 
@@ -241,7 +241,7 @@ contains
    !> Set initial pressure and saturation.
    pure subroutine set_first_state(flow, own, origin)
       type(flow_type), intent(inout) :: flow     !< with its nodes
-      type(flow_values), intent(in) :: own(:)    !< of the groups
+      type(flow_values), intent(in) :: own(:)    !< values of the group
       real(wp), intent(in) :: origin             !< y of the engine's coordinates, m
       integer :: c, k
 
@@ -261,8 +261,8 @@ contains
 
    !> Read &flow_boundary.
    subroutine read_boundary(model, group, error)
-      type(model_type), intent(inout) :: model  !< with flow
-      type(group_type), intent(in) :: group     !< of the input
+      type(model_type), intent(inout) :: model  !< model with flow
+      type(group_type), intent(in) :: group     !< group of the input
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(flow_boundary_values) :: own
       type(flow_boundary_type) :: new
@@ -273,11 +273,11 @@ contains
       if (size(own%along) > 0) call take_polyline(group, 'along', own%along, model%origin, line, &
          error)
       if (own%side == '' .and. size(own%along) == 0) call input_error(error, group, &
-         'it names no nodes; give side or along')
+         'the group selects no nodes; give side or along')
       if (allocated(error)) return
       new%node = find_nodes(model, own, line)
       if (size(new%node) == 0) call input_error(error, group, &
-         'no node of a joint with water is there')
+         'no node of a joint with water lies at this side or line')
       new%inflow = given(group, 'inflow')
       new%head = given(group, 'head')
       new%dry_above = new%head
@@ -287,14 +287,14 @@ contains
       if (size(own%time) > 0) call check_times(error, group, own%time)
       if (size(new%value) == 1) new%value = spread(new%value(1), 1, size(new%time))
       if (size(new%value) /= size(new%time)) call input_error(error, group, 'head, pressure or '// &
-         'inflow must have one value, or as many as time ('//to_text(size(new%time))//')')
+         'inflow must have one value, or as many values as time ('//to_text(size(new%time))//')')
       if (.not. allocated(error)) model%flow%boundary = [model%flow%boundary, new]
    end subroutine read_boundary
 
    !> Find nodes on a side of the model, on a polyline, or on both.
    pure function find_nodes(model, own, line) result(list)
-      type(model_type), intent(in) :: model            !< with flow
-      type(flow_boundary_values), intent(in) :: own    !< as read
+      type(model_type), intent(in) :: model            !< model with flow
+      type(flow_boundary_values), intent(in) :: own    !< values of the group
       real(wp), allocatable, intent(in) :: line(:,:)   !< [2,points] m; not allocated: none
       integer, allocatable :: list(:)
       logical :: wanted(size(model%flow%pressure))
@@ -335,8 +335,8 @@ contains
       is_on = .false.
    end function is_on
 
-   !> Set heads of nodes on faces under water, by &water or a level of &traction.
-   !> In joints, the water is that of &flow.
+   !> Set the heads of nodes on faces under water from &water or a level of &traction.
+   !> In joints, &flow gives the water pressure.
    subroutine set_water(model, groups, error)
       type(model_type), intent(inout) :: model   !< model with flow and edge loads
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
@@ -351,7 +351,7 @@ contains
          associate (water => model%edge_loads(load), group => groups(at(load)))
             if (water%kind == load_uniform) cycle
             if (.not. has_no_channel(model, load)) call input_error(error, group, &
-               'it acts on joints, whose pressure comes from &flow; set acts_on = ''faces''')
+               'it acts on joints, whose pressure is given by &flow; set acts_on = ''faces''')
             if (water%kind /= load_level .and. any(abs(water%normal - 1.0_wp) > 0.0_wp)) &
                call input_error(error, group, &
                'scale cannot be used together with &flow')

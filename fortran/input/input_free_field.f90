@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Column of a free-field side: the blocks up to the first vertical line that cuts no block; its
-!> right face must match its left face.
+!> Column of a free-field side: the blocks up to the first vertical line that cuts no block; the
+!> left and right faces of the column must match.
 module dda_input_free_field
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -19,15 +19,15 @@ module dda_input_free_field
    private
    public :: find_column, check_columns, check_ties
 
-   real(wp), parameter :: touching = 1.0e-6_wp  !< closed gaps over half the model size
+   real(wp), parameter :: touching = 1.0e-6_wp  !< largest closed gap over half the model size
 
 contains
 
    !> Find blocks and ties of the column at a side.
    subroutine find_column(model, group, field, error)
-      type(model_type), intent(in) :: model  !< with its blocks
-      type(group_type), intent(in) :: group  !< of the input
-      type(free_field_type), intent(inout) :: field  !< with its side
+      type(model_type), intent(in) :: model  !< model with its blocks
+      type(group_type), intent(in) :: group  !< group of the input
+      type(free_field_type), intent(inout) :: field  !< free field with its side
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(blocks_type) :: column
       type(edge_piece_type), allocatable :: left(:), right(:)
@@ -48,7 +48,7 @@ contains
       width = maxval(column%vertex(1, :)) - minval(column%vertex(1, :))
       if (.not. cover_same_heights(column, left, right)) then
          call input_error(error, group, 'the column of blocks at the '//trim(field%side)// &
-            ' side, '//to_text(width)//' m wide, does not meet its own image: its left and '// &
+            ' side, '//to_text(width)//' m wide, does not match its own image: its left and '// &
             'right faces must be vertical, without gaps and at the same heights')
          return
       end if
@@ -58,10 +58,10 @@ contains
 
    !> Check that ties have the springs of the contacts.
    subroutine check_ties(model, group, blocks, ties, error)
-      type(model_type), intent(in) :: model  !< with its joints
-      type(group_type), intent(in) :: group  !< of the input
-      type(blocks_type), intent(in) :: blocks  !< that are tied
-      type(tie_type), intent(in) :: ties(:)    !< all of them
+      type(model_type), intent(in) :: model  !< model with its joints
+      type(group_type), intent(in) :: group  !< group of the input
+      type(blocks_type), intent(in) :: blocks  !< tied blocks
+      type(tie_type), intent(in) :: ties(:)    !< ties
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: i, k
 
@@ -80,7 +80,7 @@ contains
    !> Find blocks between a side and the first vertical line that passes between blocks.
    pure subroutine blocks_at_side(blocks, outward, list)
       type(blocks_type), intent(in) :: blocks  !< blocks of the model
-      real(wp), intent(in) :: outward          !< −1: the left side; 1: the right one
+      real(wp), intent(in) :: outward          !< −1: left side; 1: right side
       integer, allocatable, intent(out) :: list(:)
       real(wp) :: near(blocks%n), far(blocks%n), line, before, small
       integer :: b
@@ -103,7 +103,7 @@ contains
 
    !> .true. if two lists of vertical faces cover the same heights, without gaps.
    pure logical function cover_same_heights(blocks, one, other)
-      type(blocks_type), intent(in) :: blocks         !< of the column
+      type(blocks_type), intent(in) :: blocks         !< blocks of the column
       type(edge_piece_type), intent(in) :: one(:), other(:)  !< faces
       real(wp) :: span(3, 2)
 
@@ -127,9 +127,9 @@ contains
       end function height_range
    end function cover_same_heights
 
-   !> Check that no removal and no edge load acts on blocks of columns, which do not support them.
+   !> Reject removals of blocks of columns, and edge loads on them.
    subroutine check_columns(model, groups, error)
-      type(model_type), intent(in) :: model  !< complete
+      type(model_type), intent(in) :: model  !< complete model
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(boundary_values) :: boundary

@@ -26,7 +26,7 @@ contains
 
    !> .true. if the input gives a number.
    pure logical elemental function is_set_real(value) result(is)
-      real(wp), intent(in) :: value           !< in its unit
+      real(wp), intent(in) :: value           !< value in its unit
 
       is = value /= unset
    end function is_set_real
@@ -38,7 +38,7 @@ contains
       is = value /= -huge(value)
    end function is_set_integer
 
-   !> The given value, or a substitute if none is given.
+   !> Given value, or a substitute.
    pure elemental real(wp) function value_or(value, otherwise)
       real(wp), intent(in) :: value, otherwise  !< value as read, or `unset`; substitute
 
@@ -48,16 +48,16 @@ contains
    !> Positions of the groups with a given name.
    pure function positions(groups, name) result(list)
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
-      character(len=*), intent(in) :: name       !< of groups
+      character(len=*), intent(in) :: name       !< name of the groups
       integer, allocatable :: list(:)
       integer :: i
 
       list = pack([(i, i=1, size(groups))], [(groups(i)%name == name, i=1, size(groups))])
    end function positions
 
-   !> Find the values of a variable in a group; 0 if missing, an error if required.
+   !> Find the values of a variable in a group; 0 if missing, with an error if it is required.
    pure subroutine find_values(group, v, i, error)
-      type(group_type), intent(in) :: group  !< of the input
+      type(group_type), intent(in) :: group  !< group of the input
       integer, intent(in) :: v               !< position in `input_variables`
       integer, intent(out) :: i              !< position in `group%values`
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
@@ -71,7 +71,7 @@ contains
 
    !> Read a number within the limits of its variable.
    pure subroutine take_real(group, v, value, error)
-      type(group_type), intent(in) :: group  !< of the input
+      type(group_type), intent(in) :: group  !< group of the input
       integer, intent(in) :: v               !< position in `input_variables`
       real(wp), intent(inout) :: value       !< value in its unit; unchanged if not given
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
@@ -85,7 +85,7 @@ contains
 
    !> Read a whole number.
    pure subroutine take_integer(group, v, value, error)
-      type(group_type), intent(in) :: group  !< of the input
+      type(group_type), intent(in) :: group  !< group of the input
       integer, intent(in) :: v               !< position in `input_variables`
       integer, intent(inout) :: value        !< value; unchanged if not given
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
@@ -99,7 +99,7 @@ contains
 
    !> Read a logical value.
    pure subroutine take_logical(group, v, value, error)
-      type(group_type), intent(in) :: group  !< of the input
+      type(group_type), intent(in) :: group  !< group of the input
       integer, intent(in) :: v               !< position in `input_variables`
       logical, intent(inout) :: value        !< value; unchanged if not given
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
@@ -111,7 +111,7 @@ contains
 
    !> Read a name, or one of the words that the schema allows.
    pure subroutine take_name(group, v, value, error)
-      type(group_type), intent(in) :: group     !< of the input
+      type(group_type), intent(in) :: group     !< group of the input
       integer, intent(in) :: v                  !< position in `input_variables`
       character(len=*), intent(inout) :: value  !< value; unchanged if not given or blank
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
@@ -135,7 +135,7 @@ contains
 
    !> Read a text of any length.
    pure subroutine take_text(group, v, text, error)
-      type(group_type), intent(in) :: group   !< of the input
+      type(group_type), intent(in) :: group   !< group of the input
       integer, intent(in) :: v                !< position in `input_variables`
       character(len=:), allocatable, intent(out) :: text  !< text; the default if not given
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
@@ -148,11 +148,11 @@ contains
          trim(input_variables(v)%name)//' is missing')
    end subroutine take_text
 
-   !> Read numbers within the limits of their variable; none may be left out.
+   !> Read numbers within the limits of their variable; no value may be omitted.
    pure subroutine take_numbers(group, v, values, error)
-      type(group_type), intent(in) :: group  !< of the input
+      type(group_type), intent(in) :: group  !< group of the input
       integer, intent(in) :: v               !< position in `input_variables`
-      real(wp), allocatable, intent(out) :: values(:)  !< values; none, or the default, if not given
+      real(wp), allocatable, intent(out) :: values(:)  !< given or default values; may be empty
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(variable_type) :: variable
       integer :: i
@@ -174,7 +174,7 @@ contains
 
    !> Read a fixed number of values.
    pure subroutine take_tuple(group, v, values, error)
-      type(group_type), intent(in) :: group   !< of the input
+      type(group_type), intent(in) :: group   !< group of the input
       integer, intent(in) :: v                !< position in `input_variables`
       real(wp), intent(inout) :: values(:)    !< values; unchanged if not given
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
@@ -184,9 +184,9 @@ contains
       values(:size(own)) = own
    end subroutine take_tuple
 
-   !> Read points, x and y of each.
+   !> Read points as pairs of x and y.
    pure subroutine take_points(group, v, points, error)
-      type(group_type), intent(in) :: group   !< of the input
+      type(group_type), intent(in) :: group   !< group of the input
       integer, intent(in) :: v                !< position in `input_variables`
       real(wp), allocatable, intent(out) :: points(:,:)  !< [2, points] m; none if not given
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
@@ -198,9 +198,9 @@ contains
       points = reshape(values, [2, size(values)/2])
    end subroutine take_points
 
-   !> Read names; omitted ones are blank.
+   !> Read names; omitted names are blank.
    pure subroutine take_names(group, v, values, error)
-      type(group_type), intent(in) :: group   !< of the input
+      type(group_type), intent(in) :: group   !< group of the input
       integer, intent(in) :: v                !< position in `input_variables`
       character(len=name_length), allocatable, intent(out) :: values(:)  !< as given
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
@@ -222,7 +222,7 @@ contains
    !> Check that names do not exceed the largest length.
    pure subroutine check_length(error, group, name, text)
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(group_type), intent(in) :: group     !< of the input
+      type(group_type), intent(in) :: group     !< group of the input
       character(len=*), intent(in) :: name, text  !< name and value of the variable
 
       if (len(text) > name_length) call input_error(error, group, name//' = '//quoted(text)// &
@@ -232,7 +232,7 @@ contains
    !> Require numbers to be given and to be within the limits of the schema.
    pure subroutine require(error, group, names, values)
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(group_type), intent(in) :: group                  !< of the input
+      type(group_type), intent(in) :: group                  !< group of the input
       character(len=*), intent(in) :: names                  !< names of the variables: 'x y …'
       real(wp), intent(in) :: values(:)  !< one value per variable, in its unit
       integer :: i, first, last
@@ -253,9 +253,9 @@ contains
    !> Check that a number is within the limits of its variable.
    pure subroutine check_number(error, group, variable, value)
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(group_type), intent(in) :: group                  !< of the input
-      type(variable_type), intent(in) :: variable            !< of the schema
-      real(wp), intent(in) :: value                          !< in its unit
+      type(group_type), intent(in) :: group                  !< group of the input
+      type(variable_type), intent(in) :: variable            !< variable of the schema
+      real(wp), intent(in) :: value                          !< value in its unit
       character(len=:), allocatable :: failure
 
       if (.not. abs(value) <= usable) then
@@ -273,38 +273,38 @@ contains
          to_text(value)//failure)
    end subroutine check_number
 
-   !> Require that a name is not used twice.
+   !> Set an error if a name is used twice.
    pure subroutine require_new_name(error, group, name, others)
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(group_type), intent(in) :: group                  !< of the input
-      character(len=*), intent(in) :: name                   !< that it gives
+      type(group_type), intent(in) :: group                  !< group of the input
+      character(len=*), intent(in) :: name                   !< new name
       character(len=*), intent(in) :: others(:)              !< earlier names of this kind
 
       if (any(others == name)) call input_error(error, group, 'name = '//quoted(trim(name))// &
          ' is used twice')
    end subroutine require_new_name
 
-   !> Find a name among those that may be referred to; otherwise 0 and an input error.
+   !> Find a name in a list; 0 with an input error if it is unknown.
    pure subroutine require_name(error, group, name, value, names, kind, position)
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(group_type), intent(in) :: group                  !< of the input
-      character(len=*), intent(in) :: name                   !< of the variable
+      type(group_type), intent(in) :: group                  !< group of the input
+      character(len=*), intent(in) :: name                   !< name of the variable
       character(len=*), intent(in) :: value                  !< text as in the input
-      character(len=*), intent(in) :: names(:)               !< known ones
+      character(len=*), intent(in) :: names(:)               !< known names
       character(len=*), intent(in) :: kind                   !< kind of the names: 'material', …
-      integer, intent(out) :: position  !< in `names`
+      integer, intent(out) :: position  !< position in `names`
 
       position = findloc(names == value, .true., 1)
       if (position == 0) call input_error(error, group, name//' = '//quoted(value)// &
          ' is not the name of a &'//kind)
    end subroutine require_name
 
-   !> Mark all that a list 'one, two, all_*' names; each item must name something.
+   !> Mark the names that a list 'one, two, all_*' selects; each item must match a name.
    subroutine mark_names(list, variable, names, group, marked, error)
       character(len=*), intent(in) :: list, variable  !< list as read; name of the variable
-      character(len=*), intent(in) :: names(:)        !< known ones
-      type(group_type), intent(in) :: group           !< of the group
-      logical, intent(inout) :: marked(:)             !< [names] named in the list, or marked before
+      character(len=*), intent(in) :: names(:)        !< known names
+      type(group_type), intent(in) :: group           !< group of the input
+      logical, intent(inout) :: marked(:)             !< [names] marks; marks of the list are added
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=:), allocatable :: rest, entry
       integer :: comma, star, i

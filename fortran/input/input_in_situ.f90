@@ -2,7 +2,7 @@
 !> Groups &in_situ: initial stress of the ground from the weight above each block.
 !>
 !> σy = −∫ρg dy along the vertical through the centroid, and σx = K₀σy, in addition to the locked-in
-!> stress of the material.  Columns of equal width list the blocks that a vertical line can cross.
+!> stress of the material.  Columns of equal width list the blocks that a vertical line may cross.
 module dda_input_in_situ
    use dda_kinds, only: wp
    use dda_counting_sort, only: counting_sort
@@ -17,12 +17,12 @@ module dda_input_in_situ
    public :: read_in_situ
 
    integer, parameter :: most_columns = 4096
-   real(wp), parameter :: touching = 1.0e-6_wp  !< fraction of half the model size
+   real(wp), parameter :: touching = 1.0e-6_wp  !< tolerance over half the model size
 
    !> The blocks in columns of equal width.
    type :: columns_type
       real(wp) :: left, width                      !< m
-      integer, allocatable :: first(:), block(:)   !< [columns+1] start of each column in the list
+      integer, allocatable :: first(:), block(:)  !< [columns+1] start of columns; blocks by columns
    end type columns_type
 
    !> Weight and top of the ground above a point.
@@ -36,7 +36,7 @@ contains
 
    !> Read all groups &in_situ of an input.
    subroutine read_in_situ(model, groups, error)
-      type(model_type), intent(inout) :: model   !< with its blocks
+      type(model_type), intent(inout) :: model   !< model with its blocks
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(columns_type) :: columns
@@ -71,14 +71,14 @@ contains
 
    !> Check that lists match and that gravity acts downwards.
    subroutine check_values(group, own, model, error)
-      type(group_type), intent(in) :: group        !< of the input
-      type(in_situ_values), intent(in) :: own      !< its values
-      type(model_type), intent(in) :: model        !< with its gravity
+      type(group_type), intent(in) :: group        !< group of the input
+      type(in_situ_values), intent(in) :: own      !< values of the group
+      type(model_type), intent(in) :: model        !< model with its gravity
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       associate (gravity => model%control%gravity, depth => own%depth, x => own%surface(1, :))
          if (abs(gravity(1)) > 0.0_wp .or. .not. gravity(2) < 0.0_wp) call input_error(error, &
-            group, 'it needs a gravity that acts downwards; gravity is '// &
+            group, 'initial stress needs gravity that acts downwards; gravity is '// &
             to_text(gravity(1))//', '//to_text(gravity(2)))
          if (size(own%k0) > 1 .and. size(depth) /= size(own%k0)) call input_error(error, group, &
             'k0 has '//to_text(size(own%k0))//' values and depth '//to_text(size(depth))// &
@@ -90,17 +90,17 @@ contains
          if (any(x(2:) <= x(:size(x) - 1))) call input_error(error, group, &
             'the points of surface must go from left to right')
          if (is_set(own%unit_weight) .and. size(own%surface, 2) == 0) call input_error( &
-            error, group, 'unit_weight is the weight of ground between model and surface: '// &
+            error, group, 'unit_weight is for ground between the model and surface: '// &
             'give surface')
       end associate
    end subroutine check_values
 
    !> Set the stress of the blocks of material m, or of all blocks.
    subroutine stress_blocks(group, own, m, columns, model, error)
-      type(group_type), intent(in) :: group        !< of the input
-      type(in_situ_values), intent(in) :: own      !< its values
+      type(group_type), intent(in) :: group        !< group of the input
+      type(in_situ_values), intent(in) :: own      !< values of the group
       integer, intent(in) :: m                     !< number of the material; 0: all
-      type(columns_type), intent(in) :: columns    !< of the blocks
+      type(columns_type), intent(in) :: columns    !< columns of the blocks
       type(model_type), intent(inout) :: model     !< model whose blocks receive stress
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(cover_type) :: cover
@@ -134,10 +134,11 @@ contains
       end do
    end subroutine stress_blocks
 
-   !> Weight and top of the ground above a point: upper edges add weight, lower edges subtract it.
+   !> Weight and top of the ground above a point; upper edges of blocks add weight, lower edges
+   !> subtract.
    pure function cover_above(model, columns, x, y) result(cover)
-      type(model_type), intent(in) :: model      !< with its blocks
-      type(columns_type), intent(in) :: columns  !< of these
+      type(model_type), intent(in) :: model      !< model with its blocks
+      type(columns_type), intent(in) :: columns  !< columns of the blocks
       real(wp), intent(in) :: x, y               !< m
       type(cover_type) :: cover
       real(wp) :: height, unit_weight
@@ -167,7 +168,7 @@ contains
 
    !> Build the columns with the blocks of a model.
    function make_columns(model) result(columns)
-      type(model_type), intent(in) :: model  !< with its blocks
+      type(model_type), intent(in) :: model  !< model with its blocks
       type(columns_type) :: columns
       integer, allocatable :: key(:), block_of(:), order(:)
       integer :: span(2, model%blocks%n), b, c, n, k

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Time integration of &control: a member of the family of `dda_scheme`, given by its name, by θ, or
-!> by a damping ratio at a frequency.
+!> Time integration of &control: a scheme of `dda_scheme`, given by its name, by θ, or by a damping
+!> ratio at a frequency.
 module dda_input_integration
    use dda_kinds, only: wp, pi
    use dda_errors, only: error_type
@@ -18,7 +18,7 @@ contains
    !> Set the integration that a group requires; the settings contain Δt and the dynamic factor.
    subroutine set_integration(group, integration, theta, ratio, frequency, settings, error)
       type(group_type), intent(in) :: group          !< &control or &stage
-      character(len=*), intent(in) :: integration    !< by name
+      character(len=*), intent(in) :: integration    !< name of the scheme
       real(wp), intent(in) :: theta                  !< θ as given, or its default
       real(wp), intent(in) :: ratio, frequency       !< ratio and frequency, Hz, or `unset`
       type(control_type), intent(inout) :: settings  !< settings; integration and θ are set
@@ -35,7 +35,7 @@ contains
       if (settings%dynamic_factor < 1.0_wp .and. any(integration == [character(len=14) :: &
          'midpoint', 'theta'])) call input_error(error, group, 'dynamic_factor = '// &
          to_text(settings%dynamic_factor)//" needs integration = 'dda' or 'backward_euler': "// &
-         'static steps of the others overshoot')
+         'static steps of other schemes overshoot')
    end subroutine set_integration
 
    !> Find θ for a damping ratio at a frequency and the Δt of the settings.

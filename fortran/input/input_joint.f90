@@ -15,15 +15,15 @@ module dda_input_joint
    private
    public :: read_joint, reduced_strengths
 
-   real(wp), parameter :: any_ratio = 1.0e-6_wp  !< a k_n/k_s that is valid for every law
+   real(wp), parameter :: any_ratio = 1.0e-6_wp  !< k_n/k_s that is valid for every law
 
 contains
 
    !> Read &joint.
    subroutine read_joint(group, shear_ratio, new, error)
-      type(group_type), intent(in) :: group  !< of the input
-      real(wp), intent(in) :: shear_ratio    !< k_n/k_s of contacts without their own stiffness
-      type(joint_type), intent(out) :: new  !< by the group
+      type(group_type), intent(in) :: group  !< group of the input
+      real(wp), intent(in) :: shear_ratio    !< default k_n/k_s of contacts
+      type(joint_type), intent(out) :: new  !< values of the group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(law_slot_type) :: slot
       character(len=:), allocatable :: wrong
@@ -42,15 +42,15 @@ contains
       if (all(new%contact_points /= [2, 3, 5, 9, 17])) call input_error(error, group, &
          'contact_points = '//to_text(new%contact_points)//' must be 2, 3, 5, 9 or 17')
       if (allocated(error)) return
-      if (.not. given(group, 'friction_angle')) new%friction_angle = 0.0_wp  ! the weaker joint
+      if (.not. given(group, 'friction_angle')) new%friction_angle = 0.0_wp  ! governs contacts
       call slot%law%check_and_derive(new, shear_ratio, wrong)
       if (wrong /= '') call input_error(error, group, wrong)
    end subroutine read_joint
 
-   !> Variables of &joint or &material that divide all strength by a factor, by law.
+   !> Values of variables of &joint or &material for which all strengths are divided by a factor.
    subroutine reduced_strengths(file, text, factor, strengths, error)
       character(len=*), intent(in) :: file  !< path, for messages
-      character(len=*), intent(in) :: text  !< one group &joint or &material
+      character(len=*), intent(in) :: text  !< text of one group &joint or &material
       real(wp), intent(in) :: factor        !< above 0
       type(strength_type), allocatable, intent(out) :: strengths(:)  !< names and values
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure

@@ -20,8 +20,8 @@ contains
 
    !> Read &material.
    subroutine read_material(group, new, error)
-      type(group_type), intent(in) :: group  !< of the input
-      type(material_type), intent(out) :: new  !< by the group
+      type(group_type), intent(in) :: group  !< group of the input
+      type(material_type), intent(out) :: new  !< values of the group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       call read_values(group, new%material_values, error)
@@ -33,8 +33,8 @@ contains
    !> Read Young's modulus and Poisson's ratio, or the velocities of S and P waves.
    subroutine read_elasticity(error, group, new)
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(group_type), intent(in) :: group  !< of the input
-      type(material_type), intent(inout) :: new  !< with its values
+      type(group_type), intent(in) :: group  !< group of the input
+      type(material_type), intent(inout) :: new  !< material; receives the values
 
       associate (shear => new%shear_velocity, pressure => new%pressure_velocity)
          if (.not. is_set(shear)) then
@@ -50,10 +50,10 @@ contains
       call check_derived(error, group, new)
    end subroutine read_elasticity
 
-   !> Check that moduli derived from velocities are permitted values.
+   !> Check that the moduli derived from velocities are permitted.
    subroutine check_derived(error, group, new)
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(group_type), intent(in) :: group  !< of the group
+      type(group_type), intent(in) :: group  !< group of the input
       type(material_type), intent(in) :: new  !< material with moduli from velocities
       type(error_type), allocatable :: failure
 
@@ -68,8 +68,8 @@ contains
    !> Read a constant damping ratio, or Rayleigh damping.
    subroutine read_damping(error, group, own, damping)
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(group_type), intent(in) :: group  !< of the input
-      type(material_values), intent(in) :: own  !< its values
+      type(group_type), intent(in) :: group  !< group of the input
+      type(material_values), intent(in) :: own  !< values of the group
       type(damping_type), intent(inout) :: damping   !< damping as requested, not yet fitted
 
       if (given(group, 'rayleigh_alpha') .or. given(group, 'rayleigh_beta')) then
@@ -91,18 +91,18 @@ contains
    !> Check that two frequencies ascend.
    subroutine check_band(error, group, name, band)
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(group_type), intent(in) :: group  !< of the input
-      character(len=*), intent(in) :: name   !< of the variable
+      type(group_type), intent(in) :: group  !< group of the input
+      character(len=*), intent(in) :: name   !< name of the variable
       real(wp), intent(in) :: band(2)        !< Hz
 
       if (band(2) <= band(1)) call input_error(error, group, name// &
          ' = '//to_text(band(1))//', '//to_text(band(2))//' must ascend')
    end subroutine check_band
 
-   !> Fit laws and branches of all materials to the time steps of all stages.
-   !> The result is assigned to the blocks.
+   !> Fit laws and branches of all materials to the time steps of all stages, and assign them to the
+   !> blocks.
    subroutine fit_materials(model, groups, error)
-      type(model_type), intent(inout) :: model  !< with its stages
+      type(model_type), intent(inout) :: model  !< model with its stages
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(error_type), allocatable :: failure

@@ -19,7 +19,7 @@ contains
    !> Check that the variables of a law are given and consistent with the rest of the material.
    subroutine check_law(group, own, material, error)
       type(group_type), intent(in) :: group           !< &material
-      type(material_values), intent(in) :: own        !< its values
+      type(material_values), intent(in) :: own        !< values of the group
       type(material_type), intent(in) :: material     !< material as read, without its law
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(soil_type) :: soil
@@ -33,8 +33,8 @@ contains
    !> Set the law of a material, which then includes the damping at small strains.
    subroutine set_law(group, material, limit, error)
       type(group_type), intent(in) :: group            !< &material
-      type(material_type), intent(inout) :: material   !< as read
-      real(wp), intent(in) :: limit            !< largest ω_l that all stages admit, rad/s
+      type(material_type), intent(inout) :: material   !< material as read
+      real(wp), intent(in) :: limit            !< largest ω_l permitted by all stages, rad/s
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(material_values) :: own
       type(soil_type) :: soil
@@ -61,9 +61,9 @@ contains
    !> Read the soil that a group describes.
    subroutine read_soil(group, own, material, soil, error)
       type(group_type), intent(in) :: group        !< &material
-      type(material_values), intent(in) :: own     !< its values
-      type(material_type), intent(in) :: material  !< with its moduli
-      type(soil_type), intent(out) :: soil         !< as requested
+      type(material_values), intent(in) :: own     !< values of the group
+      type(material_type), intent(in) :: material  !< material with its moduli
+      type(soil_type), intent(out) :: soil         !< soil as requested
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       soil%curve = own%curve(:len(soil%curve))
@@ -85,7 +85,7 @@ contains
    !> Check the values of a curve.
    subroutine check_curve(group, own, error)
       type(group_type), intent(in) :: group     !< &material
-      type(material_values), intent(in) :: own  !< its values
+      type(material_values), intent(in) :: own  !< values of the group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: n
 

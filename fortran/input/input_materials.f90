@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The group &motion, and materials and joints by name.
+!> Group &motion, and search of materials and joints by name.
 module dda_input_materials
    use dda_kinds, only: wp
    use dda_baseline, only: baseline_type, make_motion_curve
@@ -16,12 +16,12 @@ module dda_input_materials
 
 contains
 
-   !> Read &motion: a record file, or values in the input itself.
+   !> Read &motion: a record file, or values in the input.
    subroutine read_motion(group, folder, new, error)
-      type(group_type), intent(in) :: group  !< of the input
+      type(group_type), intent(in) :: group  !< group of the input
       !> folder to which file names are relative, '' or ending in '/'
       character(len=*), intent(in) :: folder
-      type(motion_type), intent(out) :: new  !< by the group
+      type(motion_type), intent(out) :: new  !< values of the group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(motion_values) :: own
       type(record_type) :: record
@@ -45,9 +45,9 @@ contains
 
    !> Read values from the group, in SI units.
    subroutine read_samples(group, own, record, error)
-      type(group_type), intent(in) :: group  !< of the input
-      type(motion_values), intent(in) :: own !< of the group
-      type(record_type), intent(out) :: record  !< as read
+      type(group_type), intent(in) :: group  !< group of the input
+      type(motion_values), intent(in) :: own !< values of the group
+      type(record_type), intent(out) :: record  !< record
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       if (size(own%values) < 2) call input_error(error, group, &
@@ -66,10 +66,10 @@ contains
    !> Compute acceleration, velocity and displacement of the record.
    !> By default, drift is removed from accelerations.
    subroutine make_motion(group, record, own, new, error)
-      type(group_type), intent(in) :: group  !< of the group
-      type(record_type), intent(in) :: record  !< as read
-      type(motion_values), intent(in) :: own !< of the group
-      type(motion_type), intent(inout) :: new  !< gets its curves
+      type(group_type), intent(in) :: group  !< group of the input
+      type(record_type), intent(in) :: record  !< record
+      type(motion_values), intent(in) :: own !< values of the group
+      type(motion_type), intent(inout) :: new  !< receives the curves
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(error_type), allocatable :: failure
       type(baseline_type) :: baseline
@@ -92,9 +92,9 @@ contains
          ' every '//to_text(record%time_step)//' s; '//new%curve%method
    end subroutine make_motion
 
-   !> Find a material and a joint by name; without a name the only or first one.
+   !> Find a material and a joint by name; without a name, return the first one.
    subroutine find_substances(group, names, model, m, j, error)
-      type(group_type), intent(in) :: group      !< of the input
+      type(group_type), intent(in) :: group      !< group of the input
       type(naming_values), intent(in) :: names   !< names in the group, or blank
       type(model_type), intent(in) :: model      !< model with its materials and joints
       integer, intent(out) :: m, j               !< positions in the model's lists

@@ -15,7 +15,7 @@ contains
 
    !> Read all measured joints of an input.
    subroutine read_measured_joints(model, groups, error)
-      type(model_type), intent(inout) :: model   !< with its blocks
+      type(model_type), intent(inout) :: model   !< model with its blocks
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(measured_joint_type) :: new
@@ -34,11 +34,11 @@ contains
       end do
    end subroutine read_measured_joints
 
-   !> Read one group; if no blocks are named against, all others are.
+   !> Read one group; default of `against` are all other blocks.
    subroutine read_measured_joint(group, names, new, error)
-      type(group_type), intent(in) :: group    !< of the input
+      type(group_type), intent(in) :: group    !< group of the input
       character(len=*), intent(in) :: names(:) !< [n] names of the blocks
-      type(measured_joint_type), intent(out) :: new          !< by the group
+      type(measured_joint_type), intent(out) :: new          !< values of the group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(measured_joint_values) :: own
       logical :: one(size(names)), other(size(names))

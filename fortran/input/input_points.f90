@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Groups of material points: &fixed_point, &load, &measured_point, and &amplification, between
-!> two of these.
+!> Groups of material points (&fixed_point, &load, &measured_point), and &amplification between two
+!> measured points.
 module dda_input_points
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, reference_of
@@ -19,14 +19,14 @@ module dda_input_points
    public :: read_fixed_point, read_load, read_point, read_amplification, find_block, &
       find_motions, number_of_block, holds, check_times
 
-   real(wp), parameter :: on_boundary = 1.0e-9_wp  !< fraction of the block size: still inside
+   real(wp), parameter :: on_boundary = 1.0e-9_wp  !< tolerance on edges over the block size
 
 contains
 
-   !> Find the block that contains a point: the named block, or the first one.
+   !> Find the named block at a point, or the first block that contains the point.
    subroutine find_block(group, model, wanted, point, b, error)
-      type(group_type), intent(in) :: group  !< of the input
-      type(model_type), intent(in) :: model      !< with its blocks
+      type(group_type), intent(in) :: group  !< group of the input
+      type(model_type), intent(in) :: model      !< model with its blocks
       character(len=*), intent(in) :: wanted     !< name or number of a block, or blank
       real(wp), intent(in) :: point(2)           !< m
       integer, intent(out) :: b  !< number of the block; 0 on failure
@@ -45,7 +45,7 @@ contains
          b = 0
          return
       end if
-      do b = 1, model%blocks%n  ! of several blocks with the name, use the one at the point
+      do b = 1, model%blocks%n  ! several blocks may have this name
          if (model%block_names(b) /= wanted) cycle
          if (holds(model%blocks, b, point)) return
       end do
@@ -55,10 +55,10 @@ contains
          ' lies outside block '//quoted(wanted))
    end subroutine find_block
 
-   !> Number of the first block of a name, or of a number as text; otherwise 0 and an error.
+   !> Number of the first block with a name, or of a number given as text; 0 with an error if none.
    integer function number_of_block(group, variable, names, wanted, error) result(b)
-      type(group_type), intent(in) :: group      !< of the input
-      character(len=*), intent(in) :: variable   !< that says which
+      type(group_type), intent(in) :: group      !< group of the input
+      character(len=*), intent(in) :: variable   !< name of the variable
       character(len=*), intent(in) :: names(:)   !< [n] names of the blocks
       character(len=*), intent(in) :: wanted     !< name or number of a block
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
@@ -88,9 +88,9 @@ contains
 
    !> Read &fixed_point.
    subroutine read_fixed_point(group, model, new, error)
-      type(group_type), intent(in) :: group  !< of the input
-      type(model_type), intent(in) :: model  !< with its blocks
-      type(fixed_point_type), intent(out) :: new  !< by the group
+      type(group_type), intent(in) :: group  !< group of the input
+      type(model_type), intent(in) :: model  !< model with its blocks
+      type(fixed_point_type), intent(out) :: new  !< values of the group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(fixed_point_values) :: own
 
@@ -105,9 +105,9 @@ contains
 
    !> Find the position of a group in engine coordinates, and the block that contains it.
    subroutine find_point(group, model, point, place, reference, b, error)
-      type(group_type), intent(in) :: group  !< of the input
-      type(model_type), intent(in) :: model  !< with its blocks
-      type(point_values), intent(in) :: point  !< of the group
+      type(group_type), intent(in) :: group  !< group of the input
+      type(model_type), intent(in) :: model  !< model with its blocks
+      type(point_values), intent(in) :: point  !< values of the group
       real(wp), intent(out) :: place(2), reference(2)  !< m; offset from the block's centroid, m
       integer, intent(out) :: b          !< number of the block; 0 on failure
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
@@ -120,8 +120,8 @@ contains
 
    !> Find the motions along x and y that a group names.
    subroutine find_motions(group, names, motions, found, error, stem)
-      type(group_type), intent(in) :: group        !< of the input
-      character(len=*), intent(in) :: names(2)     !< or blank
+      type(group_type), intent(in) :: group        !< group of the input
+      character(len=*), intent(in) :: names(2)     !< names, or blank
       type(motion_type), intent(in) :: motions(:)  !< motions of the model
       integer, intent(inout) :: found(2)           !< positions; unchanged without a name
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
@@ -139,9 +139,9 @@ contains
 
    !> Read &load.
    subroutine read_load(group, model, new, error)
-      type(group_type), intent(in) :: group  !< of the input
-      type(model_type), intent(in) :: model  !< with its blocks
-      type(load_type), intent(out) :: new  !< by the group
+      type(group_type), intent(in) :: group  !< group of the input
+      type(model_type), intent(in) :: model  !< model with its blocks
+      type(load_type), intent(out) :: new  !< values of the group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(load_values) :: own
       real(wp) :: place(2)
@@ -165,7 +165,7 @@ contains
    !> Check the times of a load: at least two, not descending.
    subroutine check_times(error, group, time)
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(group_type), intent(in) :: group      !< of the input
+      type(group_type), intent(in) :: group      !< group of the input
       real(wp), intent(in) :: time(:)            !< as given, s
 
       if (size(time) < 2) call input_error(error, group, 'time: at least 2 values are needed')
@@ -175,9 +175,9 @@ contains
 
    !> Read &measured_point.
    subroutine read_point(group, model, new, error)
-      type(group_type), intent(in) :: group  !< of the input
-      type(model_type), intent(in) :: model  !< with its blocks
-      type(point_type), intent(out) :: new  !< by the group
+      type(group_type), intent(in) :: group  !< group of the input
+      type(model_type), intent(in) :: model  !< model with its blocks
+      type(point_type), intent(out) :: new  !< values of the group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(measured_point_values) :: own
 
@@ -188,7 +188,7 @@ contains
          new%block, new%place)
    end subroutine read_point
 
-   !> Next block, of another body, that contains a point; 0 if there is none.
+   !> Next block of another body that contains a point; 0 if there is none.
    pure integer function other_container(blocks, first, point) result(b)
       type(blocks_type), intent(in) :: blocks  !< blocks of the model
       integer, intent(in) :: first             !< first block that contains the point
@@ -203,7 +203,7 @@ contains
 
    !> Read &amplification: the spectral ratio of two measured points.
    subroutine read_amplification(group, points, new, error)
-      type(group_type), intent(in) :: group  !< of the input
+      type(group_type), intent(in) :: group  !< group of the input
       type(point_type), intent(in) :: points(:)  !< measured points of the model
       type(amplification_type), intent(out) :: new  !< points, axis, band (Hz)
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Resolved input as JSON: every variable of every group except those of blocks, as given, by
-!> default, or derived.
+!> Resolved input as JSON: the given, default or derived value of every variable of every group,
+!> except groups of blocks.
 !>
-!> It is part of the output, so that readers of outputs need no input.
+!> The output contains this JSON, so that readers of outputs need no input.
 module dda_input_resolved
    use dda_input_boundaries, only: effective_kind
    use dda_input_group, only: group_type
@@ -32,7 +32,7 @@ contains
 
    !> Text of all values: {"group": [{"variable": value, …}, …], …}.
    pure function resolved_values(model, groups) result(text)
-      type(model_type), intent(in) :: model      !< of the input
+      type(model_type), intent(in) :: model      !< model of the input
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       character(len=:), allocatable :: text
       type(page_type) :: page
@@ -56,7 +56,7 @@ contains
       text = page%text(:page%n)//'}'
    end function resolved_values
 
-   !> An empty group in place of a group that the input omits.
+   !> Return an empty group, for a group that the input omits.
    pure type(group_type) function empty_group(g) result(group)
       integer, intent(in) :: g                 !< position of the group in `input_groups`
 
@@ -66,11 +66,11 @@ contains
 
    !> Add the variables of a group.
    pure subroutine add_group(page, g, group, k, model)
-      type(page_type), intent(inout) :: page   !< gets them
+      type(page_type), intent(inout) :: page   !< page to append to
       integer, intent(in) :: g                 !< position of the group in `input_groups`
-      type(group_type), intent(in) :: group    !< with its values
+      type(group_type), intent(in) :: group    !< group with its values
       integer, intent(in) :: k                 !< number of the group among all of its kind
-      type(model_type), intent(in) :: model    !< of the input
+      type(model_type), intent(in) :: model    !< model of the input
       character(len=:), allocatable :: value, between
       integer :: v, i
 
@@ -89,11 +89,11 @@ contains
       call append_text(page, trim(merge('{} ', '}  ', between == '{')))
    end subroutine add_group
 
-   !> Value in the model that replaces a given value, or is derived from others.
+   !> Value in the model that replaces a given value or is derived from other values.
    pure function derived_value(model, group, name, k) result(value)
-      type(model_type), intent(in) :: model    !< of the input
-      type(group_type), intent(in) :: group    !< with its values
-      character(len=*), intent(in) :: name     !< of the variable
+      type(model_type), intent(in) :: model    !< model of the input
+      type(group_type), intent(in) :: group    !< group with its values
+      character(len=*), intent(in) :: name     !< name of the variable
       integer, intent(in) :: k                 !< number of the group among all of its kind
       character(len=:), allocatable :: value
 
@@ -127,7 +127,7 @@ contains
    !> Stiffness and strength of a joint that are derived from other variables.
    pure function derived_joint_value(joint, name) result(value)
       type(joint_type), intent(in) :: joint    !< joint of the model
-      character(len=*), intent(in) :: name     !< of the variable
+      character(len=*), intent(in) :: name     !< name of the variable
       character(len=:), allocatable :: value
 
       value = ''
@@ -143,10 +143,10 @@ contains
       end select
    end function derived_joint_value
 
-   !> Steps of a dynamic stage: its own, or those of &control.
+   !> Settings of the steps of a dynamic stage, given or from &control.
    pure function derived_stage_value(stage, name) result(value)
       type(stage_type), intent(in) :: stage    !< stage of the model
-      character(len=*), intent(in) :: name     !< of the variable
+      character(len=*), intent(in) :: name     !< name of the variable
       character(len=:), allocatable :: value
 
       value = ''
@@ -156,10 +156,10 @@ contains
       if (name == 'theta') value = number_text(stage%theta)
    end function derived_stage_value
 
-   !> Text of a given value; null if omitted from a list.
+   !> Text of a given value; null for an omitted value of a list.
    pure function given_value(given, variable) result(value)
       type(value_type), intent(in) :: given         !< as read
-      type(variable_type), intent(in) :: variable   !< of the schema
+      type(variable_type), intent(in) :: variable   !< variable of the schema
       character(len=:), allocatable :: value
       type(page_type) :: page
       integer :: i
@@ -186,9 +186,9 @@ contains
       if (variable%size > 0) value = '['//value//']'
    end function given_value
 
-   !> Default of the schema; blank if there is none, or if another variable decides.
+   !> Default of the schema; blank if there is none, or if it depends on another variable.
    pure function default_value(variable) result(value)
-      type(variable_type), intent(in) :: variable   !< of the schema
+      type(variable_type), intent(in) :: variable   !< variable of the schema
       character(len=:), allocatable :: value
 
       value = ''
@@ -208,7 +208,7 @@ contains
    !> Text of a number with all its digits; real numbers have a point.
    pure function number_text(value, whole) result(text)
       real(wp), intent(in) :: value                 !< `unset`: null
-      logical, intent(in), optional :: whole        !< it counts something
+      logical, intent(in), optional :: whole        !< the number is an integer
       character(len=:), allocatable :: text
       character(len=24) :: buffer
 
@@ -239,8 +239,8 @@ contains
 
    !> Append a text to a page.
    pure subroutine append_text(page, words)
-      type(page_type), intent(inout) :: page        !< grows
-      character(len=*), intent(in) :: words         !< all of it
+      type(page_type), intent(inout) :: page        !< page to append to
+      character(len=*), intent(in) :: words         !< text to append
       character(len=:), allocatable :: longer
 
       if (page%n + len(words) > len(page%text)) then

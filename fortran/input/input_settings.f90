@@ -18,10 +18,10 @@ contains
 
    !> Read &control: the time stepping of the run.
    subroutine read_control(group, staged, settings, own, error)
-      type(group_type), intent(in) :: group  !< of the input
+      type(group_type), intent(in) :: group  !< group of the input
       logical, intent(in) :: staged  !< the input has groups &stage
       type(control_type), intent(out) :: settings  !< by the group
-      type(control_values), intent(out) :: own     !< its values
+      type(control_values), intent(out) :: own     !< values of the group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       call read_values(group, own, error)
@@ -41,12 +41,12 @@ contains
          own%damping_frequency, settings, error)
    end subroutine read_control
 
-   !> Require plane strain or plane stress if waves matter, since wave velocities depend on it.
+   !> Require that `analysis` is given, because wave velocities depend on it.
    pure subroutine require_analysis(error, group, control, what)
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(group_type), intent(in) :: group        !< name of the group that requires it
-      type(control_type), intent(in) :: control    !< as read
-      character(len=*), intent(in) :: what         !< text on waves in that group
+      type(group_type), intent(in) :: group        !< group of the input
+      type(control_type), intent(in) :: control    !< settings as read
+      character(len=*), intent(in) :: what         !< text on the waves
 
       if (.not. control%analysis_given) call input_error(error, group, what//' require a '// &
          "choice of analysis in &control: 'plane_strain' (ground, which goes on across the "// &
@@ -56,7 +56,7 @@ contains
    !> Find the number of steps from `steps` or `duration`.
    subroutine count_steps(error, group, time_step, duration, steps)
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(group_type), intent(in) :: group  !< of the group
+      type(group_type), intent(in) :: group  !< group of the input
       real(wp), intent(in) :: time_step, duration  !< s, or `unset`
       real(wp), intent(inout) :: steps  !< `unset` if `duration` is given
 
@@ -73,9 +73,9 @@ contains
       end if
    end subroutine count_steps
 
-   !> Read &contact: springs and iteration.  An omitted stiffness is 0: the default of the model.
+   !> Read &contact: springs and iteration.  An omitted stiffness is 0 (default of the model).
    subroutine read_contact(group, settings, error)
-      type(group_type), intent(in) :: group  !< of the input
+      type(group_type), intent(in) :: group  !< group of the input
       type(contact_settings_type), intent(out) :: settings  !< by the group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
@@ -85,7 +85,7 @@ contains
 
    !> Read &output: file and intervals.
    subroutine read_output(group, settings, error)
-      type(group_type), intent(in) :: group  !< of the input
+      type(group_type), intent(in) :: group  !< group of the input
       type(output_settings_type), intent(inout) :: settings  !< settings with the default file
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(output_values) :: own
@@ -102,8 +102,8 @@ contains
    !> Check that an output interval is a multiple of fixed time steps.
    pure subroutine check_output_times(error, group, settings, stages)
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(group_type), intent(in) :: group                  !< group of the group &output
-      type(output_settings_type), intent(in) :: settings     !< as read
+      type(group_type), intent(in) :: group                  !< group of the input
+      type(output_settings_type), intent(in) :: settings     !< settings as read
       type(stage_type), intent(in) :: stages(:)  !< stages of the model, with fixed steps
       real(wp) :: seconds, ratio
       integer :: kind, s
@@ -117,7 +117,7 @@ contains
             if (ratio < 0.5_wp .or. abs(ratio - anint(ratio)) > 1.0e-6_wp*ratio) &
                call input_error(error, group, trim(merge('history_seconds', 'block_seconds  ', &
                kind == 1))//' = '//to_text(seconds)//' is not a whole number of steps of '// &
-               to_text(stages(s)%time_step)//' s; change one of them, or let steps end there '// &
+               to_text(stages(s)%time_step)//' s; change one of them, or let steps end then '// &
                "by time_step_control = 'adaptive'")
          end do
       end do

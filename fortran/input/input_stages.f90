@@ -19,8 +19,8 @@ module dda_input_stages
 
 contains
 
-   !> Read the stages of an input; without &stage, they follow from &control.
-   !> They are a static stage, if the model settles, and a dynamic stage.
+   !> Read the stages of an input.  Without &stage, &control gives a dynamic stage, after a static
+   !> stage if settle = .true.
    subroutine read_stages(model, groups, error)
       type(model_type), intent(inout) :: model  !< model with blocks, supports, motions, materials
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
@@ -88,7 +88,7 @@ contains
       stage%material = [(i, i=1, size(model%materials))]
    end subroutine unchanged_stage
 
-   !> Begin motions that no stage names with the first dynamic stage.
+   !> Let motions that no stage names begin with the first dynamic stage.
    pure subroutine begin_other_motions(stages)
       type(stage_type), intent(inout) :: stages(:)
       integer :: m, s, dynamic
@@ -124,7 +124,7 @@ contains
       end do
    end subroutine wait_for_stages
 
-   !> Copy the settings of the first dynamic stage, which checks use.
+   !> Copy the settings of the first dynamic stage to `control`, for the checks.
    pure subroutine begin_control(model)
       type(model_type), intent(inout) :: model  !< model as read from the input
       integer :: dynamic
@@ -141,7 +141,7 @@ contains
 
    !> Read one &stage.
    subroutine read_stage(group, model, s, error)
-      type(group_type), intent(in) :: group  !< of the input
+      type(group_type), intent(in) :: group  !< group of the input
       type(model_type), intent(inout) :: model  !< model as read from the input
       integer, intent(in) :: s  !< number of the stage
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
@@ -161,11 +161,11 @@ contains
       end associate
    end subroutine read_stage
 
-   !> Find the items that the lists of a stage name.
+   !> Find the items in the lists of a stage.
    subroutine read_lists(model, group, own, stage, error)
       type(model_type), intent(in) :: model  !< model as read from the input
-      type(group_type), intent(in) :: group  !< of the input
-      type(stage_values), intent(in) :: own  !< its values
+      type(group_type), intent(in) :: group  !< group of the input
+      type(stage_values), intent(in) :: own  !< values of the group
       type(stage_type), intent(inout) :: stage
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=64) :: names(size(stage%added))
@@ -188,8 +188,8 @@ contains
    subroutine set_stepping(stage, own, control, group, error)
       type(stage_type), intent(inout) :: stage
       type(stage_values), intent(inout) :: own       !< values of the group
-      type(control_type), intent(in) :: control      !< defaults
-      type(group_type), intent(in) :: group          !< of the input
+      type(control_type), intent(in) :: control      !< default settings
+      type(group_type), intent(in) :: group          !< group of the input
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(control_type) :: settings
 
@@ -211,10 +211,10 @@ contains
 
    !> Read replacements 'old -> new, old -> new'.
    subroutine replace_names(group, list, kind, names, new, error)
-      type(group_type), intent(in) :: group          !< of the input
+      type(group_type), intent(in) :: group          !< group of the input
       character(len=*), intent(in) :: list, kind     !< list as read; 'joint' or 'material'
-      character(len=*), intent(in) :: names(:)       !< known ones
-      integer, intent(inout) :: new(:)               !< [names] replacement of each
+      character(len=*), intent(in) :: names(:)       !< known names
+      integer, intent(inout) :: new(:)               !< [names] replacement of each name
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=:), allocatable :: variable, rest, entry
       integer :: comma, arrow, from, to
@@ -239,7 +239,7 @@ contains
       end do
    end subroutine replace_names
 
-   !> Check that items are removed once and motions begin once.
+   !> Check that no item is removed twice and no motion begins twice.
    subroutine check_history(model, s, group, error)
       type(model_type), intent(in) :: model  !< model as read from the input
       integer, intent(in) :: s  !< stage just read

@@ -11,14 +11,14 @@ module dda_input_stop
    private
    public :: read_stop
 
-   real(wp), parameter :: usual_rest = 1.0e-6_wp  !< fraction of the larger side of the model
+   real(wp), parameter :: usual_rest = 1.0e-6_wp  !< default displacement over the larger model side
 
 contains
 
    !> Read &stop; degrees are converted to radians.
    subroutine read_stop(group, model, error)
-      type(group_type), intent(in) :: group       !< of the group
-      type(model_type), intent(inout) :: model    !< with its blocks
+      type(group_type), intent(in) :: group       !< group of the input
+      type(model_type), intent(inout) :: model    !< model with its blocks
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(stop_values) :: own
 

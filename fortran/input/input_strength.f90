@@ -15,14 +15,14 @@ module dda_input_strength
    public :: check_strength, solid_of, reduce_solid
 
    real(wp), parameter :: degree = pi/180.0_wp
-   real(wp), parameter :: rounding = 1.0e-9_wp  !< fraction of a tension: decimal digits of an input
+   real(wp), parameter :: rounding = 1.0e-9_wp  !< relative rounding of decimal input values
 
 contains
 
    !> Check that strengths are given together.
    subroutine check_strength(group, own, error)
       type(group_type), intent(in) :: group     !< &material
-      type(material_values), intent(in) :: own  !< its values
+      type(material_values), intent(in) :: own  !< values of the group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       if (own%dilation_angle > own%friction_angle) call input_error(error, group, &
@@ -39,13 +39,13 @@ contains
          cone_apex(own%cohesion, own%friction_angle)), own%residual_tensile_strength)
       if (.not. is_set(own%softening_displacement) .and. any(is_set([own%residual_cohesion, &
          own%residual_friction_angle, own%residual_tensile_strength]))) call input_error(error, &
-         group, 'residual strengths need the softening_displacement')
+         group, 'residual strengths need softening_displacement')
 
    contains
 
-      !> Check that the tensile strength does not exceed that of the cone.
+      !> Check that the tensile strength does not exceed c cot φ.
       subroutine check_tension(prefix, tension, cohesion, angle)
-         character(len=*), intent(in) :: prefix              !< of the names
+         character(len=*), intent(in) :: prefix              !< prefix of the names
          real(wp), intent(in) :: tension, cohesion, angle    !< Pa, Pa, degrees
 
          if (angle <= 0.0_wp) return
@@ -57,8 +57,8 @@ contains
 
       !> Check that a residual strength does not exceed the peak strength.
       subroutine check_residual(name, peak, residual)
-         character(len=*), intent(in) :: name       !< of the strength
-         real(wp), intent(in) :: peak, residual     !< as given
+         character(len=*), intent(in) :: name       !< name of the strength
+         real(wp), intent(in) :: peak, residual     !< values as given
 
          if (.not. is_set(residual) .or. .not. is_set(peak)) return
          if (residual > peak) call input_error(error, group, 'residual_'//name//' = '// &
@@ -74,7 +74,7 @@ contains
       if (angle > 0.0_wp) cone_apex = cohesion/tan(degree*angle)
    end function cone_apex
 
-   !> Divide the strengths of a group &material by a factor: c, tan φ, T; dilation is at most φ.
+   !> Divide the strengths c, tan φ and T of a group &material by a factor; limit dilation to φ.
    subroutine reduce_solid(group, factor, strengths, error)
       type(group_type), intent(in) :: group  !< &material
       real(wp), intent(in) :: factor         !< above 0
@@ -101,8 +101,8 @@ contains
 
       !> Append a strength, if it is given.
       subroutine append_strength(name, given, value)
-         character(len=*), intent(in) :: name   !< of the variable
-         real(wp), intent(in) :: given, value   !< as given, divided
+         character(len=*), intent(in) :: name   !< name of the variable
+         real(wp), intent(in) :: given, value   !< value as given; divided value
 
          if (is_set(given)) strengths = [strengths, reduced_type(name, value)]
       end subroutine append_strength
@@ -110,8 +110,8 @@ contains
 
    !> Create the law that a group describes.
    pure type(mohr_coulomb_solid_type) function solid_of(own, material) result(law)
-      type(material_values), intent(in) :: own      !< of &material
-      type(material_type), intent(in) :: material   !< with its elasticity
+      type(material_values), intent(in) :: own      !< values of &material
+      type(material_type), intent(in) :: material   !< material with its elasticity
 
       law%peak = make_strength(own%cohesion, own%friction_angle, own%tensile_strength)
       law%peak%dilation = degree*own%dilation_angle
@@ -127,7 +127,7 @@ contains
          - material%poisson_ratio*sum(own%initial_stress(1:2))
    end function solid_of
 
-   !> Strength without dilation.
+   !> Return a strength without dilation.
    pure type(strength_type) function make_strength(cohesion, angle, tension) result(strength)
       real(wp), intent(in) :: cohesion, angle, tension  !< Pa; degrees; Pa or not set
 

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Text of an input, as groups of typed values, each with its position.
+!> Parser of the text of an input into groups of typed values with their positions.
 !>
-!> The language is that of Fortran's namelist groups: `&name variable = values /`, with repeat
+!> The language is that of Fortran's namelist groups, `&name variable = values /`, with repeat
 !> counts (`20*3.5`), omitted values (`1, , 3`), parts of lists (`x(2:4) =`), doubled quotes and
 !> comments.
 module dda_input_text
@@ -22,8 +22,8 @@ module dda_input_text
    type :: group_type
       character(len=:), allocatable :: name   !< in lower case
       character(len=:), allocatable :: place  !< "FILE, group &name (line N)"
-      integer :: line = 0                     !< where it begins
-      integer :: first = 0, last = 0          !< positions of & and slash of the group in the text
+      integer :: line = 0                     !< line number of its start
+      integer :: first = 0, last = 0          !< positions of & and slash in the text
       type(value_type), allocatable :: values(:)  !< given values, in the order of the variables
    end type group_type
 
@@ -38,7 +38,7 @@ module dda_input_text
 
 contains
 
-   !> Return an input error at the position of a group.
+   !> Set an input error at the position of a group, unless there is an earlier error.
    pure subroutine input_error(error, group, message)
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(group_type), intent(in) :: group    !< group of the message
@@ -49,10 +49,10 @@ contains
 
    !> Parse the values of a group.
    pure subroutine parse_group(text, group, error, spans)
-      character(len=*), intent(in) :: text           !< of the input
+      character(len=*), intent(in) :: text           !< text of the input
       type(group_type), intent(inout) :: group       !< a known group, with its position in the text
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      !> positions of its assignments, which may change
+      !> positions of its assignments, for changes of the text
       type(span_type), allocatable, intent(inout), optional :: spans(:)
       type(value_type), allocatable :: values(:)
       character(len=:), allocatable :: failure
@@ -109,8 +109,8 @@ contains
 
       v = 0
       if (.not. is_assigned(text, at)) then
-         failure = quoted(first_word(text(at:)))//' cannot be read here: it is not a value '// &
-            'of the variable before it, or exceeds its number of values'
+         failure = quoted(first_word(text(at:)))//' cannot be read here: it is not a valid '// &
+            'value of the preceding variable, or that variable has all its values'
          return
       end if
       name = lower_case(text(at:min(len(text), at + 64)))
@@ -122,9 +122,9 @@ contains
       failure = unknown_variable(trim(input_groups(g)%name), name)
    end subroutine read_variable
 
-   !> Check that a group gives what its variables need, by the rules of the schema.
+   !> Check a group by the rules of the schema on variables that need or exclude each other.
    pure subroutine check_rules(group, g, words, error)
-      type(group_type), intent(in) :: group  !< with its values
+      type(group_type), intent(in) :: group  !< group with its values
       integer, intent(in) :: g               !< position of the group in `input_groups`
       logical, intent(in) :: words  !< check only exclusions by words, for incomplete groups
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
@@ -150,9 +150,9 @@ contains
 
    !> .true. if a group satisfies the condition of a rule.
    pure logical function satisfies(group, condition, unknown)
-      type(group_type), intent(in) :: group      !< with its values
+      type(group_type), intent(in) :: group      !< group with its values
       character(len=*), intent(in) :: condition  !< see `rule_type`
-      logical, intent(in) :: unknown             !< result for a word without a valid value
+      logical, intent(in) :: unknown             !< result if a word has no valid value
       character(len=:), allocatable :: word
       integer :: at
 
@@ -169,9 +169,9 @@ contains
       end if
    end function satisfies
 
-   !> Text on the violated rule, and on what to do.
+   !> Message on a violated rule, and what to do.
    pure function violation_text(group, rule) result(message)
-      type(group_type), intent(in) :: group  !< with its values
+      type(group_type), intent(in) :: group  !< group with its values
       type(rule_type), intent(in) :: rule    !< rule that the group violates
       character(len=:), allocatable :: message, holder, item
 
@@ -197,20 +197,20 @@ contains
       end if
    end function violation_text
 
-   !> .true. if a text is a logical value.
+   !> .true. if the value of a variable is a logical value.
    pure logical function is_logical(group, name)
-      type(group_type), intent(in) :: group   !< of the input
-      character(len=*), intent(in) :: name    !< of the variable
+      type(group_type), intent(in) :: group   !< group of the input
+      character(len=*), intent(in) :: name    !< name of the variable
       type(variable_type) :: variable
 
       variable = find_variable(group%name, name)
       is_logical = variable%kind == 'logical'
    end function is_logical
 
-   !> Value of a word of a group, given or by default; blank if it is not permitted.
+   !> Value of a word, as given or by default; blank if it is not permitted.
    pure function word_of(group, name) result(word)
-      type(group_type), intent(in) :: group  !< with its values
-      character(len=*), intent(in) :: name   !< of the variable
+      type(group_type), intent(in) :: group  !< group with its values
+      character(len=*), intent(in) :: name   !< name of the variable
       character(len=:), allocatable :: word
 
       associate (variable => find_variable(group%name, name))
@@ -222,16 +222,16 @@ contains
 
    !> .true. if a group gives a variable.
    pure logical function given(group, name)  ! total
-      type(group_type), intent(in) :: group   !< of the input
-      character(len=*), intent(in) :: name    !< of the variable
+      type(group_type), intent(in) :: group   !< group of the input
+      character(len=*), intent(in) :: name    !< name of the variable
 
       given = any(input_variables(group%values%variable)%name == name .and. group%values%n > 0)
    end function given
 
    !> Text that a group gives for a variable; blank if none.
    pure function text_of(group, name) result(text)  ! total
-      type(group_type), intent(in) :: group  !< with its values
-      character(len=*), intent(in) :: name   !< of the variable
+      type(group_type), intent(in) :: group  !< group with its values
+      character(len=*), intent(in) :: name   !< name of the variable
       character(len=:), allocatable :: text
       integer :: i
 
@@ -244,8 +244,8 @@ contains
 
    !> Move past blanks, comments and commas.
    pure subroutine skip_separators(text, at)
-      character(len=*), intent(in) :: text  !< of the input
-      integer, intent(inout) :: at          !< position
+      character(len=*), intent(in) :: text  !< text of the input
+      integer, intent(inout) :: at          !< position in the text
 
       do
          call skip_blank(text, at)
@@ -258,7 +258,7 @@ contains
    !> Split a text into groups; outside them only comments and blanks are allowed.
    subroutine split_groups(file, text, groups, error)
       character(len=*), intent(in) :: file  !< for messages
-      character(len=*), intent(in) :: text  !< of the input
+      character(len=*), intent(in) :: text  !< text of the input
       type(group_type), allocatable, intent(out) :: groups(:)  !< groups in the order of the text
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: at, line, count
@@ -305,9 +305,9 @@ contains
       line = line + lines
    end subroutine read_group
 
-   !> Position of the slash that closes the group at `first`; 0 if the next group begins earlier.
+   !> Find the slash that closes the group at `first`; 0 if the next group begins before it.
    pure subroutine find_slash(text, first, last, lines)
-      character(len=*), intent(in) :: text  !< of the input
+      character(len=*), intent(in) :: text  !< text of the input
       integer, intent(in) :: first  !< position of the & of the group
       integer, intent(out) :: last, lines  !< position of the slash; line ends before it
       character :: quote
@@ -339,7 +339,7 @@ contains
 
    !> Reserve space for groups without copying their contents.
    subroutine reserve_groups(groups, n)
-      type(group_type), allocatable, intent(inout) :: groups(:)  !< [n] afterwards
+      type(group_type), allocatable, intent(inout) :: groups(:)  !< groups; on return [n]
       integer, intent(in) :: n                                   !< groups
       type(group_type), allocatable :: resized(:)
       integer :: i

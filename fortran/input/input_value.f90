@@ -32,7 +32,7 @@ module dda_input_value
       procedure :: get_text => text_at
    end type value_type
 
-   !> Positions of a list that an assignment sets: all, or a part of them.
+   !> Positions of a list that an assignment sets.
    type :: part_type
       integer :: first = 1, step = 1, count = 1
    end type part_type
@@ -43,7 +43,7 @@ contains
    pure subroutine take_values(text, at, variable, value, last, failure)
       character(len=*), intent(in) :: text             !< text up to the slash of the group
       integer, intent(inout) :: at  !< position after the name; on return at the next token
-      type(variable_type), intent(in) :: variable      !< of the schema
+      type(variable_type), intent(in) :: variable      !< variable of the schema
       type(value_type), intent(inout) :: value         !< earlier value, if given
       integer, intent(out) :: last                     !< end of the last value
       character(len=:), allocatable, intent(out) :: failure  !< what is wrong; blank: nothing
@@ -54,7 +54,7 @@ contains
       call read_part(text, at, variable, part, failure)
       last = at - 1
       next = 0
-      is_due = .true.   ! a comma here means an omitted value
+      is_due = .true.   ! a comma would mean an omitted value
       do while (.not. allocated(failure))
          call skip_blank(text, at)
          if (text(at:at) == '/') exit
@@ -79,9 +79,9 @@ contains
 
    !> Read the subscript that follows a variable's name, such as (2) or (3:6), and the equals sign.
    pure subroutine read_part(text, at, variable, part, failure)
-      character(len=*), intent(in) :: text         !< of the group
+      character(len=*), intent(in) :: text         !< text of the group
       integer, intent(inout) :: at  !< position after the name; on return after the equals sign
-      type(variable_type), intent(in) :: variable  !< of the schema
+      type(variable_type), intent(in) :: variable  !< variable of the schema
       type(part_type), intent(out) :: part         !< positions to fill
       character(len=:), allocatable, intent(inout) :: failure  !< allocated if the part is invalid
       integer :: bracket, comma
@@ -110,7 +110,7 @@ contains
             if (part%count == 1) part%count = variable%size - part%first + 1
          end if
          if (part%count == 0) failure = trim(variable%name)//': there is no element '// &
-            text(at:bracket)//' in it'
+            text(at:bracket)//' in the list'
          at = bracket + 1
       end if
       at = at + index(text(at:), '=')
@@ -119,7 +119,7 @@ contains
    !> Read a range 'first:last:step', or one position.
    pure subroutine read_range(text, size, range)
       character(len=*), intent(in) :: text     !< text between brackets and commas
-      integer, intent(in) :: size              !< of the list
+      integer, intent(in) :: size              !< size of the list
       type(part_type), intent(out) :: range    !< range; empty if outside the list
       integer :: colon, second, last, status(3)
 
@@ -144,7 +144,7 @@ contains
    !> Read a whole number; unchanged if none is given.
    pure subroutine read_integer(text, number, status)
       character(len=*), intent(in) :: text  !< digits, or blanks
-      integer, intent(inout) :: number      !< as it says
+      integer, intent(inout) :: number      !< number
       integer, intent(out) :: status        !< 0: the text is a number
       character(len=:), allocatable :: word
 
@@ -157,9 +157,9 @@ contains
 
    !> Read a repeat count before a value, such as 20*; 1 if there is none.
    pure subroutine read_repeats(text, at, variable, repeats, failure)
-      character(len=*), intent(in) :: text         !< of the group
+      character(len=*), intent(in) :: text         !< text of the group
       integer, intent(inout) :: at  !< position of the value; on return after the count
-      type(variable_type), intent(in) :: variable  !< of the schema
+      type(variable_type), intent(in) :: variable  !< variable of the schema
       integer, intent(out) :: repeats              !< number of repetitions of the value
       character(len=:), allocatable, intent(inout) :: failure  !< allocated if the count is invalid
       integer :: length, status
@@ -170,26 +170,26 @@ contains
       if (text(at + length:at + length) /= '*') return
       read (text(at:at + length - 1), *, iostat=status) repeats
       if (status /= 0 .or. repeats < 1 .or. repeats > max(variable%size, 1)) failure = &
-         trim(variable%name)//': '//text(at:at + min(length, 20))//' is no possible number '// &
-         'of values'
+         trim(variable%name)//': '//text(at:at + min(length, 20))//' is not a possible '// &
+         'number of values'
       at = at + length + 1
    end subroutine read_repeats
 
    !> Read one value and store it in positions of the list.
    pure subroutine read_item(text, at, variable, places, value, failure)
-      character(len=*), intent(in) :: text         !< of the group
+      character(len=*), intent(in) :: text         !< text of the group
       integer, intent(inout) :: at  !< position of the value; on return, behind the value
-      type(variable_type), intent(in) :: variable  !< of the schema
-      type(part_type), intent(in) :: places        !< positions to fill; none: there are no more
-      type(value_type), intent(inout) :: value     !< gets it
+      type(variable_type), intent(in) :: variable  !< variable of the schema
+      type(part_type), intent(in) :: places        !< positions to fill; none if the list is full
+      type(value_type), intent(inout) :: value     !< receives the value
       character(len=:), allocatable, intent(inout) :: failure  !< allocated if the value is invalid
       character(len=:), allocatable :: word
       real(wp) :: number
       logical :: fits
 
       if (places%count < 1) then
-         failure = quoted(first_word(text(at:)))//' cannot be read here: it is not a value '// &
-            'of the variable before it, or exceeds its number of values'
+         failure = quoted(first_word(text(at:)))//' cannot be read here: it is not a valid '// &
+            'value of the preceding variable, or that variable has all its values'
       else if (any(variable%kind == ['name', 'word', 'text'])) then
          call read_word(text, at, word)
          if (allocated(word)) then
@@ -211,9 +211,9 @@ contains
       end if
    end subroutine read_item
 
-   !> Read a text in quotes, in which doubled quotes are one, or a text that begins with a digit.
+   !> Read a text in quotes (two quotes inside mean one), or a text that begins with a digit.
    pure subroutine read_word(text, at, word)
-      character(len=*), intent(in) :: text  !< of the group
+      character(len=*), intent(in) :: text  !< text of the group
       integer, intent(inout) :: at          !< position of the text; on return, behind the text
       character(len=:), allocatable, intent(out) :: word  !< word; not allocated if missing
       integer :: length, i
@@ -242,11 +242,11 @@ contains
 
    !> Read a number, or a logical value as 0 or 1.
    pure subroutine read_number(text, at, logical_wanted, number, fits)
-      character(len=*), intent(in) :: text    !< of the group
+      character(len=*), intent(in) :: text    !< text of the group
       integer, intent(inout) :: at            !< position of the value; on return, behind the value
       logical, intent(in) :: logical_wanted   !< .true. or T, .false. or F
       real(wp), intent(out) :: number         !< number; infinite if too large
-      logical, intent(out) :: fits            !< there is one
+      logical, intent(out) :: fits            !< .false. if it is not a number
       character(len=:), allocatable :: word
       integer :: last, from, state
 
@@ -266,11 +266,11 @@ contains
       if (fits) at = last + 1
    end subroutine read_number
 
-   !> Read numbers in forms that only Fortran writes, infinities and NaN.
+   !> Read infinities, NaN, and numbers in forms that only Fortran writes.
    pure subroutine parse_unusual(word, number, fits)
       character(len=*), intent(in) :: word  !< in lower case
       real(wp), intent(out) :: number       !< its value
-      logical, intent(out) :: fits          !< it is one
+      logical, intent(out) :: fits          !< .false. if it is not a number
       integer :: status, sign
 
       number = 0.0_wp
@@ -286,7 +286,7 @@ contains
 
    !> Store a number in positions of a list.
    pure subroutine put_number(value, places, number)
-      type(value_type), intent(inout) :: value  !< gets it
+      type(value_type), intent(inout) :: value  !< receives the value
       type(part_type), intent(in) :: places     !< to fill
       real(wp), intent(in) :: number            !< its value
       integer :: last
@@ -302,7 +302,7 @@ contains
 
    !> Store a text in positions of a list.
    pure subroutine put_word(value, places, word)
-      type(value_type), intent(inout) :: value  !< gets it
+      type(value_type), intent(inout) :: value  !< receives the value
       type(part_type), intent(in) :: places     !< to fill
       character(len=*), intent(in) :: word      !< the text
       type(word_type), allocatable :: longer(:)
@@ -325,8 +325,8 @@ contains
 
    !> .true. if a variable name and its equals sign are at a position.
    pure logical function is_assigned(text, at)
-      character(len=*), intent(in) :: text  !< of the group
-      integer, intent(in) :: at             !< position
+      character(len=*), intent(in) :: text  !< text of the group
+      integer, intent(in) :: at             !< position in the text
       integer :: next
 
       is_assigned = .false.
@@ -342,9 +342,9 @@ contains
 
    !> Move past blanks, line ends and comments.
    pure subroutine skip_blank(text, at, line)
-      character(len=*), intent(in) :: text       !< of the input
-      integer, intent(inout) :: at               !< position
-      integer, intent(inout), optional :: line   !< number of the line there
+      character(len=*), intent(in) :: text       !< text of the input
+      integer, intent(inout) :: at               !< position in the text
+      integer, intent(inout), optional :: line   !< line number at the position
       integer :: length
 
       do while (at <= len(text))
@@ -362,7 +362,7 @@ contains
 
    !> First word of a text, for messages.
    pure function first_word(text) result(word)
-      character(len=*), intent(in) :: text  !< of the input
+      character(len=*), intent(in) :: text  !< text of the input
       character(len=:), allocatable :: word
       integer :: length
 

@@ -7,7 +7,7 @@ module dda_input_variable
    private
    public :: group_entry_type, rule_type, variable_type, above_zero, unset, usable
 
-   real(wp), parameter :: usable = 1.0e30_wp           !< no input number is larger
+   real(wp), parameter :: usable = 1.0e30_wp           !< largest magnitude of an input number
    real(wp), parameter :: above_zero = tiny(1.0_wp)    !< `lowest` for any positive number
 
    !> A group of the input.
@@ -23,21 +23,21 @@ module dda_input_variable
       character(len=26) :: name
       character(len=8) :: kind    !< 'real', 'integer', 'logical', 'name', 'word', 'text', 'points'
       integer :: size             !< largest number of values; 0: a single value, no list
-      real(wp) :: lowest = -usable, highest = usable  !< of each number
+      real(wp) :: lowest = -usable, highest = usable  !< limits of each number
       real(wp) :: preset = unset  !< default of a number
       character(len=128) :: allowed = ''  !< allowed words: "'one', 'another'"
       logical :: required = .false.
       character(len=16) :: usual = ''    !< default of a word
-      character(len=12) :: switch = ''   !< other variable on which this one depends, if any
-      character(len=128) :: belongs = '' !< values of the other variable for which this one is used
+      character(len=12) :: switch = ''   !< other variable that this one depends on, or blank
+      character(len=128) :: belongs = '' !< values of `switch` for which the variable is used
    end type variable_type
 
-   !> Requirement or exclusion for a group that satisfies a condition.  Conditions are "name": given
-   !> (and true), or "name = 'one', 'two'".
+   !> Requirement or exclusion for a group that satisfies a condition.  The condition "name" means
+   !> that the variable is given (and true); a condition may also be "name = 'one', 'two'".
    type :: rule_type
       integer :: group              !< position in `input_groups`
       character(len=128) :: holder  !< condition; blank: always
-      character(len=128) :: item    !< other condition, or several with ` or ` between
+      character(len=128) :: item    !< other condition, or several joined by ` or `
       logical :: excludes           !< .true.: no item is allowed; .false.: one item is required
    end type rule_type
 

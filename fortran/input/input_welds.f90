@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Bodies of an input: their cells are welded, and unsupported combinations are rejected.
+!> Bodies of an input: cells are welded, and unsupported combinations are rejected.
 module dda_input_welds
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, is_convex
@@ -20,9 +20,9 @@ contains
 
    !> Weld cells of bodies at their common faces.
    subroutine weld_cells(model, groups, outlines, error)
-      type(model_type), intent(inout) :: model     !< with its blocks
+      type(model_type), intent(inout) :: model     !< model with its blocks
       type(group_type), intent(in) :: groups(:)    !< groups of the input, in its order
-      type(outlines_type), intent(in) :: outlines  !< of all blocks
+      type(outlines_type), intent(in) :: outlines  !< outlines of all blocks
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: b, other, v
 
@@ -53,10 +53,10 @@ contains
       end associate
    end subroutine weld_cells
 
-   !> Set the joints that replace faces when they break; other faces never break.
-   !> The joint is that between their materials, else the one of both with less tensile strength.
+   !> Set the joints that replace faces when they break: the joint given for their two materials, or
+   !> else the weaker (in tension) of both materials' joints.  Faces without a joint never break.
    subroutine set_fracture(model, groups, error)
-      type(model_type), intent(inout) :: model   !< with its welds
+      type(model_type), intent(inout) :: model   !< model with its welds
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: joint(size(model%materials)), own(size(model%materials)), i, m
@@ -84,9 +84,9 @@ contains
       call set_interfaces(model, groups, error)
    end subroutine set_fracture
 
-   !> Set the joint that replaces faces between two materials, if one is named for them.
+   !> Set the joint that replaces faces between two materials, if a joint is given for them.
    subroutine set_interfaces(model, groups, error)
-      type(model_type), intent(inout) :: model   !< with its welds
+      type(model_type), intent(inout) :: model   !< model with its welds
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: own(size(model%joints)), pair(2), i, j, k
@@ -126,7 +126,7 @@ contains
          number(b) = 0
          if (name(b) == '') cycle
          if (last > 0) then
-            if (more(last) /= name(b)) last = 0  ! cells are mostly consecutive
+            if (more(last) /= name(b)) last = 0  ! usually the last body
          end if
          if (last == 0) last = findloc(more(:n), name(b), 1)
          if (last == 0) then
@@ -162,10 +162,10 @@ contains
       loose = 0
    end subroutine find_loose_cell
 
-   !> Check that stages remove whole bodies, not single cells.
-   !> Remaining cells would have faces without welds and edges that are not sides.
+   !> Check that stages remove whole bodies; cells that remain would have open faces that are no
+   !> sides.
    subroutine check_bodies(model, error)
-      type(model_type), intent(in) :: model  !< with its stages
+      type(model_type), intent(in) :: model  !< model with its stages
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: s, i
 

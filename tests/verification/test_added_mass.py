@@ -74,7 +74,7 @@ def test_depth_of_the_reservoir():
 @pytest.mark.parametrize(
     ("load", "words"),
     [
-        ({"level": -1.0}, "none of the edges is below the level"),
+        ({"level": -1.0}, "no selected edge is below the level"),
         ({"edges": 1}, "too flat"),
         ({"time": [0.0, 1.0]}, "added_mass.*time|time.*added_mass"),
         ({"level": None, "normal": 1e3}, "added_mass needs it"),

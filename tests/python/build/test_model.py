@@ -124,7 +124,7 @@ BAD_TEXT = {
     "no quotes": ("&joint name = x /", "&joint", "must be in quotes"),
     "two values": ("&joint cohesion = 1 2 /", "&joint", "exceeds its number"),
     "no variable": ("&joint 3 4 /", "&joint", "'3' cannot be read here"),
-    "too many": ("&motion values = 999999999999*0.0 /", "&motion", "no possible number of values"),
+    "too many": ("&motion values = 999999999999*0.0 /", "&motion", "is not a possible number of values"),
     "nan": ("&joint cohesion = nan /", "&joint", "not a usable number"),
     "whole": ("&layers count = 1.5 /", "&layers", "whole number"),
     "once": ("&run /\n&run /", "&run (line 2)", "only once"),

@@ -132,9 +132,9 @@ def test_bits_stay_across_a_checkpoint_and_threads(tmp_path, same_everywhere):
     [
         ({"kind": None}, "kind is missing"),
         ({"kind": "open"}, "kind = 'open' must be one of"),
-        ({"side": None}, "it names no edges"),
+        ({"side": None}, "the group selects no edges"),
         ({"side": "north"}, "side = 'north' must be one of"),
-        ({"along": [0.0, -5.0, 9.0, -5.0], "side": None}, "no edge of the outline is there"),
+        ({"along": [0.0, -5.0, 9.0, -5.0], "side": None}, "no edge of the outline is selected"),
         ({"along": [0.0, -5.0, 9.0], "side": None}, "along: a value is missing"),
         ({"edges": [1.0]}, "blocks is missing: edges needs it"),
         ({"blocks": "b_0_0", "edges": [1.5]}, "is not a whole number"),

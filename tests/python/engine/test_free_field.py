@@ -142,7 +142,7 @@ ORIGINAL = {"contact_rules": "original", "force_tolerance": None}
         ("free", {"rows": 1}, left_field_beside(-0.5, 1, 3.5, 1, 3.5, 2, -0.5, 2),
          "no vertical line passes between the blocks"),
         ("free", {"rows": 1}, left_field_beside(0, 1, 1, 1, 1, 1.5, 0, 2),
-         "does not meet its own image"),
+         "does not match its own image"),
         ("free_field", {}, lambda m: m.contact(**ORIGINAL), "contact_rules = 'original'"),
         ("free_field", {"dynamic_factor": 0.9}, lambda m: None,
          "dynamic_factor of &control must be 1"),

@@ -70,7 +70,7 @@ def test_quiet_from_the_first_step(tmp_path):
 @pytest.mark.parametrize(
     ("changed", "words"),
     [
-        (wall(", head_joint = 0.5"), "leaves nothing of half a brick"),
+        (wall(", head_joint = 0.5"), "must be shorter than half of brick_length"),
         (wall(", head_joint = -0.1"), "head_joint = -0.1"),
         (wall(", overburden = 1e3"), "geostatic = .true."),
         (wall(", geostatic = .true., overburden = -1"), "overburden = -1"),

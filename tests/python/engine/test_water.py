@@ -143,8 +143,8 @@ def test_tractions_that_follow_turn_with_the_block(follows):
             {"side": "left", "level": 1.0, "normal": 1.0},
             "give either level or normal, not both",
         ),
-        ("traction", {"side": "left", "normal": (1, 2)}, "as many as time"),
-        ("traction", {"normal": 1.0}, "it names no edges"),
+        ("traction", {"side": "left", "normal": (1, 2)}, "as many values as time"),
+        ("traction", {"normal": 1.0}, "the group selects no edges"),
     ],
 )
 def test_bad_loads_are_refused(group, values, words):

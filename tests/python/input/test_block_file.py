@@ -232,7 +232,7 @@ LIES = {
     "crossing": (dataset(vertices=moved_vertex(2.5, 3)), "block 2: vertices: the polygon crosses"),
     "three axes": (
         dataset(vertices=(("vertex", "axis"), "f8", np.zeros((8, 3)))),
-        "x and y of each, not 3 numbers",
+        "x and y of each vertex, not 3 numbers",
     ),
     "one axis": (dataset(vertices=(("vertex",), "f8", np.zeros(8))), "2 dimensions, not 1"),
     "clockwise": (
@@ -321,10 +321,10 @@ def test_a_file_that_lies_is_refused_in_one_message(lie, tmp_path):
 def test_a_file_that_is_none_is_refused(tmp_path, native):
     bad = tmp_path / "bad.nc"
     bad.write_bytes(b"CDF\x01")
-    assert "bad.nc is damaged, or not of the classic format" in refused(tmp_path)
+    assert "bad.nc is damaged, or does not have the classic netCDF format" in refused(tmp_path)
     for content in (b"", b"no netCDF", b"\x89HDF\r\n\x1a\n" + b"\0" * 100):
         bad.write_bytes(content)
-        assert "bad.nc is not of the classic format of netCDF" in refused(tmp_path)
+        assert "bad.nc does not have the classic netCDF format" in refused(tmp_path)
     bad.unlink()
     assert "bad.nc cannot be read: No such file" in refused(tmp_path)
     bad.mkdir()

@@ -74,7 +74,7 @@ def test_a_bare_name_is_taken_where_one_group_can_be_meant(variable):
     alike = [v for v in VARIABLES if v.name == variable.name]
     homes = {v.group for v in alike if not v.when or v.group == variable.group}
     if len(homes) > 1 and "control" not in homes:
-        with pytest.raises(sitedda.InputError, match="a variable of several groups"):
+        with pytest.raises(sitedda.InputError, match="several groups have this variable"):
             changed_input(text, {variable.name: value_of(variable)})
         return
     home = "control" if "control" in homes else homes.pop()

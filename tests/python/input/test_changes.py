@@ -90,7 +90,7 @@ def test_a_change_without_a_value_is_refused(change, write_input, native, main):
         ("frction_angle=3", "no group has this variable; did you mean 'friction_angle'?"),
         ("jont.cohesion=1", "no group &jont; did you mean 'joint'?"),
         ("joint[1].cohesin=1", "no variable 'cohesin'; did you mean 'cohesion'?"),
-        ("x=3", "a variable of several groups"),
+        ("x=3", "several groups have this variable"),
         ("load.x=1", "the input has no group &load to change"),
         ("foo", "must have the form NAME=VALUE"),
         ("time_step=-1", "group &control (line 2): time_step = -1"),
