@@ -113,6 +113,7 @@ def new_page(chromium):
 
     def enter(known: tuple[str, ...], **options):
         context = chromium.new_context(**options)
+        context.set_default_timeout(1000 * DEADLINE)  # ms
         contexts.append(context)
         page = context.new_page()
         page.complaints = []

@@ -221,14 +221,13 @@ def test_a_phone_shows_everything_below_each_other(pages, opened, dark):
     assert (int(ink) > int(paper)) is dark
 
 
-def test_canvas_2d_draws_where_webgl_is_refused_and_says_why(run, pages, chromium):
-    context = chromium.new_context()
-    context.add_init_script(
+def test_canvas_2d_draws_where_webgl_is_refused_and_says_why(run, pages, new_page):
+    page = new_page(("file:",))
+    page.add_init_script(
         "const get = HTMLCanvasElement.prototype.getContext;"
         "HTMLCanvasElement.prototype.getContext = function (kind, ...more) {"
         "return kind === 'webgl2' ? null : get.call(this, kind, ...more); };"
     )
-    page = context.new_page()
     page.goto((pages / "view.html").as_uri())
     while not page.evaluate("blockViews[0].state.decoded"):
         time.sleep(0.05)
@@ -241,7 +240,6 @@ def test_canvas_2d_draws_where_webgl_is_refused_and_says_why(run, pages, chromiu
         return new Set(new Uint32Array(p.buffer)).size; }"""
     )
     assert colors > 3
-    context.close()
 
 
 def test_the_page_lets_nothing_in_and_nothing_out(pages, opened):
@@ -481,14 +479,13 @@ def test_modes_are_played_as_they_are_computed(write_input, opened, tmp_path):
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_axe_finds_nothing_on_report_and_view(pages, chromium, scheme):
+def test_axe_finds_nothing_on_report_and_view(pages, new_page, scheme):
     axe = pytest.importorskip("axe_playwright_python.base")
     script = Path(axe.__file__).with_name("axe.min.js").read_text(encoding="utf-8")
     for name in ("report.html", "view.html"):
         for width in (1280, 400):
             look = {"viewport": {"width": width, "height": 900}, "color_scheme": scheme}
-            context = chromium.new_context(bypass_csp=True, **look)
-            page = context.new_page()
+            page = new_page(("file:",), bypass_csp=True, **look)
             page.goto((pages / name).as_uri())
             wait_until_decoded(page)
             page.evaluate("(v => { v.setContacts('slip'); v.pick(1); })(blockViews[0])")
@@ -497,7 +494,6 @@ def test_axe_finds_nothing_on_report_and_view(pages, chromium, scheme):
             found = page.evaluate("axe.run().then((r) => r.violations.map((v) => v.id))")
             assert found == [], (name, width)
             assert page.evaluate("document.documentElement.scrollWidth") <= width
-            context.close()
 
 
 NOTEBOOK = """async ([source, state]) => {

@@ -41,7 +41,6 @@ def opened(new_page):
     def enter(server: LiveProcess, **options):
         options = {"viewport": {"width": 1400, "height": 900}} | options
         page = new_page((server.address, "file:", "data:"), **options)
-        page.set_default_timeout(1000 * DEADLINE)  # ms
         page.goto(server.entrance.as_uri())
         until(page, "window.page && (page.view.state.decoded || "
                     "!document.getElementById('start').hidden)")  # fmt: skip
