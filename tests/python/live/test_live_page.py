@@ -23,6 +23,9 @@ import sitedda
 pytestmark = pytest.mark.slow
 
 PICTURES = os.environ.get("SITEDDA_PICTURES")
+ENDLESS = PILE.replace("duration = 0.6", "duration = 6e5").replace(
+    "interval = 20", "interval = 1000\n   history_interval = 1000"
+)  # few data, because the run outlasts any page
 OVER = "page.run && ['done', 'failed', 'stopped'].includes(page.run.status)"
 
 
@@ -331,7 +334,7 @@ def test_all_is_done_by_keys(served, opened):
 
 
 def test_a_page_that_is_reloaded_or_opened_again_has_model_and_run(served, opened):
-    (served.folder / "pile.nml").write_text(PILE.replace("duration = 0.6", "duration = 6e5"))
+    (served.folder / "pile.nml").write_text(ENDLESS)
     page = begun(opened(served), "pile.nml")
     press(page, "Run", "page.run?.status === 'running' && page.view.model.frames > 3")
     page.reload()
@@ -384,8 +387,7 @@ def test_a_step_that_fails_shows_the_contact_where_it_failed(served, opened):
 
 
 def test_a_joint_in_place_of_another_is_a_stage_of_the_saved_namelist(served, opened):
-    text = PILE.replace("duration = 0.6", "duration = 6e5")
-    (served.folder / "pile.nml").write_text(f"{text}&joint name = 'ice', friction_angle = 1 /\n")
+    (served.folder / "pile.nml").write_text(f"{ENDLESS}&joint name = 'ice', friction_angle = 1 /\n")
     page = begun(opened(served), "pile.nml")
     press(page, "Run", "page.run?.status === 'running' && page.view.model.frames > 2")
     press(page, "Pause", "page.run.status === 'paused'")
