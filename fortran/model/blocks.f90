@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Blocks: their shape, inertia and elasticity, and the state that moves them.
+!> Blocks: shape, inertia, elasticity and state.
 !>
 !> A block has six generalised coordinates q = (x0, y0, θ, εx, εy, γxy): the position of its
 !> centroid, its rotation and its strain in axes that turn with it.  A material point with reference
@@ -7,9 +7,9 @@
 !>
 !>     x = x0 + R(θ) (I + ε) ρ ,
 !>
-!> so rotation is exact, a turning block keeps its area, and no error accumulates with the steps.
-!> The step's unknowns d (paper eq. 2) are increments of q, and the shape matrix T (eq. 4) is ∂x/∂q.
-!> In these axes the mass matrix M = ρ ∫ TᵀT and the elastic matrix are constants of the block.
+!> so that rotation is exact, a rotating block keeps its area, and no error accumulates.  The
+!> unknowns d of a step (paper eq. 2) are increments of q, and the shape matrix T (eq. 4) is ∂x/∂q.
+!> In these axes the mass matrix M = ρ ∫ TᵀT and the elastic matrix of a block are constant.
 !>
 !> If materials damp (`dda_damping`), a generalised Maxwell body adds D [(r − 1) e − r Σ ζ_l] to
 !> the stress; e is the strain beyond `rest_strain`.
@@ -38,40 +38,40 @@ module dda_blocks
       integer, allocatable :: owner(:)             !< [vertices] block of each vertex
       integer, allocatable :: next(:)              !< [vertices] next vertex, counter-clockwise
       integer, allocatable :: previous(:)          !< [vertices] previous vertex
-      integer, allocatable :: material(:)          !< [n]
-      integer, allocatable :: joint(:)  !< [vertices] joint material of the edge that begins there
+      integer, allocatable :: material(:)          !< [n] material of the block
+      integer, allocatable :: joint(:)  !< [vertices] joint of the edge that begins at the vertex
       logical, allocatable :: mixed(:)  !< [n] the edges of the block have different joints
       integer, allocatable :: body(:)              !< [n] body of a cell; 0: none
-      logical, allocatable :: inner(:)  !< [vertices] the edge that begins there lies within a body
-      !> [2, vertices] adjacent edges of the body's outline; they may belong to other cells
+      logical, allocatable :: inner(:)  !< [vertices] the edge after the vertex is within a body
+      !> [2, vertices] edges of the body's outline at the vertex, also of other cells
       integer, allocatable :: outline(:,:)
       real(wp), allocatable :: rest_share(:)       !< [n] fraction of the area outside welded faces
-      integer, allocatable :: joined_first(:)      !< [n+1] first of a cell's list in `joined`
-      integer, allocatable :: joined(:)            !< later cells of the same body that touch a cell
+      integer, allocatable :: joined_first(:)      !< [n+1] start of each cell in `joined`
+      integer, allocatable :: joined(:)  !< touching cells of the same body with larger numbers
       real(wp), allocatable :: reference(:,:)      !< [2, vertices] offset ρ from the centroid, m
       real(wp), allocatable :: radius(:)           !< [n] farthest vertex from the centroid, m
       real(wp), allocatable :: area(:)             !< [n] reference area, m²
       real(wp), allocatable :: whole_area(:)  !< [n] area of the body of a cell, or of the block, m²
-      real(wp), allocatable :: mass(:)             !< [n] kg per metre of thickness
-      !> [4,n] mass, kg, and its second moments x², y², xy about the centroid, kg m², per metre of
-      !> thickness; also of removed blocks, whose `mass` is 0
+      real(wp), allocatable :: mass(:)             !< [n] mass, kg per metre of thickness
+      !> [4,n] mass, kg, and second moments x², y², xy of mass about the centroid, kg m², per metre
+      !> of thickness; kept for removed blocks, whose `mass` is 0
       real(wp), allocatable :: inertia(:,:)
       real(wp), allocatable :: stiffness(:,:,:)    !< [3,3,n] area × D
-      real(wp), allocatable :: initial_stress(:,:) !< [3,n] Pa, in the block's axes
+      real(wp), allocatable :: initial_stress(:,:) !< [3,n] in the axes of the block, Pa
       !> half of the larger side of the initial bounding box, m
       real(wp) :: half_size = 0.0_wp
       ! Changed by stages
-      logical, allocatable :: removed(:)           !< [n] no longer part of the model
+      logical, allocatable :: removed(:)           !< [n] removed from the model
       type(damping_type), allocatable :: damping(:) !< [materials] empty: no damping
       logical :: damps = .false.                   !< materials damp, and the stage is not static
       ! State
       real(wp), allocatable :: position(:,:)       !< [6,n] q: m, rad, –
       real(wp), allocatable :: velocity(:,:)       !< [6,n] dq/dt
-      !> [6,n] acceleration of the scheme (paper eq. 5); this and mean_velocity belong to a run
+      !> [6,n] acceleration by the time integration (paper eq. 5); only in runs
       real(wp), allocatable :: acceleration(:,:)
-      !> [6,4,n] d/Δt of the last four steps, most recent first
+      !> [6,4,n] d/Δt of the last four steps, most recent first; only in runs
       real(wp), allocatable :: mean_velocity(:,:,:)
-      real(wp), allocatable :: rest_strain(:,:)    !< [3,n] at the end of statics; empty: no memory
+      real(wp), allocatable :: rest_strain(:,:)    !< [3,n] strain after statics; empty: no memory
       real(wp), allocatable :: memory(:,:,:)       !< [3,mechanisms,n] ζ_l
       ! Derived from the state
       real(wp), allocatable :: axes(:,:,:)         !< [2,2,n] R(θ)
@@ -79,7 +79,7 @@ module dda_blocks
       real(wp), allocatable :: vertex(:,:)         !< [2, vertices] present position, m
       !> [2, vertices] unit vector of the edge that begins at the vertex
       real(wp), allocatable :: along(:,:)
-      real(wp), allocatable :: length(:)  !< [vertices] length of the edge that begins there, m
+      real(wp), allocatable :: length(:)  !< [vertices] length of the edge after the vertex, m
    end type blocks_type
 
 contains
@@ -90,9 +90,9 @@ contains
       integer, intent(in) :: first(:)         !< [n+1] first vertex of each polygon
       real(wp), intent(in) :: vertices(:,:)   !< [2, any] counter-clockwise, m
       integer, intent(in) :: material(:)               !< [n] material of each block
-      integer, intent(in) :: joint(:)  !< [vertices] joint of the edge that begins there
+      integer, intent(in) :: joint(:)  !< [vertices] joint of the edge that begins at the vertex
       type(material_type), intent(in) :: materials(:)  !< [materials]
-      logical, intent(in) :: plane_strain              !< else plane stress
+      logical, intent(in) :: plane_strain              !< plane strain; .false.: plane stress
       integer :: b
 
       call allocate_blocks(blocks, size(first) - 1, first(size(first)) - 1)
@@ -132,7 +132,7 @@ contains
       allocate (blocks%damping(0), blocks%rest_strain(3, 0), blocks%memory(3, 0, 0))
    end subroutine allocate_blocks
 
-   !> Allocate the additional arrays of blocks that steps need.
+   !> Allocate the arrays of blocks that only runs need.
    pure subroutine begin_motion(blocks)
       type(blocks_type), intent(inout) :: blocks  !< blocks in their initial state
 
@@ -140,8 +140,8 @@ contains
          source=0.0_wp)
    end subroutine begin_motion
 
-   !> Retain only data of a model's blocks that the blocks of its run do not have.
-   !> They are the initial state, and lists that stages change.
+   !> Deallocate data that the blocks of the run have, except the initial state and lists that
+   !> stages change.
    pure subroutine keep_first_state(blocks)
       type(blocks_type), intent(inout) :: blocks  !< initial blocks, before `begin_motion`
 
@@ -151,10 +151,10 @@ contains
          blocks%gradient, blocks%vertex, blocks%along, blocks%length)
    end subroutine keep_first_state
 
-   !> Set the damping of the materials; strains count from the present ones.
+   !> Set the damping of the materials; strains count from the present state.
    subroutine set_damping(blocks, damping)
       type(blocks_type), intent(inout) :: blocks  !< blocks in their initial state
-      type(damping_type), intent(in) :: damping(:)  !< [materials] fitted
+      type(damping_type), intent(in) :: damping(:)  !< [materials] fitted damping
 
       if (.not. any(is_damped(damping))) return
       blocks%damping = damping
@@ -167,12 +167,12 @@ contains
 
    !> .true. if a material has a generalised Maxwell body.
    pure logical function has_memory(blocks)  ! total
-      type(blocks_type), intent(in) :: blocks  !< in any state
+      type(blocks_type), intent(in) :: blocks  !< blocks
 
       has_memory = size(blocks%memory, 3) > 0
    end function has_memory
 
-   !> Reset the Maxwell bodies of all blocks: strains count from the present ones.
+   !> Reset the Maxwell bodies of all blocks: strains count from the present state.
    pure subroutine begin_memory(blocks)
       type(blocks_type), intent(inout) :: blocks  !< blocks in their present state
 
@@ -205,8 +205,8 @@ contains
       type(blocks_type), intent(inout) :: blocks   !< allocated
       integer, intent(in) :: b                     !< block to set
       real(wp), intent(in) :: polygon(:,:)         !< [2, any] counter-clockwise, m
-      type(material_type), intent(in) :: material  !< of the block
-      logical, intent(in) :: plane_strain          !< else plane stress
+      type(material_type), intent(in) :: material  !< material of the block
+      logical, intent(in) :: plane_strain          !< plane strain; .false.: plane stress
       real(wp) :: centre(2)
       integer :: from, to, v
 
@@ -230,14 +230,14 @@ contains
       blocks%velocity(1:3, b) = material%initial_velocity
    end subroutine set_block
 
-   !> Give block b another material in its present state; its stress does not change.
-   !> A new Maxwell body counts strains from the present one.
+   !> Give block b another material in its present state, without changing its stress.
+   !> A new Maxwell body counts strains from the present strain.
    pure subroutine change_material(blocks, b, number, material, plane_strain)
       type(blocks_type), intent(inout) :: blocks  !< blocks in their present state
       integer, intent(in) :: b       !< number of the block
       integer, intent(in) :: number  !< number of the new material
-      type(material_type), intent(in) :: material  !< the new one
-      logical, intent(in) :: plane_strain          !< else plane stress
+      type(material_type), intent(in) :: material  !< new material
+      logical, intent(in) :: plane_strain          !< plane strain; .false.: plane stress
       real(wp) :: stiffness(3, 3)
 
       stiffness = blocks%area(b)*elasticity(material, plane_strain)
@@ -256,7 +256,7 @@ contains
          *second_moments(blocks%reference(:, blocks%first(b):blocks%first(b + 1) - 1))]
    end subroutine change_material
 
-   !> Remove block b from the model: it retains position and inertia, but nothing acts on it.
+   !> Remove block b from the model: nothing acts on it; position and inertia are kept.
    pure subroutine remove_block(blocks, b)
       type(blocks_type), intent(inout) :: blocks  !< blocks in their present state
       integer, intent(in) :: b  !< number of the block
@@ -339,7 +339,7 @@ contains
 
    !> Compute R(θ) and R(θ)(I + ε) of a block.
    pure subroutine set_axes(q, axes, gradient)
-      real(wp), intent(in) :: q(6)  !< its coordinates
+      real(wp), intent(in) :: q(6)  !< coordinates of the block
       real(wp), intent(out) :: axes(2, 2), gradient(2, 2)  !< R(θ), R(θ)(I + ε)
       real(wp) :: c, s
 
@@ -351,7 +351,7 @@ contains
       gradient(:, 2) = axes(:, 1)*0.5_wp*q(6) + axes(:, 2)*(1.0_wp + q(5))
    end subroutine set_axes
 
-   !> Compute positions of the n vertices of a block, and its consecutive edges.
+   !> Compute the positions of the n vertices of a block, and the edges between them.
    pure subroutine set_outline(n, centre, gradient, reference, vertex, along, length)
       integer, intent(in) :: n
       real(wp), intent(in) :: centre(2), gradient(2, 2)
@@ -370,7 +370,7 @@ contains
       end do
    end subroutine set_outline
 
-   !> .true. if the block's angle at vertex v is less than 180°.
+   !> .true. if the angle of the block at vertex v is less than 180°.
    pure logical function is_convex(blocks, v)  ! total
       type(blocks_type), intent(in) :: blocks  !< vertices of each block
       integer, intent(in) :: v                 !< vertex
@@ -385,7 +385,7 @@ contains
    pure function offset_of(blocks, b, reference) result(offset)
       type(blocks_type), intent(in) :: blocks  !< present state
       integer, intent(in) :: b                 !< number of the block
-      real(wp), intent(in) :: reference(2)     !< m, offset ρ
+      real(wp), intent(in) :: reference(2)     !< offset ρ, m
       real(wp) :: offset(2)
 
       offset = blocks%gradient(:, 1, b)*reference(1) + blocks%gradient(:, 2, b)*reference(2)
@@ -395,7 +395,7 @@ contains
    pure function place_of(blocks, b, reference) result(place)
       type(blocks_type), intent(in) :: blocks  !< present state
       integer, intent(in) :: b                 !< number of the block
-      real(wp), intent(in) :: reference(2)     !< m, offset ρ
+      real(wp), intent(in) :: reference(2)     !< offset ρ, m
       real(wp) :: place(2)
 
       place = blocks%position(1:2, b) + offset_of(blocks, b, reference)
@@ -421,7 +421,7 @@ contains
    pure function shape_matrix(blocks, b, reference) result(t)
       type(blocks_type), intent(in) :: blocks  !< present state
       integer, intent(in) :: b                 !< number of the block
-      real(wp), intent(in) :: reference(2)     !< m, offset ρ
+      real(wp), intent(in) :: reference(2)     !< offset ρ, m
       real(wp) :: t(2, 6)
       real(wp) :: offset(2)
 
@@ -440,7 +440,7 @@ contains
    pure function motion_of(blocks, b, reference, d) result(motion)
       type(blocks_type), intent(in) :: blocks  !< present state
       integer, intent(in) :: b                 !< number of the block
-      real(wp), intent(in) :: reference(2)     !< m, offset ρ
+      real(wp), intent(in) :: reference(2)     !< offset ρ, m
       real(wp), intent(in) :: d(6)  !< increments (m, rad, strains), or rates per s or per s²
       real(wp) :: motion(2)
       real(wp) :: offset(2)
@@ -453,11 +453,11 @@ contains
       end associate
    end function motion_of
 
-   !> Stress (σx, σy, τxy) of block b in the model's axes, Pa; of a cell its mean over the area.
+   !> Mean stress (σx, σy, τxy) of block b in the axes of the model, Pa.
    pure function stress_of(blocks, b, of_faces) result(stress)
       type(blocks_type), intent(in) :: blocks  !< present state
       integer, intent(in) :: b                 !< number of the block
-      !> contribution of welded faces to a cell's stress, Pa, in its axes
+      !> contribution of welded faces to the stress of a cell in its axes, Pa
       real(wp), intent(in), optional :: of_faces(3)
       real(wp) :: stress(3)
       real(wp) :: local(3), tensor(2, 2), r(2, 2)

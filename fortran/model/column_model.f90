@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Model of the column of a free field: blocks of a model with supports and motions from
-!> below, whose sides are tied to each other.
+!> Model of the column of a free field: blocks of a model, with supports and motions from below and
+!> sides that are tied to each other.
 !>
-!> Settings, materials, joints, motions and stages are those of the model.  Loads, bolts and
-!> measured points are not copied; the motion of the column is measured at its upper end.
+!> Settings, materials, joints, motions and stages of the model are copied, but not loads, bolts and
+!> measured points; the motion of the column is measured at its upper end.
 module dda_column_model
    use dda_blocks, only: blocks_type, set_blocks, set_damping
    use dda_boundary, only: boundary_type
@@ -20,7 +20,7 @@ contains
 
    !> Create the model of the column of a free field.
    type(model_type) function column_model(model, field) result(column)
-      type(model_type), intent(in) :: model        !< complete
+      type(model_type), intent(in) :: model        !< complete model
       type(free_field_type), intent(in) :: field   !< free field of the model
       logical :: kept(size(model%fixed_points))
       integer :: number(model%blocks%n), i
@@ -63,7 +63,7 @@ contains
       type(model_type), intent(in) :: model  !< model with its blocks and materials
       integer, intent(in) :: list(:)         !< [any] numbers of blocks, ascending
       type(blocks_type), intent(out) :: blocks  !< blocks in their initial state
-      type(weld_type), allocatable, intent(out) :: welds(:)  !< between them
+      type(weld_type), allocatable, intent(out) :: welds(:)  !< welds between them
       integer, allocatable :: vertex(:)
       integer :: number(model%blocks%n), of_vertex(size(model%blocks%owner))
       integer :: first(size(list) + 1), i, v
@@ -81,7 +81,7 @@ contains
          model%blocks%joint(vertex), model%materials, model%control%plane_strain)
       blocks%initial_stress = model%blocks%initial_stress(:, list)
       call set_damping(blocks, model%blocks%damping)
-      blocks%half_size = model%blocks%half_size  ! the search uses the distances of the model
+      blocks%half_size = model%blocks%half_size  ! for search distances as in the model
       blocks%body = model%blocks%body(list)
       welds = welds_within(model%welds, number, of_vertex)
       call set_welds(blocks, welds)
@@ -90,7 +90,7 @@ contains
 
    !> Copy the pairs of cells of the column that have no contacts.
    pure subroutine copy_joined_pairs(blocks, before, number)
-      type(blocks_type), intent(inout) :: blocks  !< of the column
+      type(blocks_type), intent(inout) :: blocks  !< blocks of the column
       type(blocks_type), intent(in) :: before     !< former blocks of the model
       integer, intent(in) :: number(:)  !< [blocks of the model] number in the column, or 0
       integer :: b, i
@@ -111,7 +111,7 @@ contains
 
    !> Add dashpots below the column.
    pure subroutine add_dashpots(column, boundaries, number)
-      type(model_type), intent(inout) :: column            !< receives them
+      type(model_type), intent(inout) :: column            !< column; receives the dashpots
       type(boundary_type), intent(in) :: boundaries(:)     !< boundaries of the model
       integer, intent(in) :: number(:)                     !< [blocks] number in the column, or 0
       type(boundary_type) :: own
@@ -132,7 +132,7 @@ contains
       end do
    end subroutine add_dashpots
 
-   !> Copy a stage without objects that the column does not have.
+   !> Copy a stage without the objects that are not in the column.
    pure type(stage_type) function column_stage(stage, block, kept) result(own)
       type(stage_type), intent(in) :: stage  !< stage of the model
       integer, intent(in) :: block(:)        !< [any] block of the column

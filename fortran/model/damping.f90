@@ -1,14 +1,14 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Damping of a block material: a generalised Maxwell body, Rayleigh damping.
+!> Damping of a block material by a generalised Maxwell body or by Rayleigh damping.
 !>
-!> The body, for damping that does not depend on frequency:
+!> Maxwell body, for damping that does not depend on frequency:
 !>
 !>     σ = D_u (e − Σ ζ_l),   dζ_l/dt + ω_l ζ_l = Y_l ω_l e ,   D_u = r D,
 !>
-!> e being the strain since the end of statics.  Its complex modulus relative to the given one,
+!> where e is the strain since the end of statics.  The complex modulus over the given modulus,
 !> g(ω) = r [1 − Σ Y_l ω_l/(ω_l + iω)], has Re g = 1 at the reference frequency.  The ω_l are
-!> equally spaced in log ω from a third of the lowest to three times the highest frequency of a
-!> band; the Y_l ≥ 0 are the least-squares solution of
+!> equally spaced in log ω, from a third of the lowest to three times the highest frequency of a
+!> band.  The Y_l ≥ 0 are the least-squares solution of
 !>
 !>     Σ Y_l (ω_l ω + 2ζ ω_l²)/(ω_l² + ω²) = 2ζ ,
 !>
@@ -18,10 +18,10 @@
 !>
 !>     Δζ_l = 2h_l/(1 + h_l) (Y_l e₀ − ζ_l) + h_l Y_l/(1 + h_l) Δε ,
 !>
-!> which in steady vibration is the same body at ω̃ = 2 tan(ωΔt/2)/Δt.  The sum of the loss of a
-!> step and that of the scheme, (θ − ½) ΔσΔε, is never negative for (θ − ½) ω_l Δt ≤ 4.
+!> which in steady vibration equals the body at ω̃ = 2 tan(ωΔt/2)/Δt.  The loss of a step plus the
+!> loss by the scheme, (θ − ½) ΔσΔε, is never negative for (θ − ½) ω_l Δt ≤ 4.
 !>
-!> Rayleigh: C = αM + βK on the mean velocity d/Δt of the block.
+!> Rayleigh damping: C = αM + βK acts on the mean velocity d/Δt of the block.
 module dda_damping
    use dda_kinds, only: wp, pi
    use dda_errors, only: error_type, error_input, fail
@@ -36,12 +36,12 @@ module dda_damping
       same_damping, rayleigh_ratio, most_mechanisms, highest_relaxation
 
    integer, parameter :: most_mechanisms = 16
-   real(wp), parameter :: automatic_band(2) = [0.1_wp, 50.0_wp]  !< Hz
-   integer, parameter :: least_mechanisms = 4     !< that are tried
+   real(wp), parameter :: automatic_band(2) = [0.1_wp, 50.0_wp]  !< automatic band, Hz
+   integer, parameter :: least_mechanisms = 4     !< least number of mechanisms that is tried
    real(wp), parameter :: wanted_misfit = 3.5e-4_wp  !< misfit for an automatic number of mechanisms
    real(wp), parameter :: most_misfit = 0.05_wp   !< largest error of a fitted body
-   real(wp), parameter :: beyond = 3.0_wp  !< factor beyond the ends of the band: range of the ω_l
-   integer, parameter :: samples = 12             !< frequencies of the fit for each mechanism
+   real(wp), parameter :: beyond = 3.0_wp  !< range of the ω_l beyond the ends of the band
+   integer, parameter :: samples = 12             !< frequencies of the fit per mechanism
 
    !> Damping of a material.
    type :: damping_type
@@ -55,7 +55,7 @@ module dda_damping
       real(wp) :: misfit = 0.0_wp               !< largest relative error of ζ over the band
       real(wp) :: alpha = 0.0_wp                !< α of Rayleigh damping, 1/s
       real(wp) :: beta = 0.0_wp                 !< β of Rayleigh damping, s
-      !> in steps the law of the material has the damping; at small strains it is this ratio
+      !> `ratio` is the small-strain damping of a material law, which acts in steps
       logical :: by_law = .false.
    end type damping_type
 
@@ -63,21 +63,21 @@ contains
 
    !> .true. if there is any damping.
    elemental logical function is_damped(damping)
-      type(damping_type), intent(in) :: damping  !< of a material
+      type(damping_type), intent(in) :: damping  !< damping of a material
 
       is_damped = damping%ratio > 0.0_wp .or. damping%alpha > 0.0_wp .or. damping%beta > 0.0_wp
    end function is_damped
 
    !> .true. if there is a generalised Maxwell body.
    elemental logical function has_body(damping)
-      type(damping_type), intent(in) :: damping  !< of a material
+      type(damping_type), intent(in) :: damping  !< damping of a material
 
       has_body = damping%ratio > 0.0_wp
    end function has_body
 
    !> .true. if two materials have the same damping.
    elemental logical function same_damping(a, b) result(same)
-      type(damping_type), intent(in) :: a, b  !< of two materials
+      type(damping_type), intent(in) :: a, b  !< damping of two materials
 
       same = a%n == b%n .and. a%alpha == b%alpha .and. a%beta == b%beta .and. &
          a%unrelaxed == b%unrelaxed .and. all(a%omega == b%omega) .and. all(a%weight == b%weight)
@@ -85,8 +85,8 @@ contains
 
    !> Set α and β for a damping ratio at two frequencies.
    pure subroutine set_rayleigh(damping, ratio, frequencies)
-      type(damping_type), intent(inout) :: damping  !< gets them
-      real(wp), intent(in) :: ratio           !< ζ at both
+      type(damping_type), intent(inout) :: damping  !< damping; receives α and β
+      real(wp), intent(in) :: ratio           !< ζ at both frequencies
       real(wp), intent(in) :: frequencies(2)  !< Hz, different
       real(wp) :: omega(2)
 
@@ -97,7 +97,7 @@ contains
 
    !> Damping ratio ζ of Rayleigh damping, α/(2ω) + βω/2.
    elemental real(wp) function rayleigh_ratio(damping, frequency) result(ratio)
-      type(damping_type), intent(in) :: damping  !< of a material
+      type(damping_type), intent(in) :: damping  !< damping of a material
       real(wp), intent(in) :: frequency  !< Hz, above 0
 
       associate (omega => 2.0_wp*pi*frequency)
@@ -107,7 +107,7 @@ contains
 
    !> Complex modulus of the body relative to the given modulus, at an angular frequency.
    elemental complex(wp) function modulus_factor(damping, omega) result(factor)
-      type(damping_type), intent(in) :: damping  !< fitted
+      type(damping_type), intent(in) :: damping  !< fitted damping
       real(wp), intent(in) :: omega  !< angular frequency, rad/s; pre-warped for steps of Δt
       integer :: l
 
@@ -118,7 +118,7 @@ contains
       factor = damping%unrelaxed*factor
    end function modulus_factor
 
-   !> Largest ω_l that a scheme admits at a time step, rad/s: (θ − ½) ω_l Δt ≤ 4.
+   !> Largest ω_l that is permitted for a scheme and a time step, rad/s: (θ − ½) ω_l Δt ≤ 4.
    elemental real(wp) function highest_relaxation(theta, time_step) result(highest)
       real(wp), intent(in) :: theta      !< θ of the scheme, ½ … 1
       real(wp), intent(in) :: time_step  !< Δt, s
@@ -129,16 +129,16 @@ contains
 
    !> Fit the body to its ratio over its band, with ω_l up to a limit.
    subroutine fit_body(damping, limit, error)
-      type(damping_type), intent(inout) :: damping  !< given: ratio, reference, band, n
-      real(wp), intent(in) :: limit  !< largest ω_l that all stages admit, rad/s
+      type(damping_type), intent(inout) :: damping  !< damping with ratio, reference, band and n
+      real(wp), intent(in) :: limit  !< largest ω_l permitted by all stages, rad/s
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: n
 
       if (.not. damping%band(2) > 0.0_wp) damping%band = [automatic_band(1), &
          min(automatic_band(2), limit/(2.0_wp*pi*beyond))]
       if (damping%band(2) <= damping%band(1)) then
-         call fail(error, error_input, 'the time step admits mechanisms up to '// &
-            to_text(limit/(2.0_wp*pi))//' Hz only, but damping_band begins at '// &
+         call fail(error, error_input, 'the time step permits mechanisms only up to '// &
+            to_text(limit/(2.0_wp*pi))//' Hz, but damping_band begins at '// &
             to_text(damping%band(1))//" Hz: give a smaller time_step, or integration = 'midpoint'")
          return
       end if
@@ -155,28 +155,28 @@ contains
       if (damping%misfit <= most_misfit) return
       call fail(error, error_input, to_text(damping%n)//' mechanisms give the damping ratio '// &
          to_text(damping%ratio)//' from '//to_text(damping%band(1))//' to '// &
-         to_text(damping%band(2))//' Hz only to '//to_text(100*damping%misfit)//' %'// &
+         to_text(damping%band(2))//' Hz with an error of '//to_text(100*damping%misfit)//' %'// &
          fit_advice(damping, limit))
    end subroutine fit_body
 
-   !> Text of advice on a bad fit.
+   !> Advice on a bad fit.
    pure function fit_advice(damping, limit) result(text)
-      type(damping_type), intent(in) :: damping  !< fitted
-      real(wp), intent(in) :: limit  !< rad/s
+      type(damping_type), intent(in) :: damping  !< fitted damping
+      real(wp), intent(in) :: limit  !< largest ω_l, rad/s
       character(len=:), allocatable :: text
 
       text = '; give more mechanisms or a narrower damping_band'
-      if (2.0_wp*pi*beyond*damping%band(2) > limit) text = '; the time step admits mechanisms '// &
-         'up to '//to_text(limit/(2.0_wp*pi))//' Hz alone, and the band needs them up to '// &
+      if (2.0_wp*pi*beyond*damping%band(2) > limit) text = '; the time step permits mechanisms '// &
+         'only up to '//to_text(limit/(2.0_wp*pi))//' Hz, but the band needs them up to '// &
          to_text(beyond*damping%band(2))//' Hz: give a smaller time_step, a lower end of '// &
          "damping_band, or integration = 'midpoint'"
    end function fit_advice
 
-   !> Fit the body with a given number of mechanisms; those without weight are omitted.
+   !> Fit the body with a given number of mechanisms; mechanisms without weight are omitted.
    subroutine fit_mechanisms(damping, n, limit)
       type(damping_type), intent(inout) :: damping  !< damping; receives ω_l, Y_l, r and misfit
       integer, intent(in) :: n      !< mechanisms
-      real(wp), intent(in) :: limit !< rad/s
+      real(wp), intent(in) :: limit !< largest ω_l, rad/s
       real(wp) :: matrix(samples*n, n), right(samples*n), weight(n), own(n), omega(samples*n)
       integer :: l, kept
 
@@ -201,7 +201,7 @@ contains
 
    !> Largest relative error of ζ over the band; huge if the body is unstable, Σ Y_l ≥ 1.
    pure real(wp) function largest_misfit(damping) result(misfit)
-      type(damping_type), intent(in) :: damping  !< fitted
+      type(damping_type), intent(in) :: damping  !< fitted damping
       real(wp) :: frequency(64*damping%n)
       complex(wp) :: factor(64*damping%n)
 
@@ -212,9 +212,9 @@ contains
       misfit = maxval(abs(0.5_wp*aimag(factor)/real(factor)/damping%ratio - 1.0_wp))
    end function largest_misfit
 
-   !> Fraction h Y/(1 + h) of a strain change that a mechanism follows within the step.
+   !> Change h Y/(1 + h) of ζ per strain increment in a step.
    pure real(wp) function following(damping, l, time_step)
-      type(damping_type), intent(in) :: damping  !< of the material
+      type(damping_type), intent(in) :: damping  !< damping of the material
       integer, intent(in) :: l                   !< mechanism
       real(wp), intent(in) :: time_step          !< Δt, s
 
@@ -223,9 +223,9 @@ contains
       end associate
    end function following
 
-   !> Change 2h/(1 + h) (Y e₀ − ζ) of ζ within the step at constant strain.
+   !> Change 2h/(1 + h) (Y e₀ − ζ) of ζ in a step at constant strain.
    pure real(wp) function relaxing(damping, l, time_step, strain, memory)
-      type(damping_type), intent(in) :: damping   !< of the material
+      type(damping_type), intent(in) :: damping   !< damping of the material
       integer, intent(in) :: l                    !< mechanism
       real(wp), intent(in) :: time_step           !< Δt, s
       real(wp), intent(in) :: strain, memory      !< e₀ and ζ

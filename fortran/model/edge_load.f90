@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Loads on edges: tractions, and the pressure of water on faces and in joints.
+!> Loads on edges: tractions, and pressure of water on faces and in joints.
 module dda_edge_load
    use dda_kinds, only: wp
    use dda_edge_piece, only: edge_piece_type
@@ -18,18 +18,18 @@ module dda_edge_load
    type :: edge_load_type
       character(len=64) :: name = ''
       integer :: kind = load_uniform
-      logical :: present = .true.                    !< present; a stage may add or remove it
-      logical :: follows = .true.  !< load follows the moving edges; .false.: initial edges
+      logical :: present = .true.                    !< part of the model; stages may change this
+      logical :: follows = .true.  !< load acts on the moving edges; .false.: initial edges
       type(edge_piece_type), allocatable :: piece(:) !< parts of edges on which the load acts
       real(wp), allocatable :: ends(:,:,:)           !< [2,2,pieces] initial ends of the pieces, m
       real(wp), allocatable :: at_ends(:,:)          !< [2,pieces] pressures of `load_line`, Pa
       real(wp), allocatable :: line(:,:)             !< [2,points] phreatic line, x ascending, m
-      real(wp) :: unit_weight = 0.0_wp               !< of water, N/m³
+      real(wp) :: unit_weight = 0.0_wp               !< unit weight of water, N/m³
       real(wp) :: reservoir = 0.0_wp                 !< depth H of Westergaard's mass, m; 0: none
-      logical :: held = .false.                      !< values are constant outside of the times
+      logical :: held = .false.                      !< values are constant outside the times
       real(wp), allocatable :: time(:)               !< s, ascending
       real(wp), allocatable :: normal(:)  !< [times] pressure, Pa; for water, factor of the pressure
-      real(wp), allocatable :: shear(:)              !< [times] along the edge, Pa
+      real(wp), allocatable :: shear(:)              !< [times] shear traction along the edge, Pa
       real(wp), allocatable :: level(:)  !< [times] level, m; for water, rise of the level
    end type edge_load_type
 
@@ -38,7 +38,7 @@ contains
    !> Normal pressure (for water: factor), shear and level (for water: rise) at a time.
    !> Values are linear between the times of a load, and constant beyond them.
    pure function values_at(load, time) result(values)
-      type(edge_load_type), intent(in) :: load  !< its times
+      type(edge_load_type), intent(in) :: load  !< load with its times
       real(wp), intent(in) :: time              !< time, s
       real(wp) :: values(3)                     !< pressure (Pa) or factor, shear (Pa), level (m)
       real(wp) :: share
@@ -51,9 +51,9 @@ contains
 
    !> Values of a load at one of its times.
    pure function history_of(load, k) result(values)
-      type(edge_load_type), intent(in) :: load  !< its times
-      integer, intent(in) :: k                  !< time
-      real(wp) :: values(3)                     !< as `values_at`
+      type(edge_load_type), intent(in) :: load  !< load with its times
+      integer, intent(in) :: k                  !< number of the time
+      real(wp) :: values(3)                     !< see `values_at`
 
       values = [load%normal(k), load%shear(k), load%level(k)]
    end function history_of

@@ -13,17 +13,17 @@ module dda_edge_piece
    type :: edge_piece_type
       integer :: block = 0              !< block that owns the edge
       integer :: edge = 0               !< edge, given by its first vertex, counter-clockwise
-      real(wp) :: from = 0.0_wp         !< fraction of the edge length at its start, 0 … 1
-      real(wp) :: to = 1.0_wp           !< and ends
+      real(wp) :: from = 0.0_wp         !< start as a fraction of the edge length, 0 … 1
+      real(wp) :: to = 1.0_wp           !< end as a fraction of the edge length
    end type edge_piece_type
 
 contains
 
-   !> Reference offset ρ, m, at a fraction of the part: 0 at its first end, 1 at its last.
+   !> Reference offset ρ, m, at a fraction of the part: 0 at its first end, 1 at its last end.
    pure function reference_at(blocks, piece, share) result(reference)
-      type(blocks_type), intent(in) :: blocks      !< in any state
-      type(edge_piece_type), intent(in) :: piece   !< of an edge
-      real(wp), intent(in) :: share                !< 0 … 1
+      type(blocks_type), intent(in) :: blocks      !< blocks
+      type(edge_piece_type), intent(in) :: piece   !< part of an edge
+      real(wp), intent(in) :: share                !< fraction, 0 … 1
       real(wp) :: reference(2)
       real(wp) :: at
 
@@ -36,24 +36,24 @@ contains
    !> Present length of the part, m.
    pure real(wp) function piece_length(blocks, piece)
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
-      type(edge_piece_type), intent(in) :: piece   !< of an edge
+      type(edge_piece_type), intent(in) :: piece   !< part of an edge
 
       piece_length = (piece%to - piece%from)*blocks%length(piece%edge)
    end function piece_length
 
-   !> Present outward normal of the part; turned by +90° it points from its first to its last end.
+   !> Present outward normal of the part; rotated by +90° it points from the first to the last end.
    pure function piece_normal(blocks, piece) result(normal)
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
-      type(edge_piece_type), intent(in) :: piece   !< of an edge
+      type(edge_piece_type), intent(in) :: piece   !< part of an edge
       real(wp) :: normal(2)
 
       normal = [blocks%along(2, piece%edge), -blocks%along(1, piece%edge)]
    end function piece_normal
 
-   !> Reference offsets ρ, m, of the two Gauss points; each has the weight of half the length.
+   !> Reference offsets ρ, m, of the two Gauss points, each with half the length as weight.
    pure function gauss_points(blocks, piece) result(reference)
-      type(blocks_type), intent(in) :: blocks      !< in any state
-      type(edge_piece_type), intent(in) :: piece   !< of an edge
+      type(blocks_type), intent(in) :: blocks      !< blocks
+      type(edge_piece_type), intent(in) :: piece   !< part of an edge
       real(wp) :: reference(2, 2)                  !< [2, points]
       real(wp), parameter :: near = 0.5_wp - 0.5_wp/sqrt(3.0_wp)
 

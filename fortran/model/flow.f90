@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Water in joints: network of channels, fluid, and prescribed values at nodes.
 !>
-!> A channel is the overlap of two edges of different blocks, or a part of it.  Its ends are nodes;
-!> channels whose ends are at the same position share them.
+!> A channel is the overlap, or a part of the overlap, of two edges of different blocks.  Its ends
+!> are nodes; channels with ends at the same position have a common node.
 module dda_flow
    use dda_kinds, only: wp
    use dda_interpolation, only: find_interval
@@ -12,8 +12,8 @@ module dda_flow
       flow_states, flow_steady, flow_transient, flow_undrained
 
    integer, parameter :: flow_steady = 1     !< pressures are in equilibrium with the boundaries
-   integer, parameter :: flow_transient = 2  !< water is stored, and flows
-   integer, parameter :: flow_undrained = 3  !< water is stored, and does not flow
+   integer, parameter :: flow_transient = 2  !< water is stored and flows
+   integer, parameter :: flow_undrained = 3  !< water is stored but does not flow
    character(len=*), parameter :: flow_states(3) = [character(len=9) :: 'steady', 'transient', &
       'undrained']
 
@@ -23,7 +23,7 @@ module dda_flow
       real(wp) :: least = 0.0_wp            !< residual aperture, m
       real(wp) :: most = 0.0_wp             !< largest aperture, m
       real(wp) :: opening_factor = 1.0_wp   !< ratio of aperture change to opening
-      real(wp) :: viscosity = 0.0_wp        !< dynamic, Pa s
+      real(wp) :: viscosity = 0.0_wp        !< dynamic viscosity, Pa s
       real(wp) :: bulk_modulus = 0.0_wp     !< Pa
       real(wp) :: unit_weight = 0.0_wp      !< N/m³ at 9.81 m/s²
       real(wp) :: cavitation = 0.0_wp       !< least pressure, Pa
@@ -31,9 +31,9 @@ module dda_flow
 
    !> A part of the overlap of two edges.
    type :: channel_type
-      integer :: block(2) = 0               !< on both sides
+      integer :: block(2) = 0               !< blocks on both sides
       integer :: edge = 0                   !< edge of block(1), given by its first vertex
-      integer :: node(2) = 0                !< at its ends
+      integer :: node(2) = 0                !< nodes at its ends
       integer :: law = 0                    !< group &flow
       real(wp) :: length = 0.0_wp           !< m
       real(wp) :: reference(2, 2, 2) = 0.0_wp  !< [2,ends,sides] offsets ρ from the centroids, m
@@ -45,10 +45,10 @@ module dda_flow
       logical :: inflow = .false.           !< values are inflows; .false.: pressures at y = 0
       logical :: head = .false.  !< values are heads, with hydrostatic pressure below
       logical :: dry_above = .false.        !< nodes above the level are open to the air: p = 0
-      integer :: load = 0                   !< load on faces that must act, else p = 0; 0: none
-      logical :: lasts = .true.             !< .true.: constant outside of the times; .false.: p = 0
+      integer :: load = 0                   !< load on faces; p = 0 unless it acts; 0: none
+      logical :: lasts = .true.             !< constant outside the times; .false.: p = 0
       real(wp), allocatable :: time(:)      !< s
-      real(wp), allocatable :: value(:)     !< [times] m, Pa, or m²/s in total for all nodes
+      real(wp), allocatable :: value(:)     !< [times] m, Pa, or total m²/s of all nodes
    end type flow_boundary_type
 
    !> Water in the joints of a model.
@@ -64,9 +64,9 @@ module dda_flow
 
 contains
 
-   !> .true. if there is water at a boundary at a time.
+   !> .true. if a boundary acts at a given time.
    pure logical function acts_at(boundary, time)  ! total
-      type(flow_boundary_type), intent(in) :: boundary  !< its times
+      type(flow_boundary_type), intent(in) :: boundary  !< boundary with its times
       real(wp), intent(in) :: time                      !< time, s
 
       acts_at = boundary%lasts .or. (time >= boundary%time(1) .and. &
@@ -75,7 +75,7 @@ contains
 
    !> Value of a boundary at a time: linear between its times, constant beyond them.
    pure real(wp) function value_at(boundary, time)
-      type(flow_boundary_type), intent(in) :: boundary  !< its times
+      type(flow_boundary_type), intent(in) :: boundary  !< boundary with its times
       real(wp), intent(in) :: time                      !< time, s
       real(wp) :: share
       integer :: k, last

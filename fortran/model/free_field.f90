@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Side of the model with a free field: the column of blocks at that side, tied to itself on
-!> both sides, is the free field; dashpots absorb radiated waves.
+!> Side of a model with a free field: a column of the blocks at this side, with both sides tied to
+!> each other, is the free field; dashpots absorb radiated waves.
 module dda_free_field
    use dda_boundary, only: boundary_type
    use dda_support, only: point_type
@@ -13,12 +13,11 @@ module dda_free_field
    !> The free field at a side.
    type :: free_field_type
       character(len=8) :: side = ''          !< 'left' or 'right'
-      !> face of each tie and weld at the side of the model: 1, of the right faces; 2, of the left
-      !> faces
+      !> face of each tie and weld that is at the side of the model: 1 (right faces) or 2 (left)
       integer :: face = 0
       integer, allocatable :: block(:)       !< [any] blocks of the model that form the column
       type(point_type) :: top                !< upper end of the side in the model
-      !> [any] ties and welds of its right with its left faces, in vertices of the column
+      !> [any] ties of right with left faces, in vertices of the column
       type(tie_type), allocatable :: tie(:)
       type(weld_type), allocatable :: weld(:)  !< [any] welds of right with left faces of the column
       type(boundary_type) :: boundary        !< dashpots at the side, without a motion

@@ -13,13 +13,13 @@ module dda_material
    type, extends(material_values) :: material_type
       logical :: has_velocities = .false.      !< moduli are given by velocities of S and P waves
       type(damping_type) :: damping = damping_type()
-      class(material_law_type), allocatable :: own_law  !< none: linear elastic
+      class(material_law_type), allocatable :: own_law  !< not allocated: linear elastic
    contains
       procedure :: has_law
       procedure :: yields
    end type material_type
 
-   !> Joint material: its law by name, and the parameters of laws (see `docs/joints.md`).
+   !> Joint material: name of its law, and parameters of laws (see `docs/joints.md`).
    type, extends(joint_values) :: joint_type
       real(wp) :: normal_stiffness = 0.0_wp !< Pa/m; 0: stiffness of the contacts, N/m
       real(wp) :: shear_stiffness = 0.0_wp  !< Pa/m; 0: from the normal stiffness
@@ -31,14 +31,14 @@ contains
 
    !> .true. if the material has its own law.
    elemental logical function has_law(material)  ! total
-      class(material_type), intent(in) :: material  !< as read
+      class(material_type), intent(in) :: material  !< material or joint
 
       has_law = allocated(material%own_law)
    end function has_law
 
    !> .true. if the law of the material limits its stresses.
    elemental logical function yields(material)
-      class(material_type), intent(in) :: material  !< as read
+      class(material_type), intent(in) :: material  !< material or joint
 
       yields = .false.
       if (allocated(material%own_law)) yields = material%own_law%yields()
@@ -46,7 +46,7 @@ contains
 
    !> Set Young's modulus and Poisson's ratio from the velocities of S and P waves in the solid.
    pure subroutine set_velocities(material, shear_velocity, pressure_velocity)
-      type(material_type), intent(inout) :: material  !< with its density
+      type(material_type), intent(inout) :: material  !< material with its density
       real(wp), intent(in) :: shear_velocity, pressure_velocity  !< m/s, different
 
       associate (s => shear_velocity**2, p => pressure_velocity**2)
@@ -56,9 +56,9 @@ contains
       material%has_velocities = .true.
    end subroutine set_velocities
 
-   !> .true. if the law is Coulomb friction with springs at corners: the only law in most models.
+   !> .true. if the law is Coulomb friction with springs at corners, the usual law.
    pure logical function is_plain(joint)  ! total
-      class(joint_type), intent(in) :: joint  !< as read
+      class(joint_type), intent(in) :: joint  !< material or joint
 
       is_plain = joint%law == 'coulomb' .and. joint%normal_stiffness == 0.0_wp &
          .and. joint%shear_stiffness == 0.0_wp .and. joint%contact_points == 2
@@ -67,7 +67,7 @@ contains
    !> Elastic matrix D of σ = D ε, Pa, for (εx, εy, γxy).
    pure function elasticity(material, plane_strain) result(d)
       type(material_type), intent(in) :: material  !< Young's modulus and Poisson's ratio
-      logical, intent(in) :: plane_strain          !< else plane stress
+      logical, intent(in) :: plane_strain          !< plane strain; .false.: plane stress
       real(wp) :: d(3, 3)
       real(wp) :: e, nu
 

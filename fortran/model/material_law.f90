@@ -2,13 +2,13 @@
 !> Law of a material at a strain point: stress and tangent of a step, energies, state.
 !>
 !> The strains ε (εx, εy, γxy) of a point count from the start of its law, at the stress σ₀.
-!> A material without its own law is linear elastic, σ = σ₀ + Dε, and nothing here is called.
-!> In a step from ε to ε + Δε the acting stress s satisfies, exactly,
+!> A material without a law is linear elastic, σ = σ₀ + Dε, and calls no procedure of this type.
+!> In a step from ε to ε + Δε the acting stress s satisfies exactly
 !>
 !>     s·Δε = Δψ + loss by the law + loss by the scheme ,
 !>
-!> both losses ≥ 0, where ψ is the stored energy.  A new law is one file in `soil` that extends
-!> `material_law_type`, and its name in `dda_input_material_law`.
+!> where ψ is the stored energy and both losses are ≥ 0.  A new law needs one file in `soil` that
+!> extends `material_law_type`, and its name in `dda_input_material_law`.
 module dda_material_law
    use dda_kinds, only: wp
    use dda_scheme, only: step_type
@@ -18,14 +18,14 @@ module dda_material_law
 
    integer, parameter :: loss_plastic = 1  !< loss by slip or yielding
    integer, parameter :: loss_damping = 2  !< loss by small-strain damping
-   integer, parameter :: loss_scheme = 3   !< by the time integration
+   integer, parameter :: loss_scheme = 3   !< loss by the time integration
    integer, parameter :: losses = 3
 
    !> Data of a point for its law.
    type :: strain_point_type
       real(wp) :: elasticity(3, 3) = 0.0_wp  !< D of small strains, Pa
       real(wp) :: held(3) = 0.0_wp           !< σ₀, Pa
-      logical :: plane_strain = .true.       !< else plane stress
+      logical :: plane_strain = .true.       !< plane strain; .false.: plane stress
       real(wp) :: length = 0.0_wp            !< root of the area, m
       real(wp) :: thickness = 0.0_wp         !< area over length for a face, else `length`, m
       real(wp) :: cap = huge(1.0_wp)         !< largest force of a jump, N/m
@@ -64,7 +64,7 @@ module dda_material_law
       pure subroutine respond_interface(self, point, state, strain, change, step, stress, tangent)
          import :: material_law_type, strain_point_type, step_type, wp
          class(material_law_type), intent(in) :: self       !< law
-         type(strain_point_type), intent(in) :: point       !< at its position
+         type(strain_point_type), intent(in) :: point       !< data of the point
          real(wp), intent(in) :: state(:)                   !< [any] state at the start of the step
          real(wp), intent(in) :: strain(3), change(3)       !< ε at the start, Δε
          type(step_type), intent(in) :: step                !< the present step
@@ -75,7 +75,7 @@ module dda_material_law
       pure subroutine finish_interface(self, point, state, strain, change, step, loss)
          import :: material_law_type, strain_point_type, step_type, losses, wp
          class(material_law_type), intent(in) :: self  !< law
-         type(strain_point_type), intent(in) :: point  !< at its position
+         type(strain_point_type), intent(in) :: point  !< data of the point
          real(wp), intent(inout) :: state(:)  !< [any] state at the start; on return at the end
          real(wp), intent(in) :: strain(3), change(3)  !< ε at the start, Δε
          type(step_type), intent(in) :: step           !< the present step
@@ -86,7 +86,7 @@ module dda_material_law
       pure real(wp) function stored_interface(self, point, state, strain)
          import :: material_law_type, strain_point_type, wp
          class(material_law_type), intent(in) :: self  !< law
-         type(strain_point_type), intent(in) :: point  !< at its position
+         type(strain_point_type), intent(in) :: point  !< data of the point
          real(wp), intent(in) :: state(:)              !< [any] state of the point
          real(wp), intent(in) :: strain(3)             !< ε
       end function stored_interface
@@ -104,7 +104,7 @@ contains
    !> Stresses of the frozen bounds of a step at a strain; default: none.
    pure function no_frozen_stress(self, point, state, strain, change, step) result(stress)
       class(material_law_type), intent(in) :: self  !< law
-      type(strain_point_type), intent(in) :: point  !< at its position
+      type(strain_point_type), intent(in) :: point  !< data of the point
       real(wp), intent(in) :: state(:)              !< [any] state at the start of the step
       real(wp), intent(in) :: strain(3), change(3)  !< ε at the start, Δε
       type(step_type), intent(in) :: step           !< the present step
@@ -121,25 +121,26 @@ contains
       no_plastic_strain = 0.0_wp
    end function no_plastic_strain
 
-   !> .true. if the law limits stresses, also those of jumps of a welded face; default: .false.
+   !> .true. if the law limits stresses, including stresses of jumps of welded faces; default:
+   !> .false.
    pure logical function never_yields(self)
       class(material_law_type), intent(in) :: self  !< law
 
       never_yields = .false.
    end function never_yields
 
-   !> Largest stress of the jumps of a face in a step, Pa; default: without limit.
+   !> Largest stress of the jumps of a face in a step, Pa; default: no limit.
    pure real(wp) function no_cap(self, point, state, strain)
       class(material_law_type), intent(in) :: self  !< law
-      type(strain_point_type), intent(in) :: point  !< of the face
+      type(strain_point_type), intent(in) :: point  !< point of the face
       real(wp), intent(in) :: state(:)              !< [any] state of the point
       real(wp), intent(in) :: strain(3)             !< ε at the start of the step
 
       no_cap = huge(1.0_wp)
    end function no_cap
 
-   !> Stress, Pa, due to the mean stress and the change of area that tr ε omits.
-   !> The default is 0, since strains are small.
+   !> Stress, Pa, due to the work of the mean stress on the change of area that tr ε neglects;
+   !> default: 0.
    pure function no_shape_stress(self, state) result(stress)
       class(material_law_type), intent(in) :: self  !< law
       real(wp), intent(in) :: state(:)              !< [any] state of the point
@@ -172,7 +173,7 @@ contains
       words = ''
    end function no_words
 
-   !> Thickness of a point, m, above which it softens faster than it unloads; default: none.
+   !> Thickness of a point, m, above which it softens faster than it unloads; default: no limit.
    pure real(wp) function any_thickness(self, elasticity)
       class(material_law_type), intent(in) :: self  !< law
       real(wp), intent(in) :: elasticity(3, 3)      !< D of small strains, Pa

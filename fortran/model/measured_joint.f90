@@ -5,10 +5,10 @@ module dda_measured_joint
    private
    public :: measured_joint_type
 
-   !> The blocks on its two sides.
+   !> A measured joint and the blocks on its two sides.
    type :: measured_joint_type
       character(len=64) :: name = ''
-      !> [blocks] 1: in the set whose slip and force are reported, 2: in the other set, 0: neither
+      !> [blocks] 1: set whose slip and force are reported; 2: other set; 0: neither
       integer, allocatable :: side(:)
    end type measured_joint_type
 

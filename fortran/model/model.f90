@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Content of an input file, checked: data that a run does not change.
+!> Checked content of an input file, which a run does not change.
 module dda_model
    use dda_kinds, only: wp, long
    use dda_settings, only: control_type, contact_settings_type, output_settings_type, &
@@ -27,7 +27,7 @@ module dda_model
    !> A file of blocks.
    type :: block_source_type
       character(len=:), allocatable :: file
-      integer(long) :: checksum = 0                  !< of its content
+      integer(long) :: checksum = 0                  !< checksum of its content
    end type block_source_type
 
    !> A model; blocks have their initial state.
@@ -36,7 +36,7 @@ module dda_model
       character(len=:), allocatable :: file          !< file from which the model was read
       character(len=:), allocatable :: text          !< text of the input, for provenance
       character(len=:), allocatable :: values  !< all values of the input, see `resolved_values`
-      !> added to every position in the output: the engine computes near zero
+      !> added to every position in the output, because the engine computes near zero
       real(wp) :: origin(2) = 0.0_wp
       type(control_type) :: control
       type(contact_settings_type) :: contact
@@ -47,11 +47,11 @@ module dda_model
       type(motion_type), allocatable :: motions(:)
       type(fixed_point_type), allocatable :: fixed_points(:)
       type(boundary_edge_type), allocatable :: boundary_edges(:)  !< edges of all groups &boundary
-      type(boundary_type), allocatable :: boundaries(:)  !< that absorb waves
-      type(boundary_motion_type), allocatable :: boundary_motions(:)  !< for the output
+      type(boundary_type), allocatable :: boundaries(:)  !< absorbing boundaries
+      type(boundary_motion_type), allocatable :: boundary_motions(:)  !< motions for the output
       type(tie_type), allocatable :: ties(:)         !< ties of the left with the right side
       type(weld_type), allocatable :: welds(:)       !< faces of bodies
-      type(free_field_type), allocatable :: free_fields(:)  !< at its sides
+      type(free_field_type), allocatable :: free_fields(:)  !< free fields at the sides
       type(load_type), allocatable :: loads(:)
       type(edge_load_type), allocatable :: edge_loads(:) !< tractions and water
       type(bolt_type), allocatable :: bolts(:)
@@ -64,23 +64,24 @@ module dda_model
       character(len=64), allocatable :: body_names(:)
       type(block_source_type), allocatable :: block_files(:)  !< empty if all blocks are in the text
       type(blocks_type) :: blocks
-      !> [2,blocks] ∂σx/∂y and ∂σy/∂y of initial stress, Pa/m; not allocated: no such stress
+      !> [2,blocks] ∂σx/∂y and ∂σy/∂y of initial stress, Pa/m; not allocated: no gradient
       real(wp), allocatable :: stress_gradient(:,:)
    end type model_type
 
 contains
 
-   !> Half of the larger side of the initial bounding box of all blocks, m (w0 of the original).
+   !> Half of the larger side of the initial bounding box of all blocks, m (w0 of the original DDA).
    pure real(wp) function half_size(blocks)
-      type(blocks_type), intent(in) :: blocks  !< in any state
+      type(blocks_type), intent(in) :: blocks  !< blocks
 
       half_size = blocks%half_size
    end function half_size
 
-   !> Least distance, m, at which contacts are listed: 2.5 steps of the largest displacement.
-   !> It is at most a fraction of the smallest block, since large models list many open contacts.
+   !> Least distance, m, at which contacts are listed: 2.5 times the largest displacement per step,
+   !> but at most a fraction of the smallest block, because large models would list many open
+   !> contacts.
    pure real(wp) function contact_distance(model)
-      type(model_type), intent(in) :: model  !< complete
+      type(model_type), intent(in) :: model  !< complete model
 
       contact_distance = min(2.5_wp*max(model%control%max_displacement_ratio, &
          4.0e-4_wp)*half_size(model%blocks), 0.2_wp*minval(model%blocks%radius))
@@ -93,8 +94,8 @@ contains
       is_held = size(model%fixed_points) > 0 .or. size(model%boundaries) > 0
    end function is_held
 
-   !> Velocity, m/s, of all supports and boundaries after their motions, along x and y.
-   !> It is zero if they do not continue with the same velocity.
+   !> Common velocity, m/s, along x and y of all supports and boundaries after their motions; zero
+   !> if they have different velocities.
    pure function drift_velocity(model) result(velocity)
       type(model_type), intent(in) :: model  !< model as read from the input
       real(wp) :: velocity(2)
@@ -135,7 +136,7 @@ contains
       run_duration = sum(model%stages%steps*model%stages%time_step)
    end function run_duration
 
-   !> Text that lists each block file and the checksum of its content on a line.
+   !> Text with one line per block file: path, and checksum of its content.
    pure function block_sources(model) result(text)  ! total
       type(model_type), intent(in) :: model  !< model as read from the input
       character(len=:), allocatable :: text
@@ -164,7 +165,7 @@ contains
 
    !> Default penalty: 40 × the largest Young's modulus × 1 m (paper §2.2).
    pure real(wp) function default_stiffness(materials)
-      type(material_type), intent(in) :: materials(:)  !< [materials]
+      type(material_type), intent(in) :: materials(:)  !< [materials] materials of the model
 
       default_stiffness = 40.0_wp*maxval(materials%young_modulus)
    end function default_stiffness

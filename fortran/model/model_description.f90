@@ -1,6 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Text on parts of an input that no picture shows: the elastic law of the blocks, and the
-!> motions.
+!> Text on the elastic law of the blocks and on the motions, which no picture shows.
 module dda_model_description
    use dda_kinds, only: wp
    use dda_baseline, only: motion_curve_type
@@ -55,16 +54,16 @@ contains
 
    !> Text on the continuation of a motion after its last sample.
    pure function motion_end_text(curve, as_body_force) result(words)
-      type(motion_curve_type), intent(in) :: curve  !< of the motion
+      type(motion_curve_type), intent(in) :: curve  !< curve of the motion
       logical, intent(in) :: as_body_force  !< the acceleration acts in the frame of the base
       character(len=:), allocatable :: words
 
       if (as_body_force) then
-         words = ', no body force after it'
+         words = ', without a body force afterwards'
       else if (abs(curve%velocity_after) > 0.0_wp) then
          words = ' and continues with this velocity'
       else if (abs(final_velocity(curve)) > 0.0_wp) then
-         words = ' and is stopped there within a step: an impact'
+         words = ' and is stopped there within a step, which is an impact'
       else
          words = ' and is held there'
       end if
@@ -72,7 +71,7 @@ contains
 
    !> Velocity at the last sample, m/s; values within rounding are 0.
    pure real(wp) function final_velocity(curve)
-      type(motion_curve_type), intent(in) :: curve  !< of a motion
+      type(motion_curve_type), intent(in) :: curve  !< curve of a motion
 
       final_velocity = curve%velocity(size(curve%velocity))
       if (curve%ends_at_rest) final_velocity = 0.0_wp
@@ -80,7 +79,7 @@ contains
 
    !> Largest absolute value of a series, with four digits.
    pure function peak_text(series) result(text)
-      real(wp), intent(in) :: series(:)  !< [samples]
+      real(wp), intent(in) :: series(:)  !< [samples] values
       character(len=:), allocatable :: text
 
       text = short_text(maxval(abs(series)))

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A prescribed motion: acceleration, velocity and displacement curves made from a record.
+!> A prescribed motion: acceleration, velocity and displacement curves from a record.
 module dda_motion
    use dda_kinds, only: wp
    use dda_baseline, only: motion_curve_type, displacement_at, velocity_at
@@ -22,7 +22,7 @@ contains
    !> Displacement along both axes by the motions with these numbers, m.
    pure function displacement_of(motions, number, time) result(displacement)
       type(motion_type), intent(in) :: motions(:)  !< motions of the model
-      integer, intent(in) :: number(2)             !< 0: none
+      integer, intent(in) :: number(2)             !< numbers of the motions; 0: none
       real(wp), intent(in) :: time                 !< time, s
       real(wp) :: displacement(2)
       integer :: axis
@@ -37,7 +37,7 @@ contains
    !> Velocity along both axes by the motions with these numbers, m/s.
    pure function velocity_of(motions, number, time) result(velocity)
       type(motion_type), intent(in) :: motions(:)  !< motions of the model
-      integer, intent(in) :: number(2)             !< 0: none
+      integer, intent(in) :: number(2)             !< numbers of the motions; 0: none
       real(wp), intent(in) :: time                 !< time, s
       real(wp) :: velocity(2)
       integer :: axis

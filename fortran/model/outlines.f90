@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Polygons that are collected, singly or by generators, before they become blocks.
+!> Collected polygons, single or generated, before they become blocks.
 module dda_outlines
    use dda_growth, only: grow
    use dda_kinds, only: wp
@@ -9,22 +9,22 @@ module dda_outlines
    public :: outlines_type, add_outline, add_layers, add_drums, add_wall, set_cover, &
       most_blocks, most_vertices, outline_failure
 
-   real(wp), parameter :: most_blocks = 2.0e6_wp   !< of a group
-   integer, parameter :: most_vertices = 512       !< of a block
-   real(wp), parameter :: least_area = 1.0e-12_wp  !< fraction of the square of the polygon size
+   real(wp), parameter :: most_blocks = 2.0e6_wp   !< most blocks of a group
+   integer, parameter :: most_vertices = 512       !< most vertices of a block
+   real(wp), parameter :: least_area = 1.0e-12_wp  !< least area over squared size
 
    !> A growing list of polygons with their materials.
    type :: outlines_type
       integer :: n = 0
       integer :: n_vertices = 0
-      integer, allocatable :: first(:)             !< [n+1] first vertex of each
+      integer, allocatable :: first(:)             !< [n+1] first vertex of each polygon
       real(wp), allocatable :: vertices(:,:)       !< [2, any] counter-clockwise, m
-      integer, allocatable :: material(:)          !< number of the material of each
+      integer, allocatable :: material(:)          !< material of each polygon
       integer, allocatable :: joint(:)  !< [any] joint of the edge that begins at each vertex
       integer, allocatable :: source(:)            !< input group of each polygon
       character(len=64), allocatable :: name(:)
-      character(len=64), allocatable :: body(:) !< body of which each polygon is a cell; blank: none
-      real(wp), allocatable :: cover(:)  !< height of ground whose weight is the initial stress, m
+      character(len=64), allocatable :: body(:) !< body of each polygon that is a cell, else blank
+      real(wp), allocatable :: cover(:)  !< height of ground that causes the initial stress, m
       real(wp), allocatable :: overburden(:)       !< additional vertical pressure, Pa
    end type outlines_type
 
@@ -66,7 +66,7 @@ contains
       outlines%n_vertices = last
    end subroutine add_outline
 
-   !> Reason why a polygon of finite vertices cannot be a block; blank if it can.
+   !> Reason why a polygon of finite vertices cannot be a block, else blank.
    pure function outline_failure(vertices) result(failure)
       real(wp), intent(in) :: vertices(:,:)  !< [2, ≥ 3] m
       character(len=:), allocatable :: failure
@@ -97,7 +97,7 @@ contains
       type(outlines_type), intent(inout) :: outlines  !< list to append to
       real(wp), intent(in) :: left, bottom            !< lower left corner of the lowest layer, m
       real(wp), intent(in) :: width, thickness        !< width and thickness of each layer, m
-      integer, intent(in) :: count                    !< layers
+      integer, intent(in) :: count                    !< number of layers
       integer, intent(in) :: material, joint, source  !< see `outlines_type`
       character(len=*), intent(in) :: name            !< see `numbered_name`
       integer :: i
@@ -115,7 +115,7 @@ contains
       real(wp), intent(in) :: centre, bottom          !< axis and foot of the column, m
       real(wp), intent(in) :: height                  !< height of each drum, m
       real(wp), intent(in) :: widths(2)  !< widths at the foot and at the top of the column, m
-      integer, intent(in) :: count                    !< drums
+      integer, intent(in) :: count                    !< number of drums
       integer, intent(in) :: material, joint, source  !< see `outlines_type`
       character(len=*), intent(in) :: name            !< see `numbered_name`
       real(wp) :: low, high, foot, head
@@ -163,7 +163,7 @@ contains
       end do
    end subroutine add_wall
 
-   !> Set the stress of polygons from `first` on to the weight above them, up to the highest one.
+   !> Set the stress of polygons from `first` on to the weight up to the highest of them.
    pure subroutine set_cover(outlines, first, overburden)
       type(outlines_type), intent(inout) :: outlines  !< list
       integer, intent(in) :: first                    !< number of the polygon
@@ -182,7 +182,7 @@ contains
 
    !> Name 'name_i'; blank for a generator without a name.
    pure function numbered_name(name, i) result(full)
-      character(len=*), intent(in) :: name  !< of the generator
+      character(len=*), intent(in) :: name  !< name of the generator
       integer, intent(in) :: i              !< polygon of the generator
       character(len=64) :: full
 

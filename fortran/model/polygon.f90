@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Simple polygons: exact area, centroid and second moments, and validity tests for input.
+!> Simple polygons: exact area, centroid and second moments, and tests of validity.
 !>
-!> Vertices are counter-clockwise, [2, m].  Integrals are Green sums over the edges, exact for any
-!> simple polygon, convex or not (Shi's simplex integration in two dimensions).
+!> Vertices are counter-clockwise, [2, m].  Integrals are sums over the edges (Green's theorem),
+!> exact for any simple polygon, convex or not (Shi's simplex integration in two dimensions).
 module dda_polygon
    use dda_kinds, only: wp
    use dda_sorting, only: ascending_order
@@ -66,7 +66,7 @@ contains
       end do
    end function second_moments
 
-   !> .true. if no edge is empty, and only neighbouring edges touch, at their common vertex.
+   !> .true. if all edges have a length and only neighbouring edges touch, at their common vertex.
    pure logical function is_simple(vertices)
       real(wp), intent(in) :: vertices(:,:)  !< [2, m] counter-clockwise, m
       integer :: i, j, m
@@ -84,7 +84,7 @@ contains
       is_simple = .true.
    end function is_simple
 
-   !> .true. if the edge after vertex i runs back over the edge before it.
+   !> .true. if the edge after vertex i runs back along the edge before this vertex.
    pure logical function folds_back(vertices, i)
       real(wp), intent(in) :: vertices(:,:)  !< [2, m] counter-clockwise, m
       integer, intent(in) :: i               !< vertex
@@ -101,7 +101,7 @@ contains
    !> .true. if edges i and j have at least one common point.
    pure logical function edges_meet(vertices, i, j)
       real(wp), intent(in) :: vertices(:,:)  !< [2, m] counter-clockwise, m
-      integer, intent(in) :: i, j            !< edges, named by their first vertex
+      integer, intent(in) :: i, j            !< edges, given by their first vertices
       real(wp) :: a(2), b(2), c(2), d(2)
       integer :: m
 
@@ -118,14 +118,14 @@ contains
 
    !> Side of the line a→b on which p lies: +1 left, −1 right, 0 on the line.
    pure integer function side(a, b, p)  ! total
-      real(wp), intent(in) :: a(2), b(2), p(2)  !< m, points
+      real(wp), intent(in) :: a(2), b(2), p(2)  !< points, m
       real(wp) :: cross
 
       cross = (b(1) - a(1))*(p(2) - a(2)) - (b(2) - a(2))*(p(1) - a(1))
       side = merge(1, merge(-1, 0, cross < 0.0_wp), cross > 0.0_wp)
    end function side
 
-   !> .true. if the point lies inside or, within the tolerance, on the boundary.
+   !> .true. if the point lies inside, or on the boundary within the tolerance.
    pure logical function contains_point(vertices, point, tolerance)
       real(wp), intent(in) :: vertices(:,:)  !< [2, m] counter-clockwise, m
       real(wp), intent(in) :: point(2)       !< m
@@ -169,8 +169,9 @@ contains
 
    !> Depth of the overlap of two polygons, m: 0 if they are apart or only touch.
    !>
-   !> It is that of the deepest sample of one inside the other.  Samples are the centroid, the
-   !> vertices, and the midpoints of the segments into which the other's edges cut each edge.
+   !> It is the depth of the deepest sample of one polygon inside the other.  Samples are the
+   !> centroid, the vertices, and the midpoints of the parts into which the other polygon cuts each
+   !> edge.
    pure real(wp) function overlap_depth(first, second)
       real(wp), intent(in) :: first(:,:), second(:,:)  !< [2, any] counter-clockwise, m
 
@@ -207,7 +208,7 @@ contains
       end do
    end function sample_depth
 
-   !> Distance to the boundary for a point inside, m, else 0.
+   !> Distance of an inner point to the boundary, m; 0 for other points.
    pure real(wp) function depth_inside(vertices, point)
       real(wp), intent(in) :: vertices(:,:)  !< [2, m] counter-clockwise, m
       real(wp), intent(in) :: point(2)       !< m

@@ -12,8 +12,8 @@ module dda_settings
    type, extends(control_values) :: control_type
       integer(long) :: step_count = 0  !< number of steps of `time_step` in the present stage
       logical :: adaptive = .false.                !< Δt may decrease and increase
-      logical :: plane_strain = .false.            !< else plane stress
-      logical :: analysis_given = .false.          !< given by the input
+      logical :: plane_strain = .false.            !< plane strain; .false.: plane stress
+      logical :: analysis_given = .false.          !< the input gives `analysis`
       !> motions of the base as body force, x and y; 0: none
       integer :: base_motion(2) = 0
       integer :: displaced = 0                     !< block displaced when dynamics begin; 0: none
@@ -21,31 +21,31 @@ module dda_settings
 
    !> Group &contact: springs and the open–close iteration.
    type, extends(contact_values) :: contact_settings_type
-      !> the original DDA's open–close rules, for comparison
+      !> use the open–close rules of the original DDA, for comparison
       logical :: original_rules = .false.
    end type contact_settings_type
 
    !> Group &output.
    type, extends(output_values) :: output_settings_type
-      !> named in the input; a caller may name any path
+      !> the input names the file; only a caller may name any path
       logical :: named_by_input = .true.
    end type output_settings_type
 
    !> A spectral ratio between two measured points (group &amplification).
    type :: amplification_type
-      integer :: surface = 0            !< measured point above
-      integer :: base = 0               !< measured point below
+      integer :: surface = 0            !< upper measured point
+      integer :: base = 0               !< lower measured point
       integer :: axis = 1               !< 1 x, 2 y
       real(wp) :: lowest = 0.0_wp       !< Hz, lower limit of the peak search
       real(wp) :: highest = 0.0_wp      !< Hz
-      integer :: padding = 8            !< padded length over length
+      integer :: padding = 8            !< ratio of padded to original length
    end type amplification_type
 
 contains
 
    !> Set the output file from the command line or the caller.
    subroutine name_output(settings, file)
-      type(output_settings_type), intent(inout) :: settings  !< of the input
+      type(output_settings_type), intent(inout) :: settings  !< settings of the input
       character(len=*), intent(in) :: file                   !< path of the output
 
       settings%file = trim(file)

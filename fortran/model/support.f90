@@ -12,17 +12,17 @@ module dda_support
       character(len=64) :: name = ''
       integer :: block = 0
       real(wp) :: reference(2) = 0.0_wp             !< offset ρ from the centroid, m
-      real(wp) :: place(2) = 0.0_wp                 !< first position, m
-      !> [2,2] fixed directions in its columns, unit vectors: x and y, or those of an edge
+      real(wp) :: place(2) = 0.0_wp                 !< initial position, m
+      !> [2,2] unit vectors of the fixed directions, in columns: x and y, or normal and edge
       real(wp) :: axes(2, 2) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 2])
       logical :: held(2) = .true.                   !< fixed along each of these directions
       real(wp) :: stiffness = 0.0_wp                !< N/m per metre of thickness; 0: rigid
-      !> along each direction, from the stage on that fixes the point
+      !> not fixed along a direction before a later stage
       logical :: waiting(2) = .false.
       integer :: motion(2) = 0                      !< motion along each direction; 0: fixed
    end type fixed_point_type
 
-   !> A force history at a material point: linear between its times, zero before and after.
+   !> A force history at a material point, linear between its times, zero before and after.
    type :: load_type
       integer :: block = 0
       real(wp) :: reference(2) = 0.0_wp             !< offset ρ from the centroid, m
@@ -37,15 +37,15 @@ module dda_support
       character(len=64) :: name = ''
       integer :: block = 0
       real(wp) :: reference(2) = 0.0_wp             !< offset ρ from the centroid, m
-      real(wp) :: place(2) = 0.0_wp                 !< first position, m
-      integer :: other = 0  !< another block that contains the point, if none is named
+      real(wp) :: place(2) = 0.0_wp                 !< initial position, m
+      integer :: other = 0  !< second block at the point, if none is named
    end type point_type
 
 contains
 
    !> Force of a load at a time; zero before its first and after its last time.
    pure function load_at(load, time) result(force)
-      type(load_type), intent(in) :: load  !< a force history
+      type(load_type), intent(in) :: load  !< force history
       real(wp), intent(in) :: time  !< time, s
       real(wp) :: force(2)
       real(wp) :: share, since

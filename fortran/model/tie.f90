@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Ties: two faces connected by the springs of a joint that never breaks, located at the ends of
-!> their overlap.  The second face may be shifted, as in a periodic model.
-!> Cells of the same body are welded instead: the body continues.
+!> Ties: springs of an unbreakable joint between two faces, at the ends of their overlap.  The
+!> second face may be shifted, as in a periodic model.  Cells of the same body are welded instead,
+!> so that the body continues.
 module dda_tie
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -11,20 +11,20 @@ module dda_tie
    private
    public :: tie_type, tie_faces
 
-   real(wp), parameter :: same = 1.0e-6_wp !< fraction of the shorter edge: the two corners coincide
+   real(wp), parameter :: same = 1.0e-6_wp !< distance of coinciding corners over edge
 
-   !> One end of an overlap: the corners of the faces at this end, at least one of the two.
+   !> One end of an overlap, with a corner of at least one of the two faces.
    type :: tie_type
       integer :: edge(2) = 0            !< the faces, given by their first vertices
-      integer :: corner(2) = 0          !< vertex of each face at that end; 0: none
+      integer :: corner(2) = 0          !< vertex of each face at this end; 0: none
       real(wp) :: shift(2) = 0.0_wp     !< added to positions of the block of the second face, m
    end type tie_type
 
 contains
 
-   !> Tie or weld the faces of two lists that coincide after the second has been shifted.
+   !> Tie or weld faces of two lists that coincide if the second list is shifted.
    pure subroutine tie_faces(blocks, first, second, shift, ties, welds)
-      type(blocks_type), intent(in) :: blocks             !< at the start
+      type(blocks_type), intent(in) :: blocks             !< blocks at the start
       type(edge_piece_type), intent(in) :: first(:)       !< faces
       type(edge_piece_type), intent(in) :: second(:)      !< faces with opposite normals
       real(wp), intent(in) :: shift(2)                    !< shift of the second faces, m
@@ -42,7 +42,7 @@ contains
 
    !> .true. if two edges belong to one body.
    pure logical function are_welded(blocks, e, f)
-      type(blocks_type), intent(in) :: blocks  !< at the start
+      type(blocks_type), intent(in) :: blocks  !< blocks at the start
       integer, intent(in) :: e, f              !< edges, given by their first vertices
 
       associate (body => blocks%body(blocks%owner([e, f])))
@@ -50,9 +50,9 @@ contains
       end associate
    end function are_welded
 
-   !> Append the ties of two faces, at both ends of their overlap, or their weld.
+   !> Append two ties (one at each end of the overlap) or one weld of two faces.
    pure subroutine tie_pair(blocks, e, f, shift, ties, welds)
-      type(blocks_type), intent(in) :: blocks             !< at the start
+      type(blocks_type), intent(in) :: blocks             !< blocks at the start
       integer, intent(in) :: e, f                         !< faces, given by their first vertices
       real(wp), intent(in) :: shift(2)                    !< shift of the second face, m
       type(tie_type), allocatable, intent(inout) :: ties(:)

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Bodies: cells that are welded at their common faces, so that the body can bend.
 !>
-!> A cell is a block with a body number.  A face is a part of an edge that is common to two cells of
-!> a body.  Together with the centroids of its cells, it spans two triangles, which have the strain
-!> of the face; the rest of a cell has its own strain (see `dda_weld_springs`).
+!> A cell is a block with a body number.  A face is the part of an edge that two cells of a body
+!> have in common.  The triangles between the face and the centroids of its cells have the strain of
+!> the face; the remainder of a cell has the strain of the cell (see `dda_weld_springs`).
 module dda_weld
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -12,32 +12,32 @@ module dda_weld
    public :: weld_type, set_welds, new_weld, take_area, welds_within, is_shifted, is_whole
    public :: weld_whole, weld_cracked, weld_open
 
-   integer, parameter :: weld_whole = 0    !< face that is intact and has a strain
+   integer, parameter :: weld_whole = 0    !< intact face, with a strain
    integer, parameter :: weld_cracked = 1  !< face replaced by a joint, and closed
    integer, parameter :: weld_open = 2     !< the edges of the face are sides of the body
 
    !> A welded face, from a to b in the order of the first cell, in the reference shapes.
    type :: weld_type
-      integer :: block(2) = 0            !< its cells
+      integer :: block(2) = 0            !< cells of the face
       integer :: edge(2) = 0  !< edges that contain the face, given by their first vertices
       real(wp) :: length = 0.0_wp        !< L, m
       real(wp) :: along(2) = 0.0_wp      !< unit vector from a to b
       real(wp) :: middle(2, 2) = 0.0_wp  !< offsets ρ of the midpoint in both cells, m
       real(wp) :: area(2) = 0.0_wp       !< area of both triangles, m²
-      !> m, added to positions of the second cell if it is an image in level ground; else 0
+      !> added to positions of the second cell if it is an image in level ground, m; else 0
       real(wp) :: shift(2) = 0.0_wp
       integer :: joint = 0               !< joint that replaces the face when it breaks; 0: never
       integer :: state = weld_whole
-      !> [component,cell] initial stress that the broken face left in its cells, Pa m²
+      !> [component,cell] initial stress of cells due to the break of the face, Pa m²
       real(wp) :: left(3, 2) = 0.0_wp
-      real(wp) :: kept = 0.0_wp          !< fraction of that stress that remains
+      real(wp) :: kept = 0.0_wp          !< remaining fraction of this stress
    end type weld_type
 
 contains
 
-   !> Create the face of two edges between two positions, m, counted from the first edge's start.
+   !> Create the face of edges e and f between two positions, m from the start of edge e.
    pure type(weld_type) function new_weld(blocks, e, f, low, high, shift) result(weld)
-      type(blocks_type), intent(in) :: blocks  !< at the start
+      type(blocks_type), intent(in) :: blocks  !< blocks at the start
       integer, intent(in) :: e, f              !< edges, given by their first vertices
       real(wp), intent(in) :: low, high        !< m
       real(wp), intent(in) :: shift(2)         !< shift of the second edge, m
@@ -58,11 +58,11 @@ contains
       end do
    end function new_weld
 
-   !> Store the area with the cell's own strain in blocks, and mark edges within bodies.
+   !> Store the areas of cells that have the strain of the cell, and mark edges within bodies.
    pure subroutine set_welds(blocks, welds)
       type(blocks_type), intent(inout) :: blocks  !< blocks of the input, with their bodies
       type(weld_type), intent(in) :: welds(:)     !< all faces between neighbours
-      real(wp), parameter :: covered = 1.0e-6_wp  !< fraction of an edge that may remain free
+      real(wp), parameter :: covered = 1.0e-6_wp  !< largest free fraction of a covered edge
       real(wp) :: free(size(blocks%owner))
       integer :: i
 
@@ -80,7 +80,7 @@ contains
 
    !> Store the area of each body in its cells.
    pure subroutine store_body_areas(blocks)
-      type(blocks_type), intent(inout) :: blocks  !< blocks with the bodies of blocks
+      type(blocks_type), intent(inout) :: blocks  !< blocks with their bodies
       real(wp) :: total(maxval(blocks%body))
       integer :: b
 
@@ -93,11 +93,11 @@ contains
       end do
    end subroutine store_body_areas
 
-   !> Assign triangles to faces: their area has the strain of the face, not that of the cell.
+   !> Assign triangles to faces: they have the strain of the face instead of the cell.
    pure subroutine take_area(blocks, welds)
-      type(blocks_type), intent(inout) :: blocks  !< at the start
+      type(blocks_type), intent(inout) :: blocks  !< blocks at the start
       type(weld_type), intent(in) :: welds(:)     !< faces
-      real(wp), parameter :: nothing = 1.0e-9_wp  !< fraction of the area of a cell: rounding
+      real(wp), parameter :: nothing = 1.0e-9_wp  !< area of rounding errors over a cell
       integer :: i, k
 
       do i = 1, size(welds)
@@ -113,21 +113,21 @@ contains
 
    !> .true. if the second cell of a face is an image at another position.
    elemental logical function is_shifted(weld)
-      type(weld_type), intent(in) :: weld  !< a face
+      type(weld_type), intent(in) :: weld  !< face
 
       is_shifted = any(abs(weld%shift) > 0.0_wp)
    end function is_shifted
 
    !> .true. if the face has a strain.
    elemental logical function is_whole(weld)  ! total
-      type(weld_type), intent(in) :: weld  !< a face
+      type(weld_type), intent(in) :: weld  !< face
 
       is_whole = weld%state == weld_whole
    end function is_whole
 
    !> Faces between some of the blocks, with the numbers of these blocks.
    pure function welds_within(welds, block, vertex) result(within)
-      type(weld_type), intent(in) :: welds(:)  !< of a model
+      type(weld_type), intent(in) :: welds(:)  !< faces of a model
       integer, intent(in) :: block(:)          !< [blocks] new number of each block, or 0
       integer, intent(in) :: vertex(:)         !< [vertices] new number of each vertex, or 0
       type(weld_type), allocatable :: within(:)
@@ -140,11 +140,12 @@ contains
       end do
    end function welds_within
 
-   !> Find the edges of the outline at each vertex of a body, around the vertex from cell to cell.
+   !> Find the edges of the outline at each vertex of a body, by passing from cell to cell around
+   !> it.
    pure subroutine find_outlines(blocks, welds)
       type(blocks_type), intent(inout) :: blocks  !< with inner edges
       type(weld_type), intent(in) :: welds(:)     !< all faces
-      integer, parameter :: most_cells = 64       !< round a vertex
+      integer, parameter :: most_cells = 64       !< most cells around a vertex
       integer :: beyond(2, size(blocks%owner)), v, at, turn
 
       blocks%outline(1, :) = blocks%previous
@@ -170,13 +171,13 @@ contains
       end do
    end subroutine find_outlines
 
-   !> Mark vertices of two cells at the ends of their face with equal positions.
-   !> They are the neighbour before a vertex, and the neighbour after it.
+   !> Record, for vertices at the ends of a face, the vertex of the other cell at the same position,
+   !> as neighbour before or after the vertex.
    pure subroutine mark_ends(blocks, weld, beyond)
-      type(blocks_type), intent(in) :: blocks    !< at the start
+      type(blocks_type), intent(in) :: blocks    !< blocks at the start
       type(weld_type), intent(in) :: weld        !< face
-      integer, intent(inout) :: beyond(:,:)      !< [2, vertices] or 0
-      real(wp), parameter :: near = 1.0e-5_wp    !< fraction of the smaller radius
+      integer, intent(inout) :: beyond(:,:)      !< [2, vertices] neighbours, or 0
+      real(wp), parameter :: near = 1.0e-5_wp    !< tolerance over the smaller radius
       real(wp) :: least
 
       least = near*minval(blocks%radius(weld%block))

@@ -359,7 +359,7 @@ contains
 
       text = repeat('1.0 ', 5000000)
       call refuse(control//rock//newline//joint//newline//'&block vertices = '//text//' /', &
-         '&block', 'line 5', 'exceeds its number of values')
+         '&block', 'line 5', 'has all its values')
       call refuse(whole//'&block '//repeat('x', 20000000)//' = 1 /', '&block', 'line 5')
    end subroutine long_groups
 

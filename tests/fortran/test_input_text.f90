@@ -178,7 +178,7 @@ contains
       call wrong('&load time = 1 x2 /', '''x2'' is no number')
       call wrong('&load time = ''1'' /', 'is no number')
       call wrong('&load time = 5000*1 /', '5000*')
-      call wrong('&load time = 4000*1 200*1 /', 'exceeds its number of values')
+      call wrong('&load time = 4000*1 200*1 /', 'has all its values')
       call wrong('&load time(5000) = 1 /', 'there is no element (5000)')
       call wrong('&load time(0) = 1 /', 'there is no element (0)')
       call wrong('&load x(1) = 1 /', 'there is no element (1)')
