@@ -23,14 +23,14 @@ from ..input.source import Built, blocks_text, read_input
 from ..input.values import Values, is_given
 from .magnitudes import doubtful_sizes
 
-_NAMED = ("material", "joint", "region")  # groups to which other groups refer by name
+_NAMED = ("material", "joint", "region")  # kinds of groups to which other groups refer by name
 
 _MESH = re.compile(r"^[^!\n]*&mesh\b", re.IGNORECASE | re.MULTILINE)
 
 
 @cache
 def kinds() -> dict[str, Any]:
-    """Return the builder of each group; a new module is registered here."""
+    """Return the class of each group that is converted; new modules are registered here."""
     from . import ground, layered, masonry, wall
     from .cutting import geometry
     from .meshing import settings
@@ -103,7 +103,7 @@ def _expands_to_groups(name: str) -> bool:
 
 
 def _expand_groups(built: Built, pieces: list[dict], groups, folder) -> list[tuple[str, dict, str]]:
-    """Expand composed groups into other groups; collect their blocks as pieces."""
+    """Return the groups that composed groups expand to; append their blocks to `pieces`."""
     found: list[tuple[str, dict, str]] = []
     every = [(name, values) for name, values, _ in groups]
     for name, values, place in groups:
@@ -138,8 +138,8 @@ def _mesh_pieces(built: Built, groups, meshes, cut) -> None:
     if ring is not None:
         raise InputError(
             f"block {ring.name!r} is a ring around the hole or region with a corner at "
-            f"({ring.holes[0][0][0, 0]:.6g}, {ring.holes[0][0][0, 1]:.6g}); draw a joint that cuts "
-            "it, or mesh it"
+            f"({ring.holes[0][0][0, 0]:.6g}, {ring.holes[0][0][0, 1]:.6g}); cut it by a joint, or "
+            "mesh it"
         )
     count, gone = len(built.blocks), set(taken)
     built.meshed = [typed[i - count] for i in taken if i >= count]
@@ -153,7 +153,7 @@ def _materials_by_name(groups) -> dict[str, dict]:
 
 
 def _names_by_kind(groups) -> dict[str, list[str]]:
-    """Return the names of materials, joints and regions."""
+    """Return the names of materials, joints and regions, by kind of group."""
     names = {kind: [] for kind in _NAMED}
     for kind, values, _ in groups:
         if kind in _NAMED:
@@ -162,7 +162,7 @@ def _names_by_kind(groups) -> dict[str, list[str]]:
 
 
 def _check_names(names: dict[str, list[str]], values: dict, place: str) -> None:
-    """Reject the name of a material, joint or region that does not exist."""
+    """Raise InputError if a group refers to a material, joint or region that does not exist."""
     for variable, name in values.items():
         kind = variable.removeprefix("core_")
         if kind in _NAMED and name and name not in names[kind]:
@@ -172,7 +172,7 @@ def _check_names(names: dict[str, list[str]], values: dict, place: str) -> None:
 
 @contextmanager
 def located(place: str) -> Iterator[None]:
-    """Add the position in the file to an error."""
+    """Add a position in the input to an InputError within the context."""
     try:
         yield
     except InputError as error:
@@ -180,7 +180,7 @@ def located(place: str) -> Iterator[None]:
 
 
 def _make_object(name: str, values: dict):
-    """Return the object that a group describes."""
+    """Return the object of class `kinds` that a group describes."""
     try:
         return kinds()[name](**values)
     except TypeError:
@@ -188,6 +188,7 @@ def _make_object(name: str, values: dict):
 
 
 def _block_values(values: dict) -> dict:
+    """Return the variables of a &block from the attributes of a stone; omit blank texts."""
     values = dict(values)
     values["vertices"] = values.pop("polygon")
     values["vertices"].flags.writeable = False
@@ -195,7 +196,7 @@ def _block_values(values: dict) -> dict:
 
 
 def _read_objects(name: str, values: dict, folder) -> list:
-    """Return the objects of a group: one, or one per line of its file."""
+    """Return the object of a group, or one object per line of its file."""
     points, values = kinds()[name].from_file, dict(values)
     if not points or "file" not in values:
         for given in ("layer", "scale"):
@@ -210,7 +211,7 @@ def _read_objects(name: str, values: dict, folder) -> list:
         Path(folder) / values.pop("file"), values.pop("layer", None), values.pop("scale", None)
     )
     if name != "joint_line" and len(outlines) != 1:
-        raise InputError(f"the file contains {len(outlines)} lines, not one; give the layer")
+        raise InputError(f"the file contains {len(outlines)} lines instead of one; give the layer")
     return [
         _make_object(name, values | {points: outline.closed_points(name)}) for outline in outlines
     ]
@@ -239,7 +240,10 @@ def _import_blocks(values: dict, folder) -> list[dict]:
 
 
 def _cut_regions(built: Built, parts: dict[str, list], first_joint: str, rings: bool):
-    """Cut the regions; edges without a joint get the first joint."""
+    """Cut the regions into blocks, append these to `built`, and return the cut blocks.
+
+    Edges without a joint get the first joint of the input.
+    """
     from .cutting import cut
 
     if len(parts["cutting"]) > 1:
@@ -284,9 +288,9 @@ def block_writer(
     file : path
         The namelist file.  Block files are NAME.blocks.nc, NAME.blocks_2.nc and so on.
     block_file : bool, optional
-        Always or never write block files (from 10,000 blocks on).
+        Always or never write block files (default: for 10,000 blocks or more).
     reads : sequence of path
-        Files from which the blocks may be read, which must not be replaced.
+        Files from which the blocks may be read; these must not be replaced.
     """
     numbers = count(1)
 
@@ -334,7 +338,7 @@ def built_text(text: str, file, put: Callable = blocks_text) -> tuple[str, Built
 
 
 def _comment_out(text: str, found: Sequence[Found]) -> str:
-    """Turn groups into comments, or into blanks if they share a line with other groups."""
+    """Replace groups by comments, or by blanks if they share a line with other groups."""
     parts, at = [], 0
     for one in found:
         line = text.rfind("\n", 0, one.start) + 1
@@ -361,7 +365,7 @@ def build_file(file, output=None, block_file: bool | None = None) -> tuple[Path,
     output : path, optional
         File to write (NAME_blocks.nml beside the input).
     block_file : bool, optional
-        Put the blocks into a netCDF file beside it, NAME_blocks.blocks.nc (from 10,000 on).
+        Write the blocks to a netCDF file, NAME_blocks.blocks.nc (default: for 10,000 or more).
 
     Returns
     -------
@@ -373,14 +377,14 @@ def build_file(file, output=None, block_file: bool | None = None) -> tuple[Path,
     output = Path(output) if output else file.with_name(f"{file.stem}_blocks.nml")
     text = read_input(file)
     if is_same(output, file):
-        raise InputError(f"{output} is the input itself; give another output")
+        raise InputError(f"{output} is the input itself; name another output file")
     text = _rename_files(text, file, output.parent)
     text, built = built_text(text, file, block_writer(output, block_file, [file]))
     return write(output, text, OWN_INPUT, [file]), built
 
 
 def _rename_files(text: str, file: Path, target: Path) -> str:
-    """Return a text whose record and block files are named relative to another folder."""
+    """Return a text in which paths of record and block files are relative to another folder."""
     folder = file.parent
 
     def name_from(group: Found) -> str:
@@ -392,7 +396,7 @@ def _rename_files(text: str, file: Path, target: Path) -> str:
 
 
 def summary(built: Built) -> str:
-    """Return a sentence with the number of blocks per stem of their names."""
+    """Return the number of blocks for each name without its number, in one line."""
     stems = Counter(
         f"cells of {block['body']}"
         if "body" in block

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Ground beside and below jointed rock, with its boundaries and ties."""
+"""Ground beside and below jointed rock, with boundaries, and with ties between both."""
 
 import numpy as np
 import shapely
@@ -10,7 +10,7 @@ from ..input import schema
 from .meshing.settings import Mesh
 
 # Stiffness of ties over that of a cell.  Softer ties add compliance to the ground; stiffer ties
-# keep non-matching faces straight.  Here, both errors are 0.2 % of an S wave over 40 cells.
+# prevent bending of non-matching faces.  Each error is 0.2 % of an S wave over 40 cells.
 _STIFF = 30.0
 _STRENGTH = 1e12  # Pa, strength of ties
 _ANGLE = 45.0  # degrees
@@ -18,19 +18,20 @@ _LARGEST_RATIO = 0.49  # largest Poisson's ratio for the stiffness of ties
 
 
 class Ground(schema.GroundValues):
-    """Meshed ground around a core: one body below it, or one on each side."""
+    """Meshed ground around a core of jointed rock: one body, or one on each side of the core."""
 
     def _check_values(self) -> None:
+        """Check the sides, the outline of the core and the surface."""
         if not self.left < self.right:
             raise InputError(f"right = {self.right:g} must be above left = {self.left:g}")
         self.outline = self._core_outline()
         if self.outline is None and not len(self.surface):
             raise InputError("give core, or the surface of ground without a core")
         if len(self.surface) and (np.diff(self.surface[:, 0]) <= 0).any():
-            raise InputError("surface: x must grow from point to point")
+            raise InputError("surface: x must increase from point to point")
 
     def _core_outline(self) -> shapely.Polygon | None:
-        """Return the outline of the core, counter-clockwise; ground must lie on both sides."""
+        """Return the outline of the core, counter-clockwise; reject a core that meets a side."""
         if not len(self.core):
             return None
         outline = shapely.Polygon(self.core) if len(self.core) > 2 else shapely.Polygon()
@@ -50,7 +51,7 @@ class Ground(schema.GroundValues):
         Parameters
         ----------
         folder : path
-            Of the input.
+            Folder of the input.
         others : sequence of (str, dict)
             All groups of the input.
         """
@@ -65,12 +66,12 @@ class Ground(schema.GroundValues):
         return found, []
 
     def _side_joints(self, others) -> dict[str, dict]:
-        """Return the joints on the core and on the sides, which may be tied."""
+        """Return the variables of the joints at the core and at the sides, by joint name."""
         ties: dict[str, dict] = {f"{self.name} side": {}}
         if self.outline is None:
             return ties
         if any("restitution" in one for kind, one in others if kind == "joint"):
-            # The stiffness of &contact excludes a stiffness per area.
+            # Restitution requires the stiffness of &contact, not a stiffness per area.
             return ties | {f"{self.name} tie": {}}
         materials = {one.get("name", ""): one for kind, one in others if kind == "material"}
         stiffness = 0.0
@@ -84,7 +85,7 @@ class Ground(schema.GroundValues):
         return ties | {f"{self.name} tie": {"normal_stiffness_per_area": _STIFF * stiffness}}
 
     def _ground_bodies(self) -> list[tuple[str, dict]]:
-        """Return blocks and the meshes that turn them into bodies."""
+        """Return the blocks of the ground, and the meshes that divide them into cells."""
         found: list[tuple[str, dict]] = []
         bodies = shapely.get_parts(self._ground_polygon()).tolist()
         for i, body in enumerate(bodies, 1):
@@ -122,7 +123,7 @@ class Ground(schema.GroundValues):
         return ground if self.outline is None else shapely.difference(ground, self.outline)
 
     def _ground_block(self, name: str, polygon) -> dict:
-        """Return a block of the ground; edges at the core have the joint that ties them."""
+        """Return a block of the ground; edges at the core have the joint of ties."""
         corners = shapely.get_coordinates(shapely.orient_polygons(polygon).exterior)[:-1]
         side, tie = f"{self.name} side", f"{self.name} tie"
         values = {"vertices": corners, "name": name, "joint": side, "material": self.material}
@@ -135,14 +136,14 @@ class Ground(schema.GroundValues):
 
 
 def base_and_sides(ground, **base) -> list[tuple[str, dict]]:
-    """Return the boundaries below and beside ground; `base` has more variables of the base."""
+    """Return the boundaries below and beside ground; `base` contains variables of the lower one."""
     moved = {"motion_x": ground.motion_x, "motion_y": ground.motion_y}
     found: list[tuple[str, dict]] = []
     if ground.base != "none":
         values = {"name": f"{ground.name}_base", "kind": ground.base, "side": "bottom"}
         found.append(("boundary", values | base | moved))
     elif any(moved.values()):
-        raise InputError("base = 'none' has no motion: leave out motion_x and motion_y")
+        raise InputError("base = 'none' has no motion: omit motion_x and motion_y, or give a base")
     if ground.sides == "tied":
         found.append(("boundary", {"kind": "tied"}))
     elif ground.sides != "none":
@@ -153,7 +154,7 @@ def base_and_sides(ground, **base) -> list[tuple[str, dict]]:
 
 
 def _p_wave_modulus(name: str, material: dict) -> float:
-    """Return ρ V_p² of a material, Pa."""
+    """Return the P-wave modulus ρ V_p² of a material, Pa."""
     try:
         if "pressure_velocity" in material:
             return material["density"] * material["pressure_velocity"] ** 2
@@ -166,7 +167,7 @@ def _p_wave_modulus(name: str, material: dict) -> float:
 
 
 def _upper_side(outline) -> np.ndarray:
-    """Return the upper side of an outline, from its left to its right end, m."""
+    """Return the corners on the upper side of an outline, from left to right, m."""
     corners = shapely.get_coordinates(outline.exterior)[:-1]
     x, y = corners.T
     size = float(np.ptp(corners, axis=0).max())

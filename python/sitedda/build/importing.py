@@ -20,7 +20,7 @@ MOST_OF_CURVE = 20_000
 MOST_LINES = 500_000
 DEEPEST = 8  # largest depth of nested blocks or collections
 _FARTHEST = 1e9  # m
-_SAGITTA = 1e-3  # distance of chords from a curve over its radius
+_SAGITTA = 1e-3  # largest distance of chords from a curve over the size of the curve
 _UNITS = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0, 7: 1e3, 10: 0.9144, 14: 0.1}
 
 
@@ -31,10 +31,10 @@ class Outline:
     Attributes
     ----------
     points : ndarray, shape (n, 2)
-        m; a closed line does not repeat its first point.
+        Points, m; a closed line does not repeat its first point.
     closed : bool
     name : str
-        Of the line, or blank.
+        Name of the line, or blank.
     layer : str
     """
 
@@ -44,7 +44,7 @@ class Outline:
     layer: str = ""
 
     def closed_points(self, group: str) -> np.ndarray:
-        """Return the points for a group; a closed chain of joints repeats its first point."""
+        """Return the points for a kind of group; a closed &joint_line repeats its first point."""
         if self.closed and group == "joint_line":
             return np.vstack([self.points, self.points[:1]])
         return self.points
@@ -60,11 +60,11 @@ def read_outlines(
     file : path
         ``.dxf``, ``.geojson`` or ``.json``, ``.wkt``, ``.csv`` or ``.txt``.
     layer : str, optional
-        Only lines of this layer of a DXF file, or with this property ``layer`` in GeoJSON.
+        Read only lines of this layer (DXF), or with this property ``layer`` (GeoJSON).
     scale : float, optional
-        Metres in a unit of the file (by the header of a DXF file, else 1).
+        Metres per unit of the file (default: from the header of a DXF file, otherwise 1).
     closed : bool, optional
-        Only closed lines, or only open ones.
+        Read only closed lines, or only open lines.
 
     Returns
     -------
@@ -73,16 +73,16 @@ def read_outlines(
     Raises
     ------
     InputError
-        If the file is not of the kind of its name, or exceeds a limit: 64 MiB, 2 000 000 points,
-        500 000 lines, 8 levels of nesting.
+        If the format contradicts the file name, or the file exceeds a limit: 64 MiB, 2 000 000
+        points, 500 000 lines, 8 levels of nesting.
     OutputError
-        If it cannot be read.
+        If the file cannot be read.
 
     Notes
     -----
-    A CSV file has a line for each point: x, y, or name, x, y, or columns with these words as
-    headers; points of one name must be consecutive. A line whose last point equals the first is
-    closed. Without names, a CSV file contains one line.
+    A CSV file has one row per point: x, y, or name, x, y, or columns with these headings.  Points
+    with the same name must be consecutive and form a line; without names, all points form one line.
+    A line is closed if its last point equals the first.
     """
     file = Path(file)
     readers = {".dxf": _read_dxf, ".geojson": _read_geojson, ".json": _read_geojson}
@@ -116,7 +116,7 @@ def read_outlines(
 
 
 def _check_lines(file: Path, lines) -> Iterator[Outline]:
-    """Check the points and their number; drop the repeated last point of closed lines."""
+    """Yield lines with checked points; omit the repeated last point of closed lines."""
     total = 0
     for count, (points, closed, name, layer) in enumerate(lines, 1):
         total += len(points)
@@ -140,6 +140,7 @@ def _check_lines(file: Path, lines) -> Iterator[Outline]:
 
 
 def _read_text(file: Path) -> str:
+    """Return the text of a UTF-8 file."""
     try:
         return file.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
@@ -147,7 +148,7 @@ def _read_text(file: Path) -> str:
 
 
 def _read_csv(file: Path, scale):
-    """Read a CSV file: one line per sequence of equal names."""
+    """Yield the lines of a CSV file: one per sequence of points with the same name."""
     try:
         rows = [
             row for row in csv.reader(_read_text(file).splitlines()) if row and row[0][:1] != "#"
@@ -169,7 +170,7 @@ def _read_csv(file: Path, scale):
             point = (float(row[x]), float(row[y]))
         except (ValueError, IndexError):
             raise InputError(
-                f"{file}, row {number}: {','.join(row)[:60]!r} contains no x, y"
+                f"{file}, row {number}: {','.join(row)[:60]!r} contains no numbers x, y"
             ) from None
         label = row[name] if name is not None and name < len(row) else ""
         if not lines or lines[-1][0] != label:
@@ -180,7 +181,7 @@ def _read_csv(file: Path, scale):
 
 
 def _read_wkt(file: Path, scale):
-    """Read a WKT file with one geometry per line."""
+    """Yield the lines of a WKT file with one geometry per row."""
     for number, line in enumerate(_read_text(file).splitlines(), 1):
         if not line.strip() or line.lstrip()[0] == "#":
             continue
@@ -195,7 +196,7 @@ def _read_wkt(file: Path, scale):
 
 
 def _nesting_depth(text: str, opening: str) -> int:
-    """Return how deeply brackets are nested in a text."""
+    """Return the largest depth of nested brackets in a text."""
     deepest = depth = 0
     for mark in text:
         depth += (mark in opening) - (mark in ")]}")
@@ -204,7 +205,7 @@ def _nesting_depth(text: str, opening: str) -> int:
 
 
 def _shape_lines(where, shape, scale: float, name: str, layer: str, depth: int = 0):
-    """Yield the lines of a geometry of shapely."""
+    """Yield the lines of a shapely geometry, with their closure, name and layer."""
     if depth > DEEPEST:
         raise InputError(f"{where}: nested too deeply")
     if hasattr(shape, "geoms"):
@@ -212,16 +213,14 @@ def _shape_lines(where, shape, scale: float, name: str, layer: str, depth: int =
             yield from _shape_lines(where, part, scale, name, layer, depth + 1)
     elif shape.geom_type == "Polygon" and not shape.is_empty:
         if len(shape.interiors):
-            raise InputError(
-                f"{where}: a polygon {name} has holes; give each as a separate polygon"
-            )
+            raise InputError(f"{where}: polygon {name!r} has holes; give each hole as a polygon")
         yield shapely.get_coordinates(shape.exterior) * scale, True, name, layer
     elif shape.geom_type in ("LineString", "LinearRing"):
         yield shapely.get_coordinates(shape) * scale, False, name, layer
 
 
 def _read_geojson(file: Path, scale):
-    """Read GeoJSON: features, collections of features, or geometries."""
+    """Yield the lines of a GeoJSON file: features, collections of features, or geometries."""
     text = _read_text(file)
     if _nesting_depth(text, "([{") > 4 * DEEPEST:
         raise InputError(f"{file}: nested too deeply")
@@ -252,7 +251,7 @@ def _read_geojson(file: Path, scale):
 
 
 def _read_dxf(file: Path, scale):
-    """Read lines, polylines, arcs, circles, ellipses and splines of the model space of a DXF."""
+    """Yield lines, polylines, arcs, circles, ellipses and splines in the model space of a DXF."""
     try:
         import ezdxf
     except ImportError:
@@ -274,7 +273,7 @@ def _read_dxf(file: Path, scale):
 
 
 def _entity_lines(file: Path, entity, budget: list[int], depth: int):
-    """Yield the lines of an entity and of the blocks it inserts, with bounded nesting."""
+    """Yield the lines of a DXF entity and of the blocks that it inserts; limit the nesting."""
     from ezdxf import path
 
     budget[0] -= 1

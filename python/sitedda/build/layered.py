@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Level layered ground: generates blocks, materials, base, sides and measured points."""
+"""Level layered ground: generate blocks, materials, base, sides and measured points."""
 
 import math
 from pathlib import Path
@@ -13,10 +13,10 @@ from .profile import Ground, SoilProfile, parse_curve, read_curve_table, read_so
 
 _CELLS = 12  # cells per wavelength of S waves at the highest frequency
 _MOST = 100_000  # blocks
-_STIFF = 1e3  # stiffness of welds over that of a block
+_STIFF = 1e3  # stiffness of welds between layers over that of a block
 _STRENGTH = 1e12  # Pa, strength of welds
 _ANGLE = 45.0  # degrees
-# Curves of a file as in &material: number of required parameters, and names of parameters.
+# Curves as in &material: number of required parameters, and names of all parameters.
 _CURVES = {
     "darendeli": (0, ("plasticity_index", "ocr", "reference_frequency")),
     "hyperbolic": (1, ("reference_strain",)),
@@ -29,12 +29,12 @@ class LayeredGround(schema.ProfileValues):
     """Level ground from a file of velocities over depth."""
 
     def groups(self, folder: Path, others) -> tuple[list[tuple[str, dict]], list[str]]:
-        """Generate the groups (names and variables) and notes on them.
+        """Return the generated groups (names and variables) and notes on these.
 
         Parameters
         ----------
         folder : Path
-            Of the input.
+            Folder of the input.
         others : sequence of (str, dict)
             All groups of the input; not used.
         """
@@ -49,19 +49,21 @@ class LayeredGround(schema.ProfileValues):
         found += self._make_blocks(profile, cells) + self._make_boundaries(profile)
         notes = []
         if rigid:
-            notes = [f"{self.file} ends without a half-space, so its base is rigid and sends all "
-                     "waves back; a last row without thickness, or base = 'fixed'"]  # fmt: skip
+            notes = [f"{self.file} ends without a half-space, so that its base is rigid and "
+                     "reflects all waves; add a last row without thickness, or give base = "
+                     "'fixed'"]  # fmt: skip
         if self.law == "linear" and any(layer.curve for layer in profile.layers):
-            notes += [f"the curves of {self.file} have no effect, as blocks are linear: "
-                     "law = 'hysteretic' lets them"]  # fmt: skip
+            notes += [f"the curves of {self.file} have no effect, because the blocks are linear; "
+                      "to use the curves, give law = 'hysteretic'"]  # fmt: skip
         return found + (self._measured_points(profile) if self.points else []), notes
 
     def _check_profile(self, profile: SoilProfile) -> None:
+        """Set the default kind of base; reject a missing half-space or missing velocities."""
         if not self.base:
             self.base = "fixed" if profile.half_space is None else "compliant"
         if self.base == "compliant" and profile.half_space is None:
-            raise InputError(f"base = 'compliant' needs a half-space, and {self.file} ends with a "
-                             "layer: give it a last row without thickness")  # fmt: skip
+            raise InputError(f"base = 'compliant' needs a half-space, but {self.file} ends with a "
+                             "layer: add a last row without thickness")  # fmt: skip
         for one in (*profile.layers, *filter(None, [profile.half_space])):
             if math.isnan(one.pressure_velocity):
                 raise InputError(f"{self.file}, row {one.row}: blocks need pressure_velocity or "
@@ -77,6 +79,7 @@ class LayeredGround(schema.ProfileValues):
         return profile.half_space or profile.layers[-1]
 
     def _make_materials(self, profile: SoilProfile) -> list[tuple[str, dict]]:
+        """Return the materials of the layers from the surface, then the material of the base."""
         ground = (*profile.layers, self._base_ground(profile))
         laws = [*self._yield_laws(profile), {}]
         found = []
@@ -104,7 +107,7 @@ class LayeredGround(schema.ProfileValues):
         return [*(f"{self.name}_{i + 1}" for i in range(len(profile.layers))), f"{self.name}_base"]
 
     def _make_joints(self, profile: SoilProfile, cells: list[int]) -> list[tuple[str, dict]]:
-        """Return the joints: welds between layers, and vertical ones, which may be tied."""
+        """Return the joints: welds between layers, and the vertical joint between columns."""
         stiff = max(one.density * one.pressure_velocity**2 * count / one.thickness
                     for one, count in zip(profile.layers, cells, strict=True))  # fmt: skip
         whole = {"friction_angle": _ANGLE, "cohesion": _STRENGTH, "tensile_strength": _STRENGTH}
@@ -136,7 +139,7 @@ class LayeredGround(schema.ProfileValues):
         return found
 
     def _block_row(self, name: str, material: str, sides, low: float, high: float):
-        """Return a row of adjacent blocks of one name."""
+        """Yield a row of adjacent blocks with the same name."""
         weld, side = f"{self.name}_weld", f"{self.name}_side"
         for left, right in zip(sides, sides[1:], strict=False):
             corners = np.array([[left, low], [right, low], [right, high], [left, high]])
@@ -144,6 +147,7 @@ class LayeredGround(schema.ProfileValues):
                             "edge_joints": (weld, side, weld, side)}  # fmt: skip
 
     def _make_boundaries(self, profile: SoilProfile) -> list[tuple[str, dict]]:
+        """Return the boundaries at the base and at the sides."""
         below, base = self._base_ground(profile), {}
         if self.base == "compliant":
             base = {"density": below.density, "shear_velocity": below.shear_velocity,
@@ -171,7 +175,7 @@ class LayeredGround(schema.ProfileValues):
 
 
 def _hysteretic_law(layer: Ground, stress: float, file: Path) -> dict:
-    """Return the variables of a material that yields by the curve of a layer at a stress, Pa."""
+    """Return the &material variables for the curve of a layer at a mean stress (Pa)."""
     where = f"{file}, row {layer.row}"
     name, numbers = parse_curve(layer.curve, where)
     if not name:
@@ -182,8 +186,8 @@ def _hysteretic_law(layer: Ground, stress: float, file: Path) -> dict:
         return {"law": "hysteretic", "curve": "table"} | table
     least, variables = _CURVES[name]
     if not least <= len(numbers) <= len(variables):
-        raise InputError(f"{where}: curve = {layer.curve!r}: {name} has {len(variables)} numbers "
-                         f"at most: {', '.join(variables)}")  # fmt: skip
+        raise InputError(f"{where}: curve = {layer.curve!r}: give after {name}: "
+                         f"{', '.join(variables)}; required: the first {least}")  # fmt: skip
     own = {"mean_stress": stress} if name == "darendeli" else {}
     given = dict(zip(variables, numbers, strict=False))
     if name == "gqh":

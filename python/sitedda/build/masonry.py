@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Build masonry from few parameters: arches, piers, lintels, colonnades, walls."""
+"""Build masonry from a few parameters: arches, piers, lintels, colonnades, walls."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ class Stone:
     polygon : ndarray, shape (n, 2)
         Corners, m, counter-clockwise.
     material, joint : str
-        Names; blank selects the first of the model.
+        Names of material and joint; blank: the first of the model.
     """
 
     name: str
@@ -32,6 +32,7 @@ class Stone:
 
 
 def _check_count(blocks: int) -> None:
+    """Raise InputError for a number of blocks above the limit."""
     if blocks > MOST_BLOCKS:
         raise InputError(f"{blocks} blocks exceed the limit of {MOST_BLOCKS}")
 
@@ -42,7 +43,7 @@ def rectangle(left, bottom, right, top) -> np.ndarray:
 
 
 def _lay_courses(left, right, bottom, height, courses, stones) -> Iterator[tuple[int, np.ndarray]]:
-    """Yield course number and corners of stones in running bond between two straight faces.
+    """Yield course number and corners (m) of stones in running bond between two straight faces.
 
     Parameters
     ----------
@@ -51,8 +52,8 @@ def _lay_courses(left, right, bottom, height, courses, stones) -> Iterator[tuple
     bottom, height : float
         m.
     courses, stones : int
-        Courses, and stones in a full course; every other course begins and ends with half a stone,
-        unless there is only one.
+        Numbers of courses, and of stones in a full course; every second course begins and ends with
+        half a stone, unless a course is one stone.
     """
     for k in range(courses):
         shares = np.arange(stones + 1) / stones
@@ -68,6 +69,7 @@ def _lay_courses(left, right, bottom, height, courses, stones) -> Iterator[tuple
 
 
 def _number_stones(name: str, polygons, material: str, joint: str) -> list[Stone]:
+    """Return stones with these polygons, named NAME_1, NAME_2 and so on."""
     return [Stone(f"{name}_{i}", one, material, joint) for i, one in enumerate(polygons, 1)]
 
 
@@ -75,6 +77,7 @@ class Arch(schema.ArchValues):
     """An arch of straight-sided voussoirs, with joints at right angles to the centre line."""
 
     def _check_values(self) -> None:
+        """Check the number of voussoirs and the thickness; set span and rise from the radius."""
         if self.radius is not None:
             self.span, self.rise = 2 * self.radius, self.radius
         if self.is_pointed and self.voussoirs % 2:
@@ -91,7 +94,7 @@ class Arch(schema.ArchValues):
         return self.rise > 0.5 * self.span * (1 + 1e-12)
 
     def _right_arc_geometry(self) -> tuple[float, tuple[float, float]]:
-        """Return radius and centre of the right arc from the middle of the springing line, m."""
+        """Return radius and centre of the right arc, m, relative to the middle of the springing."""
         half, rise = self.span / 2, self.rise
         if self.is_pointed:
             radius = (half**2 + rise**2) / (2 * half)
@@ -100,7 +103,7 @@ class Arch(schema.ArchValues):
         return radius, (0.0, rise - radius)
 
     def _joint_ends(self, offset: float) -> np.ndarray:
-        """Return the ends of the joints at a distance from the centre line, (n + 1, 2), m."""
+        """Return the points of the joints at an offset (m) from the centre line, (n + 1, 2), m."""
         radius, (x0, y0) = self._right_arc_geometry()
         half, n = self.span / 2, self.voussoirs
         springing = np.arctan2(-y0, half - x0)
@@ -116,7 +119,7 @@ class Arch(schema.ArchValues):
         return np.vstack([right, left]) + np.asarray(self.centre, dtype=float)
 
     def blocks(self) -> list[Stone]:
-        """Return the voussoirs from the right springing, then the abutments."""
+        """Return the voussoirs, beginning at the right springing, then the abutments."""
         inner, outer = self._joint_ends(-self.thickness / 2), self._joint_ends(self.thickness / 2)
         polygons = [
             np.array([inner[i], outer[i], outer[i + 1], inner[i + 1]])
@@ -130,6 +133,7 @@ class Arch(schema.ArchValues):
         return found
 
     def _build_abutment(self, inner, outer) -> np.ndarray:
+        """Return the corners of the abutment under the springing joint from inner to outer, m."""
         bottom = min(inner[1], outer[1]) - self.abutment
         beyond = outer[0] + np.copysign(self.abutment, outer[0] - inner[0])
         corners = [inner, (inner[0], bottom), (beyond, bottom), (beyond, outer[1]), outer]
@@ -140,6 +144,7 @@ class Pier(schema.PierValues):
     """A pier of courses in running bond."""
 
     def _check_values(self) -> None:
+        """Check the number of stones; set the default of the upper width."""
         self.top_width = self.top_width or self.width
         _check_count(self.courses * (self.stones + 1))
 
@@ -165,15 +170,16 @@ class Colonnade(schema.ColonnadeValues):
     """Columns of drums, with optional capitals and beams; outer beams end flush."""
 
     def _check_values(self) -> None:
+        """Check the number of drums, the capitals and the spacing of the columns."""
         self.top_width = self.top_width or self.width
         _check_count(self.columns * (self.drums + 2))
         if (self.capital_width > 0) != (self.capital_height > 0):
             raise InputError("give both capital_width and capital_height, or neither")
         if self.spacing <= max(self.width, self.top_width, self.capital_width):
-            raise InputError(f"spacing = {self.spacing:g}: the columns would touch each other")
+            raise InputError(f"spacing = {self.spacing:g} is too small: the columns would touch")
 
     def blocks(self) -> list[Stone]:
-        """Return the columns from below, then the beams from the left."""
+        """Return the stones of the columns, from below, then the beams, from the left."""
         found = []
         top = self.bottom + self.height
         half = 0.5 * np.array([self.width, self.top_width])
@@ -193,6 +199,7 @@ class Colonnade(schema.ColonnadeValues):
         return found
 
     def _build_beams(self) -> Iterator[np.ndarray]:
+        """Yield the corners of the beams between columns, from the left, m."""
         low = self.bottom + self.height + self.capital_height
         over = 0.5 * (self.capital_width or self.top_width)
         for i in range(max(1, self.columns - 1)):
@@ -206,6 +213,7 @@ class RetainingWall(schema.RetainingWallValues):
     """A wall of courses in running bond with a vertical back and a battered face."""
 
     def _check_values(self) -> None:
+        """Check the number of stones."""
         _check_count(self.courses * (self.stones + 1))
 
     def blocks(self) -> list[Stone]:
@@ -222,10 +230,11 @@ class MultiLeafWall(schema.MultiLeafWallValues):
     """A cross-section of two leaves of stones with a core between them."""
 
     def _check_values(self) -> None:
+        """Check the number of stones."""
         _check_count(self.courses * (2 + self.core_courses * (self.core_stones + 1)))
 
     def blocks(self) -> list[Stone]:
-        """Return the courses from below: left leaf, core, right leaf; or a bond stone."""
+        """Return the stones of each course, from below: left leaf, core, right leaf; or a tie."""
         x = self.left + np.cumsum([0.0, self.leaf, self.core, self.leaf])
         step = self.height / self.courses
         core_material = self.core_material or self.material

@@ -31,14 +31,14 @@ from ..input.source import blocks_text, read_input
 from .building import block_writer, build_blocks
 
 _UNIQUE = ("material", "joint", "motion", "measured_point")
-_LONGEST = 4096  # largest number of values of a motion within the input itself
+_LONGEST = 4096  # largest number of values of a motion in an input; more are written to a file
 
 
 class Group:
-    """One group of a model; its variables are attributes.
+    """A group of a model; its variables are attributes.
 
-    A variable that is not set is None; setting it to None takes it out.  What the group does not
-    have cannot be set.
+    A variable that is not set is None; setting it to None removes it.  Only variables of the group
+    can be set.
 
     Examples
     --------
@@ -56,13 +56,13 @@ class Group:
 
     @classmethod
     def _of_checked_values(cls, name: str, values: dict, place: str = "") -> "Group":
-        """Return a group of values that have been checked."""
+        """Return a group with values that have been checked before."""
         group = cls(name, None, place)
         group._values.update(values)
         return group
 
     def __call__(self, **values) -> "Group":
-        """Set several variables."""
+        """Set several variables; return the group."""
         if self._name == "control" and None not in map(values.get, ("duration", "steps")):
             raise InputError("give either duration or steps")
         new = {
@@ -118,9 +118,9 @@ class Group:
 class Model(Groups):
     """A model: blocks, materials, joints, motions, supports, loads, measured points.
 
-    Every group of the namelist input is a method that adds one, with the variables of the group as
-    keyword arguments; ``run``, ``control``, ``contact``, ``output`` and ``cutting``, which a model
-    has once, are attributes.
+    A method for each group of the namelist input adds such a group; the variables are keyword
+    arguments.  ``run``, ``control``, ``contact``, ``output`` and ``cutting`` occur only once and
+    are attributes.
 
     Parameters
     ----------
@@ -140,13 +140,13 @@ class Model(Groups):
 
     Notes
     -----
-    ``model["material"]`` is the list of groups of a kind, ``model["material.rock"]`` one of them by
-    its name.  Points may be lists x, y, x, y …, arrays of shape (n, 2), or polygons of shapely.
+    ``model["material"]`` is the list of groups of a kind, ``model["material.rock"]`` is the group
+    with this name.  Points may be lists x, y, x, y …, arrays of shape (n, 2), or shapely polygons.
     """
 
     __slots__ = ("groups", "folder", "_once", "__weakref__")
     groups: list[Group]
-    folder: Path  # to which relative file names refer
+    folder: Path  # folder to which relative file names refer
 
     def __init__(self, title: str | None = None, **control):
         once = {name: Group(name) for name in single_groups()}
@@ -174,11 +174,11 @@ class Model(Groups):
         Parameters
         ----------
         kind : str
-            Of the group, without the ``&``.
+            Kind of group, without the ``&``.
         *arguments
-            Its first variables, in the order of the table of groups.
+            First variables of the group, in the order of the input reference.
         **values
-            Its variables.
+            Variables of the group.
         """
         names = list(variables()[known_group(kind)])
         if len(arguments) > len(names):
@@ -190,9 +190,10 @@ class Model(Groups):
         return self._add_group(Group(kind, values))
 
     def _add_group(self, group: Group) -> Group:
+        """Append and return a group; reject a repeated name, or a group that occurs only once."""
         kind, name = group._name, group._values.get("name")
         if kind in single_groups():
-            raise InputError(f"&{kind} occurs once; set its variables by model.{kind}(…)")
+            raise InputError(f"&{kind} occurs only once; set its variables by model.{kind}(…)")
         if kind in _UNIQUE and any(
             one._values.get("name") == name for one in self.groups if one._name == kind
         ):
@@ -268,10 +269,10 @@ class Model(Groups):
         Parameters
         ----------
         polygons : sequence
-            Lists x, y …, arrays of shape (n, 2), m, or polygons of shapely, in either sense.
+            Lists x, y …, arrays of shape (n, 2), m, or shapely polygons, of either orientation.
         names : sequence of str, optional
         **values
-            ``material`` and ``joint`` of all.
+            ``material`` and ``joint`` of all blocks.
         """
         from .cutting.geometry import outline_of
 
@@ -304,13 +305,13 @@ class Model(Groups):
 
     @classmethod
     def from_namelist(cls, text: str, file="model.nml") -> "Model":
-        """The model of a namelist text; files that it names are relative to the folder of `file`.
+        """Return the model of a namelist text; relative file names refer to the folder of `file`.
 
         Raises
         ------
         InputError
-            If a group or a variable is not known, or a value cannot be read; the message names the
-            line.  Values are judged by the engine, in `check` and `run`.
+            If a group or variable is unknown, or a value cannot be read; the message names the
+            line.  The engine checks the values in `check` and `run`.
         """
         model = cls()
         model.folder = Path(file).parent
@@ -334,12 +335,13 @@ class Model(Groups):
         for group in self.of_kind("motion"):
             if (count := len(group._values.get("values", ()))) > _LONGEST:
                 raise InputError(
-                    f"motion {group.name!r} has {count} values, more than the {_LONGEST} that fit "
-                    "into an input; write(file) puts them into a separate file"
+                    f"motion {group.name!r} has {count} values, more than the limit of {_LONGEST} "
+                    "in an input; use write(file), which writes them to a separate file"
                 )
         return self._to_text()
 
     def _to_text(self, moved: dict | None = None, put=blocks_text) -> str:
+        """Return all groups as text; `moved` replaces variables by group, `put` writes blocks."""
         groups = [one for one in self._once.values() if one._values] + self.groups
         moved, parts = moved or {}, []
         for kind, same in groupby(groups, key=lambda group: group._name):
@@ -350,16 +352,16 @@ class Model(Groups):
     def write(self, file, block_file: bool | None = None) -> Path:
         """Write the model to a namelist file.
 
-        A file of that name is replaced only if `write` wrote it.
-        Motions of more than 4096 values go into text files beside it, ``FILE.MOTION.txt``, and
-        files that groups name are named from its folder.
+        An existing file is replaced only if this method has written it.
+        Motions of more than 4096 values are written to text files ``FILE.MOTION.txt``.  Paths of
+        other files are changed to be relative to the folder of the file.
 
         Parameters
         ----------
         file : path
         block_file : bool, optional
-            Put the blocks into a netCDF file beside it, ``FILE.blocks.nc`` (from 10,000 blocks
-            that follow each other on).
+            Write the blocks to a netCDF file, ``FILE.blocks.nc`` (default: for 10,000 consecutive
+            blocks or more).
         """
         file = check_target(file, OWN_INPUT)
         moved = self._renamed_files(file.parent, f"{file.stem}.")
@@ -367,12 +369,15 @@ class Model(Groups):
         return write(file, f"! written by sitedda\n{text}", OWN_INPUT)
 
     def _named_files(self) -> list[Path]:
-        """Return the files that groups name."""
+        """Return the paths of the files that groups name."""
         groups = [*self["motion"], *self["blocks"]]
         return [self.folder / group.file for group in groups if group.file]
 
     def _renamed_files(self, folder: Path, prefix: str) -> dict[int, dict]:
-        """Return, by group, its variables if its file name changes relative to a folder."""
+        """Return the changed variables of groups whose file has another path from a folder.
+
+        The keys are identities of groups.  Long motions are written to files, with this prefix.
+        """
         found = {}
         for group in [*self["motion"], *self["blocks"]]:
             values = dict(group._values)
@@ -393,7 +398,7 @@ class Model(Groups):
     # --- Use -------------------------------------------------------------------------------------
 
     def build(self) -> "Model":
-        """Return a model in which joints, regions and masonry are converted into blocks."""
+        """Return a model with blocks in place of joints, regions and masonry."""
         given = [group for group in (*self.groups, self._once["cutting"]) if group._values]
         parts = [(group._name, group._values, group._place or f"&{group._name}") for group in given]
         built = build_blocks(parts, self.folder)
@@ -423,11 +428,11 @@ class Model(Groups):
                 raise
 
     def _cite_source(self, message: str, file: Path) -> str:
-        """Return a message that cites the call or line of a file instead of generated text."""
+        """Return a message that names the call or line of the user instead of generated text."""
         groups = [one for one in self._once.values() if one._values] + self.groups
 
         def place(kind: str, line: int) -> str:
-            if line > len(groups):  # groups have one line each, generated ones follow
+            if line > len(groups):  # each group is one line; generated groups follow
                 return f"a &{kind} generated from another group"
             group = groups[line - 1]
             same = [one for one in groups if one._name == group._name]

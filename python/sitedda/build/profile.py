@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A site in a CSV file: layers with velocities, density, damping and curves over depth."""
+"""Read a site from a CSV file: layers with velocities, density, damping and curves over depth."""
 
 import csv
 import math
@@ -25,7 +25,7 @@ _SHARE = {"%": 0.01, "1": 1.0, "-": 1.0}
 _STRESS = {"pa": 1.0, "kpa": 1e3, "mpa": 1e6, "psf": 47.88025898}
 _ANGLE = {"deg": 1.0, "°": 1.0}
 _NONE = {"": 1.0, "1": 1.0, "-": 1.0}
-# Columns: factors of their units to SI, and synonyms.
+# Columns of a file: factors from their units to SI, and synonyms of their names.
 _COLUMNS: dict[str, tuple[dict[str, float] | None, tuple[str, ...]]] = {
     "depth": (_LENGTH, ("z",)),
     "top": (_LENGTH, ("top depth", "depth to top", "from")),
@@ -56,22 +56,22 @@ class Ground:
     Attributes
     ----------
     thickness : float
-        m; inf of the half-space.
+        m; inf for the half-space.
     shear_velocity, pressure_velocity : float
-        m/s; the latter NaN where the file has neither it nor Poisson's ratio.
+        m/s; the latter is NaN if the file has neither this velocity nor Poisson's ratio.
     density : float
         kg/m³
     damping : float
         Damping ratio, a fraction.
     curve : str
-        As the file has it; blank: linear.
+        Curve as in the file; blank: linear.
     name : str
     row : int
-        Of the file, from 1.
+        Row of the file, from 1.
     shear_strength : float
-        Pa: undrained, or what is added to the friction; NaN: not given.
+        Undrained strength, or cohesion in addition to friction, Pa; NaN: not given.
     friction_angle : float
-        Degrees, of effective stresses; NaN: not given.
+        Effective angle of friction, degrees; NaN: not given.
     """
 
     thickness: float
@@ -86,7 +86,7 @@ class Ground:
     friction_angle: float = math.nan
 
     def values(self) -> dict[str, float]:
-        """Return its values for `Layer` and `HalfSpace`."""
+        """Return the arguments for `Layer` and `HalfSpace`."""
         return {
             "density": self.density,
             "shear_velocity": self.shear_velocity,
@@ -102,7 +102,7 @@ class SoilProfile:
     ----------
     layers : tuple of Ground
     half_space : Ground or None
-        Below them; None: the file ends with its last layer.
+        Ground below the layers; None: the file ends with its last layer.
     file : Path
     """
 
@@ -121,9 +121,9 @@ class SoilProfile:
         return np.cumsum([0.0, *(layer.thickness for layer in self.layers)])
 
     def mean_velocity(self, depth: float = 30.0) -> float:
-        """Return a depth over the travel time of S waves through it, m/s: V_s30 for 30 m.
+        """Return the mean velocity of S waves down to a depth (m), m/s: V_s30 for 30 m.
 
-        Its half-space, or its last layer, continues below the file.
+        The half-space, or else the last layer, continues below the file.
         """
         left, time = float(depth), 0.0
         for layer in self.layers:
@@ -139,9 +139,9 @@ class SoilProfile:
         Parameters
         ----------
         water_table : float
-            Depth, m (none).
+            Depth of the water table, m (no water).
         pressure_at_rest : float
-            K₀.
+            Coefficient K₀.
         """
         found, above = [], 0.0
         for layer, top in zip(self.layers, self.tops, strict=False):
@@ -154,7 +154,7 @@ class SoilProfile:
     def strengths(
         self, water_table: float = math.inf, pressure_at_rest: float = 0.5
     ) -> list[float]:
-        """Return the shear strength of each layer in the file, s_u + σ'_v tan φ', Pa; NaN if none.
+        """Return the shear strength of each layer, s_u + σ'_v tan φ', Pa; NaN if not in the file.
 
         Parameters
         ----------
@@ -171,7 +171,7 @@ class SoilProfile:
         return found
 
     def __str__(self) -> str:
-        """Return the layers as a table, and the mean velocity of 30 m."""
+        """Return the layers as a table, and V_s30."""
         head = f"{'depth (m)':>15}{'V_s (m/s)':>11}{'V_p (m/s)':>11}{'ρ (kg/m³)':>11}{'D (%)':>8}"
         rows = [head + "  curve"]
         tops = self.tops
@@ -194,26 +194,27 @@ def read_soil_profile(file, fill: str = "") -> SoilProfile:
     Parameters
     ----------
     file : path
-        Columns by their heads, with units in brackets, separated by commas, semicolons or tabs:
+        Columns with headings and units in brackets, separated by commas, semicolons or tabs:
         ``depth (m)`` or ``thickness (m)``, ``Vs (m/s)``, ``Vp (m/s)`` or ``nu``,
         ``density (kg/m3)`` or ``unit weight (kN/m3)``, ``damping (%)``, ``curve``, ``name``.
         Lines that begin with # are comments.
     fill : {'', 'above', 'interpolate'}
-        What gaps of velocities, density and damping are filled with: nothing (a gap of what a layer
-        must have is an error), the value of the row above, or one between those of the rows around
-        it, straight over the depths of their middles.
+        Value for gaps of velocities, density and damping: none (a gap of a required value is an
+        error), the value of the row above, or linear interpolation over the depths of the middles
+        of layers.
 
     Raises
     ------
     InputError
-        If a column is not known or lacks its unit, or a value cannot be; the message names the row.
+        If a column is unknown or lacks its unit, or a value is invalid; the message names the row.
 
     Notes
     -----
-    ``depth`` is that of the tops where the first is 0, else of the bottoms.  With tops the last row
-    is the half-space; else a last row without thickness or depth is.  Curves: ``darendeli 15``
-    (plasticity index, %), ``hyperbolic 5e-4`` (reference strain), ``mkz 5e-4 1 0.9``, ``linear``,
-    or a CSV file of strain, G/G_max and damping ratio beside this one.
+    ``depth`` means the top of each layer if its first value is 0, otherwise the bottom.  With tops,
+    the last row is the half-space; otherwise a last row without thickness or depth is the
+    half-space.  Curves: ``darendeli 15`` (plasticity index, %), ``hyperbolic 5e-4`` (reference
+    strain), ``mkz 5e-4 1 0.9``, ``linear``, or a CSV file in the same folder with strain, G/G_max
+    and damping ratio.
     """
     file = Path(file)
     rows = read_rows(file)
@@ -243,7 +244,7 @@ def read_soil_profile(file, fill: str = "") -> SoilProfile:
 
 
 def read_rows(file: Path) -> list[tuple[int, list[str]]]:
-    """Return numbers and cells of the lines of a CSV file that are not blank.
+    """Return number and cells of each row of a CSV file, without blank rows and comments.
 
     Parameters
     ----------
@@ -270,13 +271,13 @@ def read_rows(file: Path) -> list[tuple[int, list[str]]]:
 
 
 def _column_unit(head: str, file: Path, row: int) -> tuple[str, float | None]:
-    """Return the name of a column, and the SI value of one unit of its numbers."""
+    """Return name and factor to SI of a column from its heading; None for texts."""
     words, unit = _HEAD.fullmatch(head).groups() if _HEAD.fullmatch(head) else (head, None)
     word = " ".join(words.lower().replace("_", " ").split())
     known = {name.replace("_", " "): there for name, there in _WORDS.items()}
     if word not in known:
-        raise InputError(f"{file}, row {row}: there is no column {words!r}; "
-                         f"known are {', '.join(_COLUMNS)}")  # fmt: skip
+        raise InputError(f"{file}, row {row}: column {words!r} is unknown; the columns are "
+                         f"{', '.join(_COLUMNS)}")  # fmt: skip
     units = _COLUMNS[known[word]][0]
     if units is None:
         return known[word], None
@@ -329,12 +330,12 @@ def _thicknesses(file: Path, names: list[str], table: list[dict]) -> list[float]
     for one, value in zip(table, found, strict=True):
         if not math.isnan(value) and not 0 < value <= 1e5:
             raise InputError(f"{file}, row {one['row']}: the layer would be {value:g} m thick; "
-                             "depths must increase, thicknesses be positive")  # fmt: skip
+                             "depths must increase, and thicknesses must be positive")  # fmt: skip
     return [math.inf if math.isnan(value) else float(value) for value in found]
 
 
 def _fill_gaps(file: Path, table: list[dict], thickness, shown: dict[str, str], fill: str) -> None:
-    """Fill missing values by the rule `fill`."""
+    """Fill the gaps of a table by the rule `fill`, see `read_soil_profile`."""
     if fill not in _FILLS:
         raise InputError(f"fill = {fill!r}: use {', '.join(map(repr, _FILLS))}")
     thick = np.where(np.isinf(thickness), 0.0, thickness)
@@ -348,14 +349,14 @@ def _fill_gaps(file: Path, table: list[dict], thickness, shown: dict[str, str], 
             before, after = known[known < i], known[known > i]
             if not before.size or (fill == "interpolate" and not after.size):
                 side = "below" if before.size else "above"
-                raise InputError(f"{file}, row {table[i]['row']}: {shown[name]} has a gap without "
-                                 f"a value {side} it to fill it with")  # fmt: skip
+                raise InputError(f"{file}, row {table[i]['row']}: the gap of {shown[name]} cannot "
+                                 f"be filled, because no row {side} has a value")  # fmt: skip
             between = float(np.interp(middle[i], middle[known], values[known]))
             table[i][name] = between if fill == "interpolate" else float(values[before[-1]])
 
 
 def _make_ground(file: Path, values: dict, thickness: float, shown: dict[str, str]) -> Ground:
-    """Return the ground of a row; `shown` has the column heads of the file."""
+    """Return the ground of a row; `shown` contains the column headings of the file."""
     where = f"{file}, row {values['row']}"
     for name, most in (("shear_velocity", 1e5), ("density", 1e5)):
         if not 0 < values.get(name, math.nan) <= most:
@@ -392,7 +393,7 @@ def _make_ground(file: Path, values: dict, thickness: float, shown: dict[str, st
 
 
 def parse_curve(text: str, where: str) -> tuple[str, list[float]]:
-    """Return name and numbers of a curve; only the name if a file defines it.
+    """Return name and parameters of a curve; for a file of a curve, only its name.
 
     Parameters
     ----------
@@ -409,11 +410,11 @@ def parse_curve(text: str, where: str) -> tuple[str, list[float]]:
     try:
         return found[1].lower(), [float(one) for one in re.split(r"[,; ]+", found[2]) if one]
     except ValueError:
-        raise InputError(f"{where}: curve = {text!r}: a number cannot be read") from None
+        raise InputError(f"{where}: curve = {text!r} contains an unreadable number") from None
 
 
 def read_curve_table(file: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Read shear strain, G/G_max and damping ratio from a CSV file, all fractions.
+    """Return shear strain, G/G_max and damping ratio of a CSV file, all as fractions.
 
     Parameters
     ----------

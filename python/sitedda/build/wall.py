@@ -15,9 +15,9 @@ from .cutting.distributions import uniform
 from .masonry import MOST_BLOCKS, rectangle
 
 _BONDS = {"running": (1.0, 0.5), "header": (0.5, 0.25), "rubble": (1.0, 0.5)}
-_LEAST = 0.3  # shortest stone at ends and jambs over the size of a stone
-_OVERLAP = 0.2  # offset of head joints of successive rubble courses over a stone
-_SAME = 1e-9  # levels closer than this fraction of the wall are equal
+_LEAST = 0.3  # shortest stone at wall ends and openings over the length of a stone
+_OVERLAP = 0.2  # smallest offset of head joints of successive rubble courses over a stone's length
+_SAME = 1e-9  # levels are equal if their difference is below this fraction of the wall size
 _HEIGHT, _LENGTH = 1, 2  # streams of random numbers
 
 
@@ -25,7 +25,7 @@ class Opening(schema.OpeningValues):
     """A door, a window or a niche in a wall."""
 
     def groups(self, folder, others) -> tuple[list[tuple[str, dict]], list[str]]:
-        """Check that the wall exists; the opening adds no groups of its own.
+        """Raise InputError unless the wall exists; return no groups, the wall has the stones.
 
         Parameters
         ----------
@@ -40,7 +40,7 @@ class Opening(schema.OpeningValues):
         return [], []
 
     def fitted(self, wall: MasonryWall) -> Opening:
-        """Return the opening with missing values from its wall; reject it outside the wall."""
+        """Return the opening with default values from its wall; reject it if it leaves the wall."""
         values = dict(vars(self))
         course, stone = wall.height / wall.courses, wall.stone
         values["depth"] = course if self.depth is None else self.depth
@@ -53,7 +53,7 @@ class Opening(schema.OpeningValues):
         return found
 
     def check(self, wall: MasonryWall) -> None:
-        """Reject an opening outside the wall, or without size."""
+        """Raise InputError if the opening is not within the wall, or its arch is too high."""
         if self.head == "arch" and self.rise > 0.5 * self.width * (1 + 1e-12):
             raise InputError(f"rise = {self.rise:g} is above half of the width")
         if self.head == "arch" and self.rise >= self.height:
@@ -63,17 +63,17 @@ class Opening(schema.OpeningValues):
         inside = left >= wall.left - slack and right <= wall.left + wall.width + slack
         if not (inside and bottom >= wall.bottom - slack
                 and top <= wall.bottom + wall.height + slack):  # fmt: skip
-            raise InputError(f"with its head from x = {left:g} to {right:g} m, y = "
-                             f"{bottom:g} to {top:g} m, is not within the wall")  # fmt: skip
+            raise InputError(f"with its head from x = {left:g} to {right:g} m and y = {bottom:g} "
+                             f"to {top:g} m, the opening is not within the wall")  # fmt: skip
 
     @property
     def springing(self) -> float:
-        """Return the level at which its head begins, m."""
+        """Return the level at which the head of the opening begins, m."""
         return self.bottom + self.height - (self.rise if self.head == "arch" else 0.0)
 
     @property
     def top(self) -> float:
-        """Return the level of the upper side of its head, m."""
+        """Return the level of the upper side of the head, m."""
         return self.bottom + self.height + (0.0 if self.head == "none" else self.depth)
 
     @property
@@ -83,7 +83,7 @@ class Opening(schema.OpeningValues):
         return self.left - beyond, self.bottom, self.left + self.width + beyond, self.top
 
     def gaps(self) -> list[tuple[float, float, float, float]]:
-        """Return the rectangles that courses leave out: left, bottom, right, top."""
+        """Return the rectangles without courses: left, bottom, right, top, m."""
         right = self.left + self.width
         found = [(self.left, self.bottom, right, self.springing)]
         if self.head != "none":
@@ -124,20 +124,21 @@ class MasonryWall(schema.MasonryWallValues):
     """A wall of courses, seen from the front."""
 
     def _check_values(self) -> None:
+        """Check the stiffness of tie rods and the number of stones."""
         if self.ties is not None and self.tie_stiffness is None:
             raise InputError("ties need tie_stiffness")
         length = self.stone * _BONDS[self.bond][0]
         if self.courses * (self.width / length + 1) > MOST_BLOCKS:
-            raise InputError(f"courses = {self.courses}: more than {MOST_BLOCKS} blocks")
+            raise InputError(f"courses = {self.courses} would need more than {MOST_BLOCKS} blocks")
 
     def groups(self, folder, others) -> tuple[list[tuple[str, dict]], list[str]]:
-        """Return groups of its blocks and tie rods (names, variables), and no notes.
+        """Return the groups (names, variables) of blocks and tie rods, and no notes.
 
         Parameters
         ----------
         folder : path
         others : sequence of (str, dict)
-            All groups of the input, its openings among them.
+            All groups of the input, including the openings of the wall.
         """
         own = [values for kind, values in others
                if kind == "opening" and values.get("wall", Opening.wall) == self.name]  # fmt: skip
@@ -152,6 +153,7 @@ class MasonryWall(schema.MasonryWallValues):
         return found + self._tie_rods(stones), []
 
     def _make_opening(self, values: dict) -> Opening:
+        """Return an opening that fits the wall; an error names the opening."""
         try:
             return Opening(**values).fitted(self)
         except InputError as error:
@@ -212,7 +214,7 @@ class MasonryWall(schema.MasonryWallValues):
     def _stones_between(
         self, left: float, right: float, joints: np.ndarray
     ) -> list[tuple[float, float]]:
-        """Return the ends of stones that fill a course, none much shorter than the others."""
+        """Return left and right ends (m) of stones that fill a part of a course, none too short."""
         if right - left <= _SAME * self.width:
             return []
         least, ends = _LEAST * self.stone * _BONDS[self.bond][0], [left]
@@ -222,7 +224,7 @@ class MasonryWall(schema.MasonryWallValues):
         return list(pairwise([*ends, right]))
 
     def _tie_rods(self, stones: list[tuple]) -> list[tuple[str, dict]]:
-        """Return tie rods between the outermost stones at their levels."""
+        """Return a tie rod per level, between the outermost stones at this level, as bolts."""
         found = []
         for number, level in enumerate(() if self.ties is None else self.ties, 1):
             across = [(corners, name) for name, corners, *_ in stones
@@ -240,7 +242,7 @@ class MasonryWall(schema.MasonryWallValues):
 
 
 def _require_apart(openings: list[Opening]) -> None:
-    """Check that no two openings, with their heads, overlap."""
+    """Raise InputError if two openings, including their heads, overlap."""
     for i, one in enumerate(openings):
         for other in openings[:i]:
             for a, b, c, d in one.gaps():
@@ -251,7 +253,7 @@ def _require_apart(openings: list[Opening]) -> None:
 
 
 def _left_part(polygon: np.ndarray, place: np.ndarray, along: np.ndarray) -> np.ndarray:
-    """Return the part of a convex polygon to the left of a line, shape (any, 2), m."""
+    """Return the part of a convex polygon (m) to the left of a line, shape (n, 2)."""
     if len(polygon) == 0:
         return polygon
     away = polygon - place
@@ -269,12 +271,13 @@ def _left_part(polygon: np.ndarray, place: np.ndarray, along: np.ndarray) -> np.
 
 
 def _polygon_area(polygon: np.ndarray) -> float:
+    """Return the area of a polygon, shape (n, 2), counter-clockwise."""
     x, y = (polygon - polygon[0]).T
     return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
 
 
 def _distinct_levels(levels: list[float], least: float) -> list[float]:
-    """Return ascending levels; levels that differ only by rounding occur once."""
+    """Return sorted levels; of levels that differ by `least` or less, only the first."""
     found: list[float] = []
     for level in sorted(levels):
         if not found or level - found[-1] > least:

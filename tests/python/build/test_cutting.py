@@ -179,7 +179,7 @@ def test_poisson_lines_have_the_known_means():
     [
         (
             [JointSet(angle=0, spacing=3e-3), JointSet(angle=90, spacing=3e-3)],
-            "cross about 1.1e+07",
+            "form about 1.1e+07",
         ),
         ([JointSet(angle=0, spacing=1e-6)], "segments"),
         ([JointSet(angle=0, spacing=0.01, trace_length=0.01)], "segments"),
@@ -199,7 +199,7 @@ def test_too_many_blocks_are_refused_before_the_work(joints, words):
 def test_no_more_blocks_than_asked_for():
     sets = [JointSet(angle=0, spacing=1.0), JointSet(angle=90, spacing=1.0)]
     assert len(cut([Region(outline=SQUARE)], sets, settings=Cutting(most_blocks=100))) == 100
-    for most, words in ((99, "make 100 blocks"), (50, "cross about")):
+    for most, words in ((99, "form 100 blocks"), (50, "form about")):
         with pytest.raises(InputError, match=words):
             cut([Region(outline=SQUARE)], sets, settings=Cutting(most_blocks=most))
 
@@ -212,7 +212,7 @@ BAD = {
     "distribution": (
         lambda: JointSet(angle=0, spacing=1, spacing_distribution="gauss"), "= 'gauss' must be",
     ),
-    "deviation": (lambda: JointSet(angle=0, spacing=1, angle_deviation=3), "has none"),
+    "deviation": (lambda: JointSet(angle=0, spacing=1, angle_deviation=3), "has no deviation"),
     "negative seed": (lambda: Voronoi(size=1, seed=-1), "seed"),
     "crossing outline": (lambda: Region(outline=[0, 0, 1, 1, 1, 0, 0, 1]), "crosses or touches"),
     "two points": (lambda: Region(outline=[0, 0, 1, 1]), "at least 3"),
@@ -222,7 +222,7 @@ BAD = {
     "no region": (lambda: cut([]), "nothing to cut"),
     "hole outside": (
         lambda: cut([Region(outline=SQUARE)], holes=[Hole(outline=np.add(SQUARE, 20))]),
-        "outside every region",
+        "outside all regions",
     ),
     "all hole": (
         lambda: cut([Region(outline=SQUARE)], holes=[Hole(outline=SQUARE)]), "cover the regions",
@@ -366,7 +366,7 @@ def test_thin_blocks_vanish_with_least_edge_and_sharp_ones_with_least_angle():
     region = [Region(outline=SQUARE)]
     assert len(cut(region, WEDGE, settings=KEEP)) == 3
     flat = cut(region, WEDGE, settings=Cutting(least_edge=0.01))
-    assert len(flat) == 2 and "merged with it" in flat.messages[0]
+    assert len(flat) == 2 and "merged with others" in flat.messages[0]
     sharp = cut(region, [JointLine(points=[0, 0, 10, 1])], settings=Cutting(least_angle=8))
     assert len(sharp) == 1
     check_partition(flat, 100.0)

@@ -135,7 +135,7 @@ def test_a_file_of_it_runs_as_the_model_does(tmp_path, native, same_bits):
         ({"core": [-10, -50, 12, -5, 12, 0]}, "above bottom = -32"),
         ({"core": [-10, 0, 10, -10, 10, 0, -10, -10]}, "not a simple polygon"),
         ({"core": [0, 0, 1, 1]}, "not a simple polygon"),
-        ({"surface": [0, 0, -1, 2]}, "x must grow"),
+        ({"surface": [0, 0, -1, 2]}, "x must increase"),
         ({"surface": [0, -40]}, "must lie below the surface"),
         ({"surface": [0, 0], "base": "none"}, "has no motion"),
         ({"surface": [0, 0], "base": "soft"}, "base = 'soft'"),

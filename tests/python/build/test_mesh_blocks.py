@@ -109,8 +109,8 @@ def test_a_ring_round_another_ring_surrounds_that_alone():
 @pytest.mark.parametrize(
     ("mesh", "message"),
     [
-        (Mesh(blocks="bean", size=1.0), "'bean' names none of the blocks beam_1, beam_2"),
-        (Mesh(regions="rock", size=1.0), "names none of the regions: there are none"),
+        (Mesh(blocks="bean", size=1.0), "'bean' matches none of the blocks beam_1, beam_2"),
+        (Mesh(regions="rock", size=1.0), "matches none of the regions: there are none"),
         (Mesh(blocks="*", size=1.0), "a block without a name"),
         (Mesh(blocks="beam_1", size=1e-5), "choose a larger size"),
         (Mesh(blocks="beam_1", frequency=1e9), "choose a larger size"),
@@ -142,7 +142,7 @@ def test_an_outline_without_area_is_refused(corners, cells):
 
 def test_too_many_cells_of_all_bodies_are_refused_before_the_work():
     pieces = [box(0, i, 400, 1, name=f"layer_{i}") for i in range(40)]
-    with pytest.raises(InputError, match=r"would be about 1.6e\+06, more than 1000000"):
+    with pytest.raises(InputError, match=r"give about 1.6e\+06 cells, more than 1000000"):
         meshed(pieces, Mesh(blocks="*", size=0.1))
 
 
@@ -151,7 +151,7 @@ def test_far_too_many_cells_are_refused_before_regions_are_cut(
     main, write_input, monkeypatch, fineness, cells
 ):
     """A region of 5 km, whose 1,800 joints take half a minute to cut."""
-    monkeypatch.setattr("sitedda.build.building._add_cut", lambda *_: pytest.fail("cut"))
+    monkeypatch.setattr("sitedda.build.building._cut_regions", lambda *_: pytest.fail("cut"))
     file = write_input(
         "&control time_step = 1e-3, steps = 6 /\n&joint name = 'j', friction_angle = 35.0 /\n"
         "&material name = 'rock', density = 2500.0, young_modulus = 2e9, poisson_ratio = 0.25 /\n"
@@ -160,7 +160,7 @@ def test_far_too_many_cells_are_refused_before_regions_are_cut(
         f"&mesh regions = 'r', {fineness} /"
     )
     done = main("check", file)
-    assert done.returncode == 1 and f"would be about {cells}+0" in done.stderr
+    assert done.returncode == 1 and f"would give about {cells}+0" in done.stderr
 
 
 def test_a_block_is_meshed_once():

@@ -16,7 +16,7 @@ from .geometry import (
     Voronoi,
 )
 
-# Modules that need shapely are imported on access.
+# Names of modules that need shapely; these modules are imported on access.
 _LATER = {"Blocks": "blocks", "cut": "blocks", "main_joints": "blocks"}
 _LATER |= {"Sliver": "small_blocks", "slivers": "small_blocks"}
 

@@ -38,13 +38,13 @@ from .network import (
 from .rings import Rings
 from .small_blocks import Sliver, in_words, slivers
 
-_ROUNDING = 1e-9  # tolerance over the size of the regions
-_BITS = 8  # rounding error of coordinates far from (0, 0), in last bits
+_ROUNDING = 1e-9  # tolerance of positions over the size of the regions
+_BITS = 8  # rounding error of coordinates far from (0, 0), in units in the last place
 _SLIVER_AREA = 1e-3  # smallest area of a block over the mean area
-_SLIVER_EDGE = 1e-3  # shortest edge over the root of the mean area
+_SLIVER_EDGE = 1e-3  # shortest edge over the square root of the mean area
 _BYTES = 4000  # bytes of memory per block during cutting
 MOST_CORNERS = 512  # largest number of corners of a block
-_MARGIN = 1.25  # factor on the limit of estimated crossings; later, blocks are counted
+_MARGIN = 1.25  # factor on the limit for estimated crossings; the exact limit is checked later
 _NAMED = 5  # largest number of positions in a message
 
 
@@ -55,22 +55,23 @@ class Blocks:
     Attributes
     ----------
     polygons : list of ndarray, shape (corners, 2)
-        m, counter-clockwise, from the lowest corner.
+        Corners, m, counter-clockwise, beginning at the lowest one.
     edge_joints : list of list of str
-        Joint of each edge; edge i connects corner i with the next.
+        Joint of each edge; edge i connects corners i and i + 1.
     holes : list of list of (ndarray, list of str)
         Corners, clockwise, and joints of the holes within a block, if rings are allowed.
     names, materials, regions : list of str
     messages : list of str
         Notes on removed, merged or remaining blocks.
     slivers : list of Sliver
-        Blocks that are still slivers.
+        Remaining slivers.
     area : float
-        Of the regions without holes, m².
+        Area of the regions without holes, m².
     dead_ends, loops : int
-        Edges of joints that ended inside a block, and loops of joints inside one block, removed.
+        Numbers of removed edges of joints that end inside a block, and of removed loops of joints
+        inside a block.
     merged : int
-        Slivers merged with a neighbour.
+        Number of slivers that have been merged with a neighbour.
     """
 
     polygons: list[np.ndarray] = field(default_factory=list)
@@ -92,7 +93,7 @@ class Blocks:
 
     @property
     def joints(self) -> list[str]:
-        """Return the joint with the greatest length on the outline of each block."""
+        """Return the joint with the greatest length on the outline of each block, by name."""
         return main_joints(self.polygons, self.edge_joints)
 
 
@@ -127,7 +128,7 @@ def cut(
         They must not overlap.
     joints : sequence of JointLine, JointSet and Voronoi
     surfaces : sequence of Surface
-        From the top down.
+        Surfaces from the top down.
     holes : sequence of Hole and Tunnel
     excavations : sequence of Excavation
     settings : Cutting
@@ -142,11 +143,11 @@ def cut(
     Raises
     ------
     InputError
-        If the input cannot be cut, or would give too many blocks, which is checked first.
+        If the regions cannot be cut, or would give too many blocks (checked before the cut).
 
     Notes
     -----
-    If two cuts coincide, the edge gets the joint of the kind named first here: hole,
+    If two cuts coincide, the edge gets the joint of the cut that is first in this list: hole,
     excavation, single joint, surface, joint set, Voronoi polygons, region.
     """
     settings = settings or Cutting()
@@ -164,7 +165,7 @@ class _Cut:
         corners = np.concatenate([region.outline for region in regions])
         self.centre = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
         self.size = float((corners.max(axis=0) - corners.min(axis=0)).max())
-        # Far from (0, 0), rounding of coordinates exceeds the tolerance from the size.
+        # Far from (0, 0), the rounding error of coordinates exceeds the tolerance by size.
         self.rounding = _BITS * float(np.spacing(abs(corners).max()))
         self.tolerance = settings.tolerance or max(_ROUNDING * self.size, self.rounding)
         self.messages: list[str] = []
@@ -174,7 +175,7 @@ class _Cut:
         self.pits = [self._centred_polygon(excavation.outline) for excavation in excavations]
         self._check_inside(holes, self.holes, "hole")
         self._check_inside(excavations, self.pits, "excavation")
-        # One at a time: the union of many polygons at once can lose some (GEOS 3.14).
+        # Polygons are united one by one, because a union of many can omit some (GEOS 3.14).
         self.domain = reduce(shapely.union, self.outlines)
         self.domain = reduce(shapely.difference, self.holes, self.domain)
         if self.domain.area <= 0:
@@ -183,9 +184,11 @@ class _Cut:
         self._gather_segments(joints, surfaces, holes, excavations)
 
     def _centred_polygon(self, outline) -> shapely.Polygon:
+        """Return a polygon with coordinates relative to the middle of the regions."""
         return shapely.Polygon(outline - self.centre)
 
     def _check_overlap(self) -> None:
+        """Raise InputError if two regions overlap."""
         one, other = shapely.STRtree(self.outlines).query(self.outlines, predicate="intersects")
         for i, k in zip(one.tolist(), other.tolist(), strict=True):
             common = shapely.intersection(self.outlines[i], self.outlines[k]).area if i < k else 0
@@ -194,12 +197,13 @@ class _Cut:
                 raise InputError(f"the regions {names} overlap by {common:g} m²")
 
     def _check_inside(self, things, polygons, kind: str) -> None:
+        """Raise InputError for a hole or excavation that overlaps no region."""
         for thing, polygon in zip(things, polygons, strict=True):
             if not any(shapely.intersection(polygon, one).area > 0 for one in self.outlines):
-                raise InputError(f"the {kind} {thing.name!r} lies outside every region")
+                raise InputError(f"the {kind} {thing.name!r} lies outside all regions")
 
     def _gather_segments(self, joints, surfaces, holes, excavations) -> None:
-        """Collect all segments with their labels; their number is checked first."""
+        """Collect the segments of all cuts with their labels; check their expected number first."""
         reach = self.size * 0.75
         expected = sum(joint.expected(reach) for joint in joints if hasattr(joint, "expected"))
         if expected > MOST_JOINTS:
@@ -207,7 +211,7 @@ class _Cut:
                 f"the joints would have about {expected:.2g} segments, more than {MOST_JOINTS:.2g};"
                 " choose a larger spacing, or a smaller region"
             )
-        rows = []  # tuples: rank, joint, segments, whether they are an outline
+        rows = []  # tuples: rank of the kind of cut, joint, segments, whether they are an outline
         for hole, polygon in zip(holes, self.holes, strict=True):
             rows.append((0, hole.joint, _polygon_sides(polygon), True))
         for excavation, polygon in zip(excavations, self.pits, strict=True):
@@ -229,7 +233,7 @@ class _Cut:
         self._check_block_count()
 
     def _clip_cutter(self, cutter, reach: float) -> np.ndarray:
-        """Return the parts of a joint or surface in its regions; errors name the joint."""
+        """Return the segments of a joint or surface within its regions; errors refer to it."""
         try:
             more = (
                 {"corner": self._lower_left_corner(cutter)} if isinstance(cutter, JointSet) else {}
@@ -247,7 +251,7 @@ class _Cut:
         return np.min([outline.min(axis=0) for outline in cut or [self.centre[None]]], axis=0)
 
     def _clip_to_regions(self, segments, cutter) -> np.ndarray:
-        """Clip segments to the regions, or to one of them."""
+        """Clip segments to all regions, or to the region of a joint set."""
         domain, wanted = self.domain, getattr(cutter, "region", "")
         if wanted:
             names = [region.name for region in self.regions]
@@ -269,9 +273,9 @@ class _Cut:
         return np.stack([ends[:-1][inside], ends[1:][inside]], axis=1)
 
     def _check_block_count(self) -> None:
-        """Estimate the number of blocks; reject more than the limit or the memory permits.
+        """Raise InputError if the estimated number of blocks exceeds the limit or the memory.
 
-        Segments of lengths L at angles θ that lie anywhere in an area A cross
+        Segments of lengths L at angles θ and at random positions in an area A cross
         ½ Σ Lᵢ Lⱼ |sin(θᵢ − θⱼ)| / A times on average.
         """
         joints = self.segments[~self.outline]
@@ -287,14 +291,14 @@ class _Cut:
         most = self.settings.most_blocks
         if crossings > _MARGIN * most:
             raise InputError(
-                f"the joints would cross about {crossings:.2g} times and make as many blocks, more "
-                f"than most_blocks = {most}; choose larger spacings, or a smaller region"
+                f"the joints would form about {crossings:.2g} blocks, one per crossing, more than "
+                f"most_blocks = {most}; choose larger spacings, or a smaller region"
             )
         free = _free_memory()
         if expected * _BYTES > free:
             raise InputError(
                 f"cutting about {expected:.2g} blocks needs {expected * _BYTES / 1e9:.2g} GB of "
-                f"memory, {free / 1e9:.2g} GB are free"
+                f"memory, but only {free / 1e9:.2g} GB are free"
             )
 
     def blocks(self, rings: bool = False) -> Blocks:
@@ -304,7 +308,7 @@ class _Cut:
         faces = trace_faces(network)
         if len(faces.cycles) > self.settings.most_blocks:
             raise InputError(
-                f"the joints make {len(faces.cycles)} blocks, more than most_blocks = "
+                f"the joints form {len(faces.cycles)} blocks, more than most_blocks = "
                 f"{self.settings.most_blocks}; choose larger spacings, or a smaller region"
             )
         network, faces = self._merge_short_edges(network, faces)
@@ -336,7 +340,7 @@ class _Cut:
         return found
 
     def _merge_short_edges(self, network: Network, faces):
-        """Merge corners that are close to each other, if slivers are merged."""
+        """Return network and faces after close corners have been merged, if this is requested."""
         least = self.settings.least_edge
         if least is None:
             least = _SLIVER_EDGE * np.sqrt(self.domain.area / max(1, len(faces.cycles)))
@@ -347,23 +351,24 @@ class _Cut:
         network, _, _ = without_dead_ends(network)
         if network.moved > before:
             what = counted(network.moved - before, "corner", "corners")
-            words = f"{what} closer than {least:.3g} m to another merged with it"
-            self.messages.append(words)
+            self.messages.append(f"{what} merged with others at a distance below {least:.3g} m")
         return network, trace_faces(network)
 
     def _report_loops(self, loops) -> None:
+        """Add a message on removed loops of joints."""
         if loops:
             self.messages.append(
-                f"{counted(len(loops), 'loop', 'loops')} of joints inside one block omitted, as "
-                f"at {self._format_points(loops)}"
+                f"{counted(len(loops), 'loop', 'loops')} of joints inside one block omitted, for "
+                f"example at {self._format_points(loops)}"
             )
 
     def _format_points(self, places) -> str:
+        """Return the first positions as text, for messages."""
         shown = [f"({x:.6g}, {y:.6g})" for x, y in np.array(places[:_NAMED]) + self.centre]
         return ", ".join(shown) + (" …" if len(places) > _NAMED else "")
 
     def _find_kinds(self, polygons):
-        """Return the key index of each face, −1 outside, and the keys: region, pit, material."""
+        """Return the key index of each face (−1: outside), and the keys: region, pit, surface."""
         points = shapely.point_on_surface(polygons)
         region = _find_containing(points, self.outlines)
         region[_find_containing(points, self.holes) >= 0] = -1
@@ -378,7 +383,7 @@ class _Cut:
         return np.where(region >= 0, kinds.ravel(), -1), keys
 
     def _find_enclosed(self, network: Network, faces, polygons) -> dict[int, list[np.ndarray]]:
-        """Return, by outer face, the half-edges around the faces that lie inside it."""
+        """Return, by face, the half-edges around each group of other faces that lies inside it."""
         count = len(network.nodes)
         ends = network.edges.T
         graph = coo_array((np.ones(ends.shape[1]), ends), shape=(count, count))
@@ -399,11 +404,12 @@ class _Cut:
         return found
 
     def _reject_rings(self, network: Network, inner) -> None:
+        """Raise InputError for a block that surrounds a hole or other blocks."""
         cycle = next(iter(inner.values()))[0]
         raise InputError(
             "a block is a ring around the hole or region with a corner at "
-            f"{self._format_points(network.nodes[network.starts[cycle[:1]]])}; draw a joint "
-            "that cuts it, or mesh it"
+            f"{self._format_points(network.nodes[network.starts[cycle[:1]]])}; cut it by a "
+            "joint, or mesh it"
         )
 
     @staticmethod
@@ -417,15 +423,17 @@ class _Cut:
         return 0.5 * (a[longest] + b[longest]) + 1e-6 * np.array([-y, x])
 
     def _check_area(self, areas) -> None:
+        """Raise InputError if the blocks do not fill the regions."""
         lost = abs(float(areas.sum()) - self.domain.area)
         if lost > 1e-9 * self.domain.area:
             raise InputError(
-                f"the blocks and the regions differ by {lost:g} m² of {self.domain.area:g} m²: "
-                "outlines lie closer to each other than the tolerance; let them share corners"
+                f"the area of the blocks differs by {lost:g} m² from that of the regions, "
+                f"{self.domain.area:g} m²: outlines lie closer to each other than the tolerance; "
+                "let them share corners"
             )
 
     def _order_blocks(self, network: Network, cycles, keys, inner) -> Blocks:
-        """Return corners, edge joints and names of the blocks in a canonical order."""
+        """Return the blocks with corners, edge joints and names, in a canonical order."""
         edges = np.concatenate([np.array(cycle) for cycle in cycles])
         rings = Rings(network.nodes[network.starts[edges]], list(map(len, cycles)))
         labels = network.labels[edges >> 1]
@@ -452,24 +460,24 @@ class _Cut:
         return blocks
 
     def _check_corners(self, rings: Rings) -> None:
+        """Raise InputError for a block with too many corners."""
         count = np.diff(rings.first)
         most = int(count.argmax())
         if count[most] > MOST_CORNERS:
             raise InputError(
                 f"the block at {self._format_points(rings.corners[rings.first[most]][None])} has "
                 f"{count[most]} corners, more than {MOST_CORNERS}; draw its outline with fewer "
-                "points or cut it"
+                "points, or cut the block"
             )
 
     def _judge_slivers(self, blocks: Blocks, mean: float, least_area: float) -> None:
-        """Report or reject the remaining slivers."""
+        """Report merged and remaining slivers; raise InputError if slivers are refused."""
         least_edge = self.settings.least_edge
         if least_edge is None:
             least_edge = _SLIVER_EDGE * np.sqrt(mean)
         if blocks.merged:
             what = counted(blocks.merged, "sliver was", "slivers were")
-            words = f"{what} merged with the neighbour of the longest common edge"
-            self.messages.append(words)
+            self.messages.append(f"{what} merged with the neighbour of the longest common edge")
         blocks.slivers = slivers(
             blocks.polygons,
             blocks.names,
@@ -490,7 +498,7 @@ def _polygon_sides(polygon: shapely.Polygon) -> np.ndarray:
 
 
 def _outer_cycle(network: Network, faces, nodes) -> np.ndarray:
-    """Return the half-edges around a part of the network, clockwise, from its nodes."""
+    """Return the half-edges around a part of the network, clockwise; `nodes` selects the part."""
     start = network.starts
     outside = np.flatnonzero((faces.face < 0) & nodes[start])
     following = dict(zip(start[outside].tolist(), outside.tolist(), strict=True))
@@ -501,7 +509,7 @@ def _outer_cycle(network: Network, faces, nodes) -> np.ndarray:
 
 
 def _find_containing(points, polygons) -> np.ndarray:
-    """Return the polygon that contains each point, −1 if none."""
+    """Return the index of the polygon that contains each point; −1: none."""
     found = np.full(len(points), -1)
     if polygons:
         point, polygon = shapely.STRtree(polygons).query(points, predicate="within")
@@ -510,7 +518,7 @@ def _find_containing(points, polygons) -> np.ndarray:
 
 
 def _face_polygons(network: Network, cycles) -> np.ndarray:
-    """Return the faces as polygons of shapely."""
+    """Return the faces as shapely polygons."""
     lengths = [len(cycle) for cycle in cycles]
     if not lengths:
         return np.array([], dtype=object)
@@ -521,7 +529,7 @@ def _face_polygons(network: Network, cycles) -> np.ndarray:
 
 
 def _free_memory() -> float:
-    """Return the bytes of free memory, infinite if the system does not report them."""
+    """Return the free memory in bytes; infinite if the system does not report it."""
     try:
         with open("/proc/meminfo") as file:
             lines = dict(line.split(":") for line in file)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Random lengths and angles of joints, reproducible from a seed in every version.
 
-Raw 64-bit integers come from numpy's Philox generator, whose key is (seed, stream); the formulas
-for distributions are defined here, because those of numpy may change.
+Raw 64-bit integers come from numpy's Philox generator, whose key is (seed, stream).  The formulas
+of distributions are defined here, because the formulas of numpy may change.
 """
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from ...base.errors import InputError
 
 DISTRIBUTIONS = ("constant", "uniform", "normal", "log-normal", "exponential")
-_LEAST = 0.01  # shortest length over the mean in uniform and normal distributions
+_LEAST = 0.01  # shortest length over the mean length, for uniform and normal distributions
 
 # Rational approximations of the inverse normal distribution, relative error below 1e-15:
 # Wichura (1988), Algorithm AS 241, Applied Statistics 37, 477-484; highest power first.
@@ -60,8 +60,8 @@ def uniform(seed: int, stream: tuple[int, ...], count: int) -> np.ndarray:
     seed : int
         0 … 2⁶⁴ − 1.
     stream : up to three int
-        Numbers that identify a stream of a seed; the first is part of the key, the others are words
-        of the counter. A longer draw of a stream begins with the numbers of a shorter one.
+        Numbers that identify a stream of a seed: the first is part of the key, the others are words
+        of the counter.  A longer draw from a stream begins with the numbers of a shorter draw.
     count : int
     """
     kind, *place = stream
@@ -85,6 +85,7 @@ def normal_quantile(share) -> np.ndarray:
 
 
 def _ratio_of_polynomials(polynomials, x):
+    """Return the first polynomial divided by the second one at x."""
     return np.polyval(polynomials[0], x) / np.polyval(polynomials[1], x)
 
 
@@ -99,8 +100,8 @@ def draw(share, distribution: str, mean: float, deviation: float) -> np.ndarray:
         One of `DISTRIBUTIONS`.
     mean : float
     deviation : float
-        Standard deviation; of the uniform distribution the greatest distance from the mean.
-        Constant and exponential distributions have none.
+        Standard deviation; for the uniform distribution, the greatest distance from the mean;
+        without effect on constant and exponential distributions.
     """
     share = np.asarray(share, dtype=float)
     if distribution == "uniform":
@@ -116,7 +117,7 @@ def draw(share, distribution: str, mean: float, deviation: float) -> np.ndarray:
 
 
 def draw_lengths(share, distribution: str, mean: float, deviation: float) -> np.ndarray:
-    """Draw lengths, at least 1 % of the mean for uniform and normal distributions."""
+    """Convert uniform numbers to lengths; for uniform and normal, at least 1 % of the mean."""
     lengths = draw(share, distribution, mean, deviation)
     if distribution in ("uniform", "normal"):
         lengths = np.maximum(lengths, _LEAST * mean)
@@ -124,8 +125,8 @@ def draw_lengths(share, distribution: str, mean: float, deviation: float) -> np.
 
 
 def check_distribution(name: str, distribution: str, mean: float, deviation: float) -> None:
-    """Reject a deviation or mean that the distribution does not permit."""
+    """Raise InputError for a deviation or mean that the distribution does not permit."""
     if distribution in ("constant", "exponential") and deviation:
-        raise InputError(f"{name}_deviation: a distribution {distribution!r} has none")
+        raise InputError(f"{name}_deviation: a distribution {distribution!r} has no deviation")
     if distribution in ("log-normal", "exponential") and not mean > 0:
         raise InputError(f"{name} = {mean:g} must be positive for a distribution {distribution!r}")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Regions and the surfaces, joints, polygons and holes that cut them."""
+"""Regions, and the surfaces, joints, random polygons and holes that cut regions."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ MOST_JOINTS = 2_000_000  # largest number of segments of all joints together
 
 
 def outline_of(name: str, values) -> np.ndarray:
-    """Return the corners of a polygon, counter-clockwise, shape (n, 2), without repetition."""
+    """Return the corners of a valid polygon, counter-clockwise, shape (n, 2), m, not repeated."""
     points = points_of(name, values, 3)
     if (points[0] == points[-1]).all():
         points = points[:-1]
@@ -33,16 +33,18 @@ def _segments_between(points) -> np.ndarray:
 
 
 class Region(schema.RegionValues):
-    """A polygon to be cut into blocks."""
+    """A polygon that is cut into blocks."""
 
     def _check_values(self) -> None:
+        """Check the outline, and orient it counter-clockwise."""
         self.outline = outline_of("outline", self.outline)
 
 
 class Hole(schema.HoleValues):
-    """A polygon that is left empty."""
+    """A polygon without blocks."""
 
     def _check_values(self) -> None:
+        """Check the outline, and orient it counter-clockwise."""
         self.outline = outline_of("outline", self.outline)
 
 
@@ -50,20 +52,22 @@ class Excavation(schema.ExcavationValues):
     """A polygon whose outline cuts blocks that a later stage can remove."""
 
     def _check_values(self) -> None:
+        """Check the outline, and orient it counter-clockwise."""
         self.outline = outline_of("outline", self.outline)
 
 
 class Tunnel(schema.TunnelValues):
-    """A hole shaped as an ellipse, a horseshoe (walls under half an ellipse) or a box."""
+    """A hole with the shape of an ellipse, a horseshoe (walls under a semicircle) or a box."""
 
     def _check_values(self) -> None:
+        """Set the default height, and check the height of a horseshoe."""
         self.height = self.height or self.width
         if self.shape == "horseshoe" and self.height <= self.width / 2:
             raise InputError("height must be more than half the width of a horseshoe")
 
     @property
     def outline(self) -> np.ndarray:
-        """Return the corners, shape (n, 2), m, counter-clockwise; those of an ellipse lie on it."""
+        """Return the corners, shape (n, 2), m, counter-clockwise, on the ellipse if it is one."""
         half, tall = self.width / 2, self.height / 2
         if self.shape == "rectangle":
             corners = np.array([[-half, -tall], [half, -tall], [half, tall], [-half, tall]])
@@ -81,9 +85,10 @@ class Surface(schema.SurfaceValues):
     """A line from left to right across the regions, below which another material may begin."""
 
     def _check_values(self) -> None:
+        """Raise InputError unless x increases from point to point."""
         if (np.diff(self.points[:, 0]) <= 0).any():
             at = int(np.flatnonzero(np.diff(self.points[:, 0]) <= 0)[0]) + 2
-            raise InputError(f"points: x must grow; at point {at} it does not")
+            raise InputError(f"points: x must increase from point to point; point {at} does not")
 
     def segments(self, centre, radius: float) -> np.ndarray:
         """Return the segments across a circle (m), shape (n, 2, 2)."""
@@ -102,6 +107,7 @@ class JointLine(schema.JointLineValues):
     """A single joint, or a fault, as a chain of straight segments."""
 
     def _check_values(self) -> None:
+        """Raise InputError for fewer than two points."""
         points_of("points", self.points, 2)
 
     def segments(self, centre, radius: float) -> np.ndarray:
@@ -116,20 +122,22 @@ class JointLine(schema.JointLineValues):
 class JointSet(schema.JointSetValues):
     """A set of parallel joints, or of joints that are parallel on average.
 
-    Joints are drawn from the origin outwards, each line with its own random numbers. With the same
-    origin, a larger region therefore contains the joints of a smaller one. Without an origin, they
-    begin at the corner of the region, so that the blocks move with it. Joints of random angle turn
-    about the middle of their trace, infinite ones about the point nearest to the middle of the
-    regions.
+    Joints are generated from the origin outwards, each line with its own random numbers. With the
+    same origin, a larger region therefore contains the joints of a smaller region. Without an
+    origin, joints begin at the corner of the region, so that a shift of the region shifts its
+    blocks. Joints of random angle are turned about the middle of their trace; infinite joints are
+    turned about the point nearest to the middle of the regions.
     """
 
     def _check_values(self) -> None:
+        """Set the angle from the dip, and check all distributions."""
         if self.angle is None:
             self.angle = -self.dip
         for name in ("angle", "spacing", "trace_length", "bridge"):
             check_distribution(name, *self._distribution_arguments(name))
 
     def _distribution_arguments(self, name: str):
+        """Return distribution, mean and deviation of a variable."""
         values = (f"{name}_distribution", name, f"{name}_deviation")
         return tuple(getattr(self, value) for value in values)
 
@@ -142,7 +150,7 @@ class JointSet(schema.JointSetValues):
     def segments(self, centre, radius: float, corner=(0.0, 0.0)) -> np.ndarray:
         """Return the joints that reach into a circle (m), shape (n, 2, 2).
 
-        They begin at the `corner` (m) if no origin is given.
+        The joints begin at the `corner` (m) if no origin is given.
         """
         origin = np.asarray(corner if self.origin is None else self.origin)
         angle = np.radians(self.angle)
@@ -150,7 +158,7 @@ class JointSet(schema.JointSetValues):
         middle = centre - origin
         s0, p0 = along @ middle, across @ middle
         turn = {"constant": 0, "uniform": 1}.get(self.angle_distribution, 3) * self.angle_deviation
-        reach = radius / np.cos(np.radians(min(turn, 75.0)))  # few joints turn by more than 75°
+        reach = radius / np.cos(np.radians(min(turn, 75.0)))  # few joints are turned by over 75°
         found = []
         if np.hypot(*middle) > 1e6 * self.spacing:
             raise InputError("origin is more than a million spacings away from the regions")
@@ -165,6 +173,7 @@ class JointSet(schema.JointSetValues):
         return np.concatenate(found) if found else np.zeros((0, 2, 2))
 
     def _draw_angles(self, stream, count: int) -> np.ndarray:
+        """Return random deviations of joints from the mean angle, degrees, shape (count,)."""
         if self.angle_distribution == "constant":
             return np.zeros(count)
         return (
@@ -173,9 +182,9 @@ class JointSet(schema.JointSetValues):
         )
 
     def _draw_offsets(self, side: int, end: float) -> np.ndarray:
-        """Return distances of lines on one side of the origin, m; the last exceeds the end.
+        """Return random distances of lines from the origin on one side, m, to beyond `end`.
 
-        The line through the origin counts to the upper side.
+        The line through the origin belongs to the upper side.
         """
         count = int(end / self.spacing * 1.2) + 16
         while True:
@@ -188,7 +197,7 @@ class JointSet(schema.JointSetValues):
             count *= 2
 
     def _draw_traces(self, side: int, k: int, start: float, stop: float):
-        """Return the ends of the traces on a line, (n, 2), m from the origin, and turns, rad."""
+        """Return random ends of traces on a line, (n, 2), m from the origin, and angles, rad."""
         period = self.trace_length + self.bridge
         constant = self.trace_length_distribution == self.bridge_distribution == "constant"
         index = k if side > 0 else k + 1
@@ -206,7 +215,7 @@ class JointSet(schema.JointSetValues):
         return np.concatenate(ends), np.concatenate(turns)
 
     def _draw_trace_ends(self, place, end: float) -> np.ndarray:
-        """Return starts and ends of traces in one direction, (n, 2), m; the last passes the end.
+        """Return random starts and ends of traces in one direction, (n, 2), m, to beyond `end`.
 
         The first direction begins with a trace, the second with a bridge.
         """
@@ -232,7 +241,7 @@ class JointSet(schema.JointSetValues):
 
 
 def _segments_on_line(origin, ends, p: float, turns, along, across) -> np.ndarray:
-    """Return segments along a line at a distance p (m), turned about their middles."""
+    """Return segments on a line at a distance p (m) from the origin, turned about their middles."""
     middle, half = ends.mean(axis=1), 0.5 * (ends[:, 1] - ends[:, 0])
     foot = origin + middle[:, None] * along + p * np.asarray(across)
     arm = np.outer(np.cos(turns), along) + np.outer(np.sin(turns), across)
@@ -264,7 +273,7 @@ class Voronoi(schema.VoronoiValues):
 
 
 def _mirror(points, half: float, band: float) -> np.ndarray:
-    """Mirror points near the sides of a square, so that every polygon is bounded."""
+    """Return points and their mirror images at the sides of a square, which bound all polygons."""
     images = [points]
     for axis in (0, 1):
         for side in (-half, half):
@@ -277,7 +286,7 @@ def _mirror(points, half: float, band: float) -> np.ndarray:
 def _centroids(diagram, count: int) -> np.ndarray:
     """Return the centroids of the first polygons of a Voronoi diagram, shape (count, 2).
 
-    A polygon is split into the triangles between its point and its sides.
+    Each polygon consists of the triangles between its point and its sides.
     """
     points, sides = diagram.points, np.array(diagram.ridge_vertices)
     area, moment = np.zeros(count), np.zeros((count, 2))
@@ -298,4 +307,4 @@ def _centroids(diagram, count: int) -> np.ndarray:
 
 
 class Cutting(schema.CuttingValues):
-    """Tolerances of cutting, and treatment of slivers."""
+    """Tolerances for cutting, and treatment of slivers."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Merge slivers with a neighbour."""
+"""Merge slivers with neighbouring blocks."""
 
 import heapq
 from collections.abc import Callable
@@ -20,7 +20,7 @@ def merge_slivers(
     network : Network
     faces : Faces
     kinds : ndarray of int, shape (faces,)
-        Only faces of the same kind are merged; −1: no block.
+        Kind of each face; only faces of the same kind are merged; −1: no block.
     least_area : float
         m².
     least_angle : float
@@ -47,10 +47,10 @@ def merge_smallest(
     is_small: Callable[[int], bool],
     merge: Callable[[int], int | None],
 ) -> int:
-    """Merge small faces, the smallest first; return how many were merged.
+    """Merge small faces, the smallest first; return the number of merged faces.
 
-    `merge` returns the neighbour that a face has become part of, or None.  It updates the cycles,
-    which are empty for merged faces, and the areas.
+    `merge` merges a face into a neighbour and returns this neighbour, or None.  It updates the
+    cycles, which are empty for merged faces, and the areas.
     """
     waiting = [(area, i) for i, area in enumerate(areas) if is_small(i)]
     heapq.heapify(waiting)
@@ -66,7 +66,7 @@ def merge_smallest(
 
 
 def rest_of_cycle(cycle: list[int], common: list[bool]) -> list[int] | None:
-    """Return a cycle without its common edges; None unless these form one chain."""
+    """Return a cycle without its edges that are `common`; None unless these form one chain."""
     begins = [k for k in range(len(cycle)) if common[k - 1] and not common[k]]
     if len(begins) != 1:
         return None
@@ -75,7 +75,7 @@ def rest_of_cycle(cycle: list[int], common: list[bool]) -> list[int] | None:
 
 
 class _Merging:
-    """Faces as cycles of half-edges that can be merged."""
+    """Faces as cycles of half-edges, which can be merged."""
 
     def __init__(self, network: Network, faces: Faces, kinds):
         self.nodes = network.nodes
@@ -88,12 +88,12 @@ class _Merging:
         self.kinds = kinds
 
     def sharpest(self, i: int) -> float:
-        """Return the sharpest corner of a face, degrees."""
+        """Return the angle of the sharpest corner of a face, degrees."""
         corners = self.nodes[[self.start[h] for h in self.cycles[i]]]
         return float(Rings.of([corners]).sharpest_corners()[0])
 
     def merge(self, i: int) -> int | None:
-        """Merge a face into a neighbour and return its number; None if there is none."""
+        """Merge a face into a neighbour and return this neighbour; None if that is impossible."""
         common: dict[int, float] = {}
         for h in self.cycles[i]:
             other = self.face[h ^ 1]

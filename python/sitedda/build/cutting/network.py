@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The plane graph of joints: crossings, common ends, dead ends, and the faces that become blocks.
 
-Segments are split where they cross or touch, which gives nodes and edges; every edge keeps the
-number of its segment. All faces are simple polygons if and only if the graph remains connected when
-any one node is removed. Therefore dead ends, bridges, and loops of joints connected at one node or
+Segments are split at crossings and contacts into nodes and edges; each edge has the label of its
+segment. All faces are simple polygons if and only if the graph remains connected after removal of
+any one node. Therefore dead ends, bridges, and loops of joints that are connected at one node or
 none are removed before the faces are traced.
 """
 
@@ -18,12 +18,11 @@ from scipy.spatial import cKDTree
 from ...base.errors import InputError
 
 _PASSES = 40
-# Fraction of the tolerance within which a node splits an edge.  Below cos 45°, two nodes apart by
-# the tolerance cannot both lie so close to the edge from a third node to the other one, which would
-# split both edges in turn without end.
+# Distance within which a node splits an edge, as fraction of the tolerance.  It is below cos 45°:
+# otherwise two nodes could split each other's edge to a third node in turn without end.
 _BESIDE = 0.7
 _ROUNDING = 16 * np.finfo(float).eps  # relative rounding of positions and products
-_CANDIDATES = 1_000_000  # pairs of segments processed at once
+_CANDIDATES = 1_000_000  # number of pairs of segments that are processed at once
 MOST_CANDIDATES = 400_000_000
 
 # Kinds of nodes, ordered from fixed to free.
@@ -41,13 +40,13 @@ class Network:
     kinds : ndarray, shape (nodes,)
         0 corner of an outline, 1 on an outline, 2 crossing, 3 end of a joint.
     edges : ndarray, shape (edges, 2)
-        Nodes at the ends, the smaller index first; each edge occurs once.
+        Nodes at both ends, in ascending order; each edge occurs once.
     labels : ndarray, shape (edges,)
-        The smallest label of the segments that an edge is part of.
+        Smallest label of the segments to which an edge belongs.
     outline : ndarray of bool, shape (edges,)
         Whether an edge is part of an outline.
     moved : int
-        Number of nodes merged with others.
+        Number of nodes that have been merged with others.
     """
 
     nodes: np.ndarray
@@ -63,13 +62,13 @@ class Network:
         return self.edges.ravel()
 
     def subset(self, keep) -> "Network":
-        """Return the network with some of its edges and all nodes."""
+        """Return a network with all nodes and the edges for which `keep` is true."""
         edges, labels, outline = self.edges[keep], self.labels[keep], self.outline[keep]
         return Network(self.nodes, self.kinds, edges, labels, outline, self.moved)
 
 
 def split_segments(segments, labels, outline, tolerance: float) -> Network:
-    """Return the network of segments, split where they cross or touch.
+    """Return the network of segments that are split at crossings and contacts.
 
     Parameters
     ----------
@@ -77,7 +76,7 @@ def split_segments(segments, labels, outline, tolerance: float) -> Network:
         Both ends, m.
     labels : ndarray of int, shape (n,)
     outline : ndarray of bool, shape (n,)
-        Segments of outlines, whose corners do not move.
+        Whether a segment belongs to an outline, whose corners do not move.
     tolerance : float
         m, see `split_network`.
     """
@@ -85,16 +84,16 @@ def split_segments(segments, labels, outline, tolerance: float) -> Network:
 
 
 def split_network(network: Network, tolerance: float, rigid: bool = False) -> Network:
-    """Split the edges of a network where they cross or touch.
+    """Return a network whose edges are split at crossings and contacts.
 
     Parameters
     ----------
     network : Network
     tolerance : float
-        m. Nodes closer to each other are merged. Nodes within 0.7 of the tolerance of an edge split
-        the edge, and free ends of joints are moved onto it.
+        m. Nodes that are closer to each other are merged. Nodes whose distance from an edge is less
+        than 0.7 of the tolerance split the edge, and free ends of joints are moved onto the edge.
     rigid : bool
-        Outlines keep their shape: nodes of different outlines are not merged.
+        Do not change the shape of outlines: nodes of different outlines are not merged.
     """
     network = _merge_nodes(network, tolerance, rigid)
     for _ in range(_PASSES):
@@ -105,15 +104,15 @@ def split_network(network: Network, tolerance: float, rigid: bool = False) -> Ne
         if not len(events[0]) and len(network.nodes) == before:
             return network
     raise InputError(
-        f"corners within {tolerance:g} m of each other and of joints cannot be merged without "
-        "moving others as close; choose a smaller least_edge"
+        f"corners within {tolerance:g} m of each other cannot be merged, because others would "
+        "then be as close; choose a smaller least_edge"
     )
 
 
 def merge_close_nodes(network: Network, reach: float) -> tuple[Network, float]:
-    """Merge nodes closer than a distance (m), reduced if necessary; return the distance used.
+    """Merge nodes within a distance (m), which is reduced if necessary; return also the distance.
 
-    Outlines keep their shape.  A smaller distance is needed if merged corners come close to others.
+    The shape of outlines does not change.  The distance is reduced if merging fails.
     """
     for closer in (reach, reach / 2, reach / 4):
         try:
@@ -143,7 +142,7 @@ def _sort_segments(segments, labels, outline) -> Network:
 
 
 def _overlapping_pairs(network: Network, tolerance: float):
-    """Yield pairs of edges i < j whose bounding boxes overlap, in chunks."""
+    """Yield chunks of pairs of edges i < j whose bounding boxes overlap."""
     ends = network.nodes[network.edges]
     low, high = ends.min(axis=1) - tolerance, ends.max(axis=1) + tolerance
     boxes = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
@@ -157,8 +156,8 @@ def _overlapping_pairs(network: Network, tolerance: float):
         total += len(one)
         if total > MOST_CANDIDATES:
             raise InputError(
-                f"more than {MOST_CANDIDATES:.0e} pairs of joints lie near each other; use fewer "
-                "or shorter joints"
+                f"more than {MOST_CANDIDATES:.0e} pairs of joints have overlapping bounding boxes; "
+                "use fewer or shorter joints"
             )
         portion = max(1, 2 * portion if len(one) < _CANDIDATES else portion // 2)
         order = np.lexsort((other[keep], one[keep]))
@@ -166,20 +165,21 @@ def _overlapping_pairs(network: Network, tolerance: float):
 
 
 def _cross_product(a, b):
+    """Return the cross products of vectors, shape (..., 2)."""
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
 def _find_splits(network: Network, tolerance: float, rigid: bool):
-    """Find the splits of edges: edge, fraction of its length, node; and the new nodes.
+    """Return the splits of edges at crossings and contacts, and the new nodes.
 
     Returns
     -------
     edge, share, node : ndarray
-        Indices beyond the nodes of the network are new nodes.
+        Edge, fraction of its length, and node; indices above those of the network are new nodes.
     places : ndarray, shape (new, 2)
     kinds : ndarray, shape (new,)
     moved, targets : ndarray
-        Free ends that touch an edge, and their positions on it; those on outlines last.
+        Free ends that touch an edge, and their positions on it; ends on outlines come last.
     """
     edge, share, node, places, kinds, moved, targets, on_outline = ([] for _ in range(8))
     fresh = len(network.nodes)
@@ -224,9 +224,9 @@ def _find_splits(network: Network, tolerance: float, rigid: bool):
 
 
 def _keep_last_outline(network: Network, edge, node) -> np.ndarray:
-    """Return which splits remain if each inner node splits only the last outline it touches.
+    """Return which splits remain if each inner node splits only the last outline that it touches.
 
-    The node is moved onto this outline; splitting another one would change its shape.
+    The node is moved onto this outline; a split would change the shape of other outlines.
     """
     inner = network.outline[edge] & (node < len(network.nodes))
     inner[inner] = network.kinds[node[inner]] > BOUNDARY
@@ -238,7 +238,7 @@ def _keep_last_outline(network: Network, edge, node) -> np.ndarray:
 
 
 def _find_touching(network, edge, node, tolerance):
-    """Return which nodes lie within the tolerance of an edge without being one of its ends."""
+    """Return which nodes touch an edge between its ends, at which fractions and positions."""
     a, b = network.nodes[network.edges[edge]].swapaxes(0, 1)
     along, to = b - a, network.nodes[node] - a
     squared = (along**2).sum(axis=1)
@@ -250,7 +250,7 @@ def _find_touching(network, edge, node, tolerance):
 
 
 def _find_crossings(network, one, other, wanted):
-    """Return which pairs of edges cross inside both, at which fractions and positions."""
+    """Return which pairs of edges cross between their ends, at which fractions and positions."""
     foreign = (network.edges[one][:, :, None] != network.edges[other][:, None, :]).all(axis=(1, 2))
     pairs = np.flatnonzero(wanted & foreign)
     a, b = network.nodes[network.edges[one[pairs]]].swapaxes(0, 1)
@@ -267,17 +267,17 @@ def _find_crossings(network, one, other, wanted):
 
 
 def _is_collinear(along, to, network) -> np.ndarray:
-    """Return whether a position lies on the line of an edge within rounding.
+    """Return whether positions lie on the lines of edges within rounding errors.
 
-    Edges of one side of an outline are parallel only within rounding, so that the position of their
-    crossing is undefined.
+    Edges on the same side of an outline are parallel only within rounding errors; the position of
+    their crossing is therefore undefined.
     """
     rounding = _ROUNDING * abs(network.nodes).max()
     return abs(_cross_product(along, to)) <= rounding * (np.hypot(*along.T) + np.hypot(*to.T))
 
 
 def _split_edges(network, edge, share, node, places, kinds, moved, targets) -> Network:
-    """Return the network with its edges split at the nodes that lie on them."""
+    """Return a network with edges that are split at nodes, see `_find_splits`."""
     nodes = np.concatenate([network.nodes, places])
     kinds = np.concatenate([network.kinds, kinds]).astype(int)
     # If a free end touches an outline and a joint, it is moved onto the outline.
@@ -301,7 +301,7 @@ def _split_edges(network, edge, share, node, places, kinds, moved, targets) -> N
 
 
 def _merge_nodes(network: Network, tolerance: float, rigid: bool) -> Network:
-    """Merge nodes that are close to each other, and remove repeated edges."""
+    """Return a network in which close nodes are merged and repeated edges are removed."""
     count = len(network.nodes)
     pairs = cKDTree(network.nodes).query_pairs(tolerance, output_type="ndarray")
     if rigid and len(pairs):
@@ -314,7 +314,7 @@ def _merge_nodes(network: Network, tolerance: float, rigid: bool) -> Network:
     leads = kinds == best[group]
     weight = np.bincount(group, leads, groups)
     places = np.column_stack([np.bincount(group, leads * xy, groups) / weight for xy in nodes.T])
-    # A node that is not merged keeps its exact position.
+    # The position of a node that is not merged does not change at all.
     first = np.full(groups, count)
     np.minimum.at(first, group, np.where(leads, np.arange(count), count))
     alone = weight == 1
@@ -335,8 +335,8 @@ def _mergeable_pairs(network: Network, pairs) -> np.ndarray:
     """Return the pairs of close nodes that can be merged without changing outlines.
 
     An inner node can merge with the nearest node on an outline, and a node on an outline with the
-    nearest adjacent corner of the same outline. Nodes of one kind merge with each other if they
-    have no such partner. Corners do not move.
+    nearest adjacent corner of the same outline. Nodes without such a partner can merge with nodes
+    of the same kind. Corners do not move.
     """
     kinds = np.minimum(network.kinds, CROSSING)
     count = np.array([len(network.nodes), 1])
@@ -366,8 +366,8 @@ def without_dead_ends(network: Network) -> tuple[Network, int, list[np.ndarray]]
     int
         Number of removed edges of dead ends.
     list of ndarray
-        A position (m) on each removed loop of joints, which lies inside a block and touches its
-        outline at no more than one point.
+        A position (m) on each removed loop of joints; such a loop lies inside a block and touches
+        the outline of the block at one point at most.
     """
     rest = _remove_dangling_edges(network)
     dead = len(network.edges) - len(rest.edges)
@@ -382,7 +382,7 @@ def without_dead_ends(network: Network) -> tuple[Network, int, list[np.ndarray]]
 
 
 def _remove_dangling_edges(network: Network) -> Network:
-    """Remove edges with a free end until none is left."""
+    """Return a network without edges that have a free end."""
     while True:
         degree = np.bincount(network.edges.ravel(), minlength=len(network.nodes))
         keep = (degree[network.edges] > 1).all(axis=1)
@@ -445,14 +445,14 @@ def _biconnected_parts(nodes: int, edges) -> np.ndarray:
 class Faces:
     """The faces of a network, each on the left of its half-edges.
 
-    Half-edge 2e runs along edge e from its first node to its second, 2e + 1 runs back.
+    Half-edge 2e leads along edge e from its first to its second node; half-edge 2e + 1 leads back.
 
     Attributes
     ----------
     cycles : list of list of int
         Half-edges around each face, counter-clockwise.
     face : ndarray, shape (half-edges,)
-        The face on the left of each; −1 outside.
+        Face on the left of each half-edge; −1: outside.
     areas : ndarray, shape (faces,)
         m².
     """
@@ -474,7 +474,7 @@ def trace_faces(network: Network) -> Faces:
     place[order] = np.arange(count)
     first = np.searchsorted(start[order], start)
     last = np.searchsorted(start[order], start, side="right") - 1
-    # At the end of a half-edge the face continues with the next edge clockwise from its twin.
+    # After a half-edge, a face continues with the edge that is next to its twin, clockwise.
     before = np.where(place == first, last, place - 1)
     following = order[before][twin].tolist()
     x, y = network.nodes[start].T.tolist()

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Many polygons stored as one array of corners and the index of each first corner."""
+"""Many polygons, stored as one array of corners and the indices of first corners."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
-# Fractions of the size of all polygons:
-_STRAIGHT = 1e-13  # corners closer to a straight line are omitted
-_LEVEL = 1e-9  # corners closer in height count as equally low
-_ORDER = 1e-6  # centroids closer in height count as level
+# Tolerances as fractions of the size of all polygons:
+_STRAIGHT = 1e-13  # distance of omitted corners from a straight line
+_LEVEL = 1e-9  # difference of height of corners that are treated as equally low
+_ORDER = 1e-6  # difference of centroids that are treated as equal in the order of polygons
 
 
 class Rings:
@@ -19,15 +19,17 @@ class Rings:
     corners : ndarray, shape (all corners, 2)
         m.
     first : ndarray of int, shape (polygons + 1,)
-        Index of the first corner of each polygon.
+        Index of the first corner of each polygon, followed by the number of corners.
+    after : ndarray of int, shape (all corners,)
+        Index of the next corner within the polygon.
     """
 
     def __init__(self, corners, lengths):
         self.corners = corners
         self.first = np.concatenate([[0], np.cumsum(lengths, dtype=int)])
         count = np.arange(len(corners))
-        self._after, self._before = count + 1, count - 1
-        self._after[self.first[1:] - 1] = self.first[:-1]
+        self.after, self._before = count + 1, count - 1
+        self.after[self.first[1:] - 1] = self.first[:-1]
         self._before[self.first[:-1]] = self.first[1:] - 1
 
     @classmethod
@@ -42,12 +44,13 @@ class Rings:
         return np.repeat(np.arange(len(self.first) - 1), np.diff(self.first))
 
     def _sum_per_polygon(self, values) -> np.ndarray:
+        """Return the sums of values of corners over each polygon, shape (polygons,)."""
         return np.add.reduceat(values, self.first[:-1])
 
     def _relative_corners(self):
-        """Return corners relative to the first, their successors, and their cross products."""
+        """Return corners relative to the first of their polygon, next corners, cross products."""
         here = self.corners - self.corners[self.first[:-1]][self.owner]
-        after = here[self._after]
+        after = here[self.after]
         return here, after, here[:, 0] * after[:, 1] - here[:, 1] * after[:, 0]
 
     def areas(self) -> np.ndarray:
@@ -63,16 +66,16 @@ class Rings:
         return self.corners[self.first[:-1]] + moments / (3 * self._sum_per_polygon(cross)[:, None])
 
     def edge_lengths(self) -> np.ndarray:
-        """Return the length of the edge after each corner, m."""
-        return np.hypot(*(self.corners[self._after] - self.corners).T)
+        """Return the length of the edge that begins at each corner, m."""
+        return np.hypot(*(self.corners[self.after] - self.corners).T)
 
     def shortest_edges(self) -> np.ndarray:
-        """Return the shortest edge of each polygon, m."""
+        """Return the length of the shortest edge of each polygon, m."""
         return np.minimum.reduceat(self.edge_lengths(), self.first[:-1])
 
     def sharpest_corners(self) -> np.ndarray:
-        """Return the sharpest corner of each polygon, degrees."""
-        after = self.corners[self._after] - self.corners
+        """Return the angle of the sharpest corner of each polygon, degrees."""
+        after = self.corners[self.after] - self.corners
         before = after[self._before]
         sine = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
         inner = np.pi - np.arctan2(sine, (before * after).sum(axis=1))
@@ -80,21 +83,16 @@ class Rings:
 
     def straight(self, near: float) -> np.ndarray:
         """Return which corners lie within a distance (m) of the line between their neighbours."""
-        chord = self.corners[self._after] - self.corners[self._before]
+        chord = self.corners[self.after] - self.corners[self._before]
         arm = self.corners - self.corners[self._before]
         away = abs(chord[:, 0] * arm[:, 1] - chord[:, 1] * arm[:, 0])
         return away <= near * np.hypot(*chord.T)
 
-    @property
-    def after(self) -> np.ndarray:
-        """Return the index of the next corner within the polygon."""
-        return self._after
-
     def in_order(self, labels, size: float, rounding: float):
-        """Return rings in an order that is independent of the order of the input.
+        """Return the data for an order of polygons that is independent of the order of the input.
 
-        Straight corners between edges of equal `labels` are removed.  Returns the rings, the
-        corners as each ring begins with its lowest one, their labels, and the order of the rings.
+        Rings without straight corners between edges of equal `labels`; corners such that each
+        polygon begins with its lowest one; labels of these corners; order of the polygons.
         """
         keep = ~self.straight(max(_STRAIGHT * size, rounding)) | (labels != labels[self._before])
         rings = Rings(self.corners[keep], np.add.reduceat(keep, self.first[:-1], dtype=int))
@@ -103,9 +101,9 @@ class Rings:
         return rings, turned, labels[keep][turned], order
 
     def from_lowest(self, near: float) -> np.ndarray:
-        """Return an order in which each polygon begins with its lowest, leftmost corner.
+        """Return an order of corners in which each polygon begins with its lowest, leftmost corner.
 
-        Corners within about `near` (m) in height count as equally low.
+        Corners whose heights differ by less than about `near` (m) are equally low.
         """
         owner = self.owner
         x, y = np.round(self.corners / near).T

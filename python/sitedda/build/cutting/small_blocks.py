@@ -10,7 +10,7 @@ from ...base.numbers import counted
 from .rings import Rings
 
 _AREA = 1e-4  # smallest area over the median area of the blocks
-_EDGE = 1e-4  # shortest edge over the root of the median area
+_EDGE = 1e-4  # shortest edge over the square root of the median area
 _ANGLE = 0.5  # degrees
 _NAMED = 5  # largest number of slivers in a message
 
@@ -22,12 +22,12 @@ class Sliver:
     Attributes
     ----------
     index : int
-        Of the block, from 0.
+        Index of the block, from 0.
     name : str
     place : (float, float)
-        A point in it, m.
+        A point in the block, m.
     reason : str
-        Its area, edge or angle, in words.
+        Area, edge or angle that is too small, in words.
     """
 
     index: int
@@ -36,13 +36,13 @@ class Sliver:
     reason: str
 
     def __str__(self) -> str:
-        """Return name, position and faults in one line."""
+        """Return name, position and reason in one line."""
         name = f"block {self.index + 1} {self.name}".rstrip()
         return f"{name} at ({self.place[0]:.6g}, {self.place[1]:.6g}): {self.reason}"
 
 
 def in_words(found: Sequence) -> str:
-    """Return the number of slivers with the names of the first ones; blank if none."""
+    """Return the number of slivers and the descriptions of the first; blank if there are none."""
     if not found:
         return ""
     more = " …" if len(found) > _NAMED else ""
@@ -66,11 +66,11 @@ def slivers(
         m, counter-clockwise.
     names : sequence of str, optional
     least_area : float
-        m² (1e-4 of the median area).
+        Smallest area, m² (1e-4 of the median area).
     least_edge : float
-        m (1e-4 of the root of the median area).
+        Shortest edge, m (1e-4 of the square root of the median area).
     least_angle : float
-        Of a corner, degrees.
+        Smallest angle of a corner, degrees.
     """
     if not len(polygons):
         return []

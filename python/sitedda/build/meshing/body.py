@@ -28,11 +28,11 @@ from .graphs import Graph, polygons, squares
 from .quadrangles import divided
 from .sizes import Sizes
 
-_ROUNDING = 1e-9  # tolerance over the size of a body
-_BITS = 8  # error of coordinates far from (0, 0), in last bits
-_CLOSE = 0.1  # nodes closer than this fraction of the smallest size are merged
-_HOLE = 0.5  # largest size of cells beside a hole over its width
-_SHORTEST, _LONGEST = 0.05, 1.6  # fractions of the local size beyond which faces are reported
+_ROUNDING = 1e-9  # tolerance of positions over the size of a body
+_BITS = 8  # rounding error of coordinates far from (0, 0), in units in the last place
+_CLOSE = 0.1  # distance of merged nodes as fraction of the smallest cell size
+_HOLE = 0.5  # largest size of cells beside a hole over the width of the hole
+_SHORTEST, _LONGEST = 0.05, 1.6  # lengths of faces without a note, as fractions of the local size
 _CORNER_REACH = {"quadrilateral": 0.75, "voronoi": 0.25}  # over the local size, see `fitted`
 _LINE_REACH = {"quadrilateral": 0.3, "voronoi": 0.2}
 
@@ -44,13 +44,13 @@ class Part:
     Attributes
     ----------
     outline : ndarray, shape (n, 2)
-        m, counter-clockwise.
+        Corners, m, counter-clockwise.
     joints : sequence of str
-        Of each edge of the outline.
+        Joint of each edge of the outline.
     size : float
-        Of its cells, m.
+        Size of the cells, m.
     holes : list of (ndarray, sequence of str)
-        Outlines within, clockwise or not, and the joint of each edge.
+        Outlines of holes, of either orientation, and the joint of each edge.
     """
 
     outline: np.ndarray
@@ -71,13 +71,13 @@ class Cut:
     Attributes
     ----------
     polygons : list of ndarray, shape (corners, 2)
-        m, counter-clockwise, from the lowest corner.
+        Corners, m, counter-clockwise, beginning at the lowest one.
     joints : list of list of str
-        Of each edge; blank within the body.
+        Joint of each edge; blank within the body.
     parts : ndarray of int, shape (cells,)
-        The part that each lies in.
+        Part to which each cell belongs.
     short, long : ndarray, shape (faces, 2)
-        Middles of faces that are shorter or longer than they should be, m.
+        Middles of faces that are much shorter or longer than the local size, m.
     """
 
     polygons: list[np.ndarray]
@@ -99,24 +99,24 @@ def mesh_body(
     Parameters
     ----------
     parts : sequence of Part
-        They do not overlap; what they have in common are borders of cells.
+        Parts that do not overlap; their common edges are edges of cells.
     cells : {'quadrilateral', 'voronoi'}
     fine : sequence of shapely geometries
-        Near these cells have `fine_size` (m), and grow with the distance.
+        Near these geometries, cells have `fine_size` (m) and grow with the distance.
     fine_size : float, optional
     seed : int
-        Of the polygons.
+        Seed of the random polygons ('voronoi').
 
     Raises
     ------
     InputError
-        If the parts are not connected, or the cells would be too many.
+        If the parts are not connected, or there would be too many cells.
     """
     return _Body(parts, cells, fine, fine_size, seed).mesh()
 
 
 class _Body:
-    """The steps of `mesh_body`; coordinates are taken from the middle of the body."""
+    """The steps of `mesh_body`; coordinates are relative to the middle of the body."""
 
     def __init__(self, parts, cells, fine, fine_size, seed):
         self.parts, self.cells, self.seed = list(map(_normalised_part, parts)), cells, seed
@@ -162,7 +162,7 @@ class _Body:
     # --- Edges -----------------------------------------------------------------------------------
 
     def _dividing_lines(self) -> list[Graph]:
-        """Return the lines that divide the body, common to all parts or one set per part."""
+        """Return the lines that divide the body: one graph for all parts, or one per part."""
         if self.cells == "voronoi":
             return [polygons(shape, self.sizes, self.seed) for shape in self.shapes]
         if len(self.parts) == 1 and not self.sizes.varies:
@@ -179,7 +179,7 @@ class _Body:
         along = ring[:, 1] - ring[:, 0]
         length = np.hypot(*along.T)
         angle = np.mod(np.arctan2(along[:, 1], along[:, 0]), np.pi / 2)
-        # Directions within round-off of a right angle count as level.
+        # Directions within rounding errors of a right angle are treated as 0.
         angle[angle > np.pi / 2 - 1e-6] = 0.0
         longest = np.flatnonzero(length > (1 - 1e-6) * length.max())
         return float(angle[longest].min())
@@ -217,13 +217,13 @@ class _Body:
         return without_dead_ends(self._clipped_network(network))[0]
 
     def _clipped_network(self, network: Network) -> Network:
-        """Remove the edges outside the body from a network."""
+        """Return a network without the edges outside the body."""
         ends = network.nodes[network.edges]
         inside = shapely.contains_xy(self.domain, *ends.mean(axis=1).T)
         return network.subset(inside | network.outline)
 
     def _find_parts(self, network: Network, cycles) -> np.ndarray:
-        """Return the part of each face, −1 for none."""
+        """Return the index of the part that contains each face; −1: none."""
         owner = np.repeat(np.arange(len(cycles)), list(map(len, cycles)))
         corners = network.nodes[np.concatenate(cycles)]
         faces = shapely.polygons(shapely.linearrings(corners, indices=owner))
@@ -236,17 +236,18 @@ class _Body:
     # --- Cells -----------------------------------------------------------------------------------
 
     def _check_area(self, cells: Cells) -> None:
+        """Raise InputError if the cells do not fill the body."""
         found = sum(cells.area(cycle) for cycle in cells.cycles if cycle)
         wanted = float(shapely.area(self.shapes).sum())
         if abs(found - wanted) > 1e-9 * wanted:
             raise InputError(
-                f"the cells and the body differ by {found - wanted:g} m² of {wanted:g} m²: "
-                "sides of its outline are closer to each other than the size of a cell; choose "
-                "smaller cells"
+                f"the area of the cells exceeds that of the body, {wanted:g} m², by "
+                f"{found - wanted:g} m²: sides of the outline are closer to each other than the "
+                "size of a cell; choose smaller cells"
             )
 
     def _ordered_cells(self, cells: Cells) -> Cut:
-        """Return corners, edge joints and parts in a canonical order."""
+        """Return the cells with corners, edge joints and parts, in a canonical order."""
         kept = [i for i, cycle in enumerate(cells.cycles) if cycle]
         cycles = [cells.cycles[i] for i in kept]
         self._check_connected(cells, kept)
@@ -273,7 +274,7 @@ class _Body:
         )
 
     def _original_positions(self, places) -> np.ndarray:
-        """Return positions without the offset; corners of outlines are exactly as given."""
+        """Return positions relative to (0, 0); corners of outlines are exactly as in the input."""
         given = np.concatenate([ring for part in self.parts for ring, _ in part.rings])
         away, which = cKDTree(given - self.centre).query(places)
         found = places + self.centre
@@ -282,7 +283,7 @@ class _Body:
         return found
 
     def _check_connected(self, cells: Cells, kept) -> None:
-        """Reject a body of several unconnected pieces."""
+        """Raise InputError if a body consists of unconnected pieces."""
         place = {i: k for k, i in enumerate(kept)}
         links = np.array(
             [
@@ -295,11 +296,11 @@ class _Body:
         pieces, _ = connected_components(graph, directed=False)
         if pieces > 1:
             raise InputError(
-                f"the body is in {pieces} parts without a common edge; give each its own name"
+                f"the body has {pieces} parts without a common edge; give each part its own name"
             )
 
     def _unusual_faces(self, rings: Rings) -> tuple[np.ndarray, np.ndarray]:
-        """Return the middles of faces that are too short or too long, m."""
+        """Return the middles (k, 2), m, of faces much shorter or longer than the local size."""
         length = rings.edge_lengths()
         middle = 0.5 * (rings.corners + rings.corners[rings.after])
         local = self.sizes.at(middle)
@@ -320,7 +321,7 @@ def _normalised_part(part: Part) -> Part:
 
 
 def _clip_graph(graph: Graph, shape) -> Graph:
-    """Clip the edges of a graph to a shape."""
+    """Return a graph whose edges are clipped to a shape."""
     lines = shapely.linestrings(graph.nodes[graph.edges])
     whole = shapely.contains_properly(shape, lines)
     cut = shapely.intersection(lines[~whole], shape)
@@ -334,7 +335,7 @@ def _clip_graph(graph: Graph, shape) -> Graph:
 
 
 def _drop_unused_nodes(network: Network) -> Network:
-    """Remove the nodes without edges from a network."""
+    """Return a network without the nodes that have no edge."""
     used, where = np.unique(network.edges, return_inverse=True)
     edges = np.sort(where.reshape(-1, 2), axis=1)
     return Network(network.nodes[used], network.kinds[used], edges, network.labels, network.outline)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Split cells of a mesh until all are convex; merge small cells into convex unions."""
+"""Split the cells of a mesh until all are convex; merge small cells into convex unions."""
 
 from collections.abc import Sequence
 from math import hypot, pi
@@ -8,10 +8,10 @@ import numpy as np
 
 from ..cutting.merging import merge_smallest, rest_of_cycle
 
-_FLAT = 1e-7  # sine of a right turn that counts as round-off
+_FLAT = 1e-7  # sine of the turn of a straight line, due to rounding errors
 _SMALL = 0.35  # smallest area of a cell over the square of the local size
-_DIGITS = 6  # digits of compared fractions, so that round-off has no effect
-_NEAR = 0.15  # smallest distance of a split from a corner over the local size
+_DIGITS = 6  # digits of compared numbers, so that rounding errors have no effect
+_NEAR = 0.15  # smallest distance between the end of a split and a corner over the local size
 
 
 class Cells:
@@ -23,9 +23,9 @@ class Cells:
         m.
     cycles : list of list of int
     kinds : sequence of int
-        Only cells of one kind are merged.
+        Kind of each cell; only cells of the same kind are merged.
     labels : dict
-        Label of the edges that are outlines, by their nodes, the smaller number first.
+        Label of each edge of an outline, by its two nodes in ascending order.
     """
 
     def __init__(self, nodes, cycles: list[list[int]], kinds: Sequence[int], labels: dict):
@@ -36,23 +36,23 @@ class Cells:
             self._register_edges(i)
 
     def _register_edges(self, i: int) -> None:
+        """Store a cell as the owner of its edges."""
         cycle = self.cycles[i]
         self.owner.update(dict.fromkeys(zip(cycle, cycle[1:] + cycle[:1], strict=True), i))
 
     def label(self, a: int, b: int):
-        """Return the label of an edge, None within a body."""
+        """Return the label of an edge; None within a body."""
         return self.labels.get((min(a, b), max(a, b)))
 
     def turn(self, a: int, b: int, c: int) -> float:
-        """Return the sine of the turn to the left from a–b to b–c."""
+        """Return the sine of the left turn from a–b to b–c; ±1 for turns above a right angle."""
         (ax, ay), (bx, by), (cx, cy) = self.nodes[a], self.nodes[b], self.nodes[c]
         ux, uy, vx, vy = bx - ax, by - ay, cx - bx, cy - by
         sine = (ux * vy - uy * vx) / (hypot(ux, uy) * hypot(vx, vy) or 1.0)
-        # Beyond a right angle the sine falls again, but such a turn is still sharp.
         return sine if ux * vx + uy * vy >= 0 else (1.0 if sine >= 0 else -1.0)
 
     def reflex(self, cycle: list[int]) -> list[int]:
-        """Return the indices in a cycle at which it turns to the right."""
+        """Return the indices of the corners at which a cycle turns to the right."""
         count = len(cycle)
         return [
             k
@@ -61,7 +61,7 @@ class Cells:
         ]
 
     def concave(self, cycle: list[int]) -> list[int]:
-        """Return the indices at which a cycle turns right or a joint ends on a straight side."""
+        """Return the corners at which a cycle turns right, or a joint ends on a straight side."""
         found, count = self.reflex(cycle), len(cycle)
         for k in range(count):
             a, b, c = cycle[k - 1], cycle[k], cycle[(k + 1) % count]
@@ -83,7 +83,7 @@ class Cells:
         return sum(hypot(x - a, y - b) for (x, y), (a, b) in zip(places, ends, strict=True))
 
     def roundness(self, cycle: list[int]) -> float:
-        """Return the area over that of a circle of the same perimeter, 0 … 1."""
+        """Return the area of a cell over the area of a circle of the same perimeter, 0 … 1."""
         return 4 * pi * self.area(cycle) / self.perimeter(cycle) ** 2
 
     # --- Splitting -------------------------------------------------------------------------------
@@ -98,7 +98,10 @@ class Cells:
                 waiting += self._split(i, *found)
 
     def _best_split(self, i: int, reflex: list[int], local):
-        """Return the best split of a cell: from a corner to a corner or a point on an edge."""
+        """Return the best split of a cell: first corner, last corner, and end point on an edge.
+
+        The end point is on the edge after the last corner, or None if the split ends at the corner.
+        """
         cycle = self.cycles[i]
         size = float(local(np.array([self.nodes[cycle[reflex[0]]]]))[0])
         best, found = -np.inf, None
@@ -117,7 +120,7 @@ class Cells:
         return found
 
     def _rate_half(self, cycle, place, size: float) -> float:
-        """Rate one half of a split: best if round, not small, with few reflex corners."""
+        """Return the rating of one half of a split: high if round, large, with few right turns."""
         nodes = self.nodes
         self.nodes = [*nodes, place] if place is not None else nodes
         cycle = [len(nodes) if node < 0 else node for node in cycle]
@@ -129,7 +132,10 @@ class Cells:
 
     @staticmethod
     def _split_cycle(cycle, k, end, place):
-        """Return the cycles of a split from corner k to corner `end` or into the next edge."""
+        """Return both halves of a cycle that is split from corner k to corner `end`.
+
+        If `place` is given, the split ends at a new node, −1, on the edge after corner `end`.
+        """
         turned = cycle[k:] + cycle[:k]
         at = (end - k) % len(cycle)
         if place is None:
@@ -137,7 +143,7 @@ class Cells:
         return turned[: at + 1] + [-1], [-1] + turned[at + 1 :] + turned[:1]
 
     def _visible_corners(self, cycle, k):
-        """Return the corners visible from corner k, except its neighbours."""
+        """Yield the corners that are visible from corner k, except its neighbours."""
         count = len(cycle)
         for end in range(count):
             if end in (k, (k - 1) % count, (k + 1) % count):
@@ -146,7 +152,10 @@ class Cells:
                 yield end, None
 
     def _ray_points(self, cycle, k, near: float):
-        """Return where rays from corner k hit edges: along its sides, bisector, and normal."""
+        """Yield the edge and the point that a ray from corner k hits first.
+
+        Rays extend both sides of the corner, their bisector, and the normal of the first side.
+        """
         count = len(cycle)
         px, py = self.nodes[cycle[k]]
         before, after = (self.nodes[cycle[(k + step) % count]] for step in (-1, 1))
@@ -161,7 +170,7 @@ class Cells:
                 (ax, ay), (bx, by) = self.nodes[cycle[end]], self.nodes[cycle[(end + 1) % count]]
                 ex, ey = bx - ax, by - ay
                 sine = way[0] * ey - way[1] * ex
-                if sine <= 0:  # the ray does not leave the cell here
+                if sine <= 0:  # the ray does not leave the cell through this edge
                     continue
                 t = ((ax - px) * ey - (ay - py) * ex) / sine
                 s = ((ax - px) * way[1] - (ay - py) * way[0]) / sine
@@ -187,11 +196,11 @@ class Cells:
             ):
                 return False
         before, after = self.nodes[cycle[k - 1]], self.nodes[cycle[(k + 1) % count]]
-        # At a reflex corner, the line must not start outside the cell, between the two sides.
+        # At a reflex corner, the line must not begin between the two sides, outside the cell.
         return side(p, after, target) > 0 or side(before, p, target) > 0
 
     def _split(self, i: int, k: int, end: int, place) -> tuple[int, int]:
-        """Split a cell and return the two new cells."""
+        """Split a cell; return the indices of the two new cells."""
         cycle = self.cycles[i]
         one, other = self._split_cycle(cycle, k, end, place)
         if place is not None:
@@ -207,7 +216,7 @@ class Cells:
         return i, len(self.cycles) - 1
 
     def _insert_node(self, a: int, b: int, new: int) -> None:
-        """Insert a node into an edge, its neighbour cell and its label."""
+        """Insert a node into an edge of the neighbour cell, and into the labels."""
         label = self.labels.pop((min(a, b), max(a, b)), None)
         if label is not None:
             self.labels[min(a, new), max(a, new)] = label
@@ -222,7 +231,7 @@ class Cells:
     # --- Merging ---------------------------------------------------------------------------------
 
     def merge_small(self, local) -> int:
-        """Merge small cells into convex unions, the smallest first; return their number."""
+        """Merge small cells into convex unions, the smallest first; return the number merged."""
         middles = np.array(
             [np.mean([self.nodes[k] for k in cycle], axis=0) for cycle in self.cycles]
         )
@@ -233,10 +242,11 @@ class Cells:
         )
 
     def _relative_area(self, i: int) -> float:
+        """Return the area of a cell over the smallest permitted area, rounded."""
         return round(self.area(self.cycles[i]) / self._least[i], _DIGITS)
 
     def _merge_cell(self, i: int) -> int | None:
-        """Merge a cell into the neighbour that makes the roundest convex union."""
+        """Merge a cell into the neighbour with the roundest convex union; return it, or None."""
         cycle = self.cycles[i]
         others = {self.owner.get((b, a)) for a, b in zip(cycle, cycle[1:] + cycle[:1], strict=True)}
         best, found = -1.0, None
@@ -268,7 +278,7 @@ class Cells:
         return union
 
     def _outer_nodes(self, i: int, other: int) -> list[int] | None:
-        """Return the nodes of a cell that are not inside its common edges with another cell."""
+        """Return the nodes of a cell without those inside its common edges with another cell."""
         cycle = self.cycles[i]
         edges = zip(cycle[1:] + cycle[:1], cycle, strict=True)
         return rest_of_cycle(cycle, [self.owner.get(edge) == other for edge in edges])

@@ -7,8 +7,8 @@ from scipy.spatial import cKDTree
 
 from .graphs import Graph
 
-_SHARP = np.radians(19.5)  # turn of an outline above which a node must be at the corner
-_LEVEL = 1e-6  # difference of equal distances over the local size
+_SHARP = np.radians(19.5)  # smallest turn of an outline at a sharp corner
+_LEVEL = 1e-6  # difference of distances that are treated as equal, over the local size
 
 
 def fitted(graph: Graph, rings, corner_share: float, line_share: float) -> Graph:
@@ -18,10 +18,11 @@ def fitted(graph: Graph, rings, corner_share: float, line_share: float) -> Graph
     ----------
     graph : Graph
     rings : sequence of ndarray, shape (corners, 2)
-        Outlines, m, without their first corner again.
+        Outlines, m; the first corner is not repeated.
     corner_share, line_share : float
-        Of the local size: from how far a node is moved to a sharp corner, and to anything else.
-        A corner takes the nearest node, and a node goes to the nearest corner.
+        Largest distance from which a node is moved to a sharp corner, and to another corner or a
+        side, over the local size.  The nearest node is moved to a corner, and it is moved to its
+        nearest corner.
     """
     nodes = graph.nodes.copy()
     corners = np.concatenate(rings)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Plane graphs whose faces become cells: squares of several sizes, or even polygons."""
+"""Plane graphs whose faces become cells: squares of several sizes, or regular polygons."""
 
 from dataclasses import dataclass
 
@@ -13,13 +13,13 @@ from ...base.errors import InputError
 from ..cutting.distributions import uniform
 from .sizes import Sizes
 
-_FIT = 1e-6  # tolerance of a length in cells, so that rounding adds no cell
-_SPLIT = 1.2  # squares larger than this fraction of the target size are split
-_JITTER = 0.25  # offset of a seed from the middle of its square, over its side
+_FIT = 1e-6  # tolerance of a length in cells, so that rounding errors add no cell
+_SPLIT = 1.2  # largest size of an undivided square over the target size
+_JITTER = 0.25  # largest offset of a seed from the middle of its square, over the side
 _RELAXATIONS = 12
-_SHORT = 0.15  # shortest side of a polygon over its size; shorter sides are merged
+_SHORT = 0.15  # shortest side of a polygon over the local size; shorter sides are removed
 MOST_CELLS = 1_000_000
-_FINEST = 2**29  # body over smallest square; positions are 32-bit multiples of the square
+_FINEST = 2**29  # largest ratio of body to smallest square; positions are 32-bit integers
 
 
 @dataclass
@@ -41,29 +41,29 @@ class Graph:
 
 
 def counted(lengths: np.ndarray, size: float) -> np.ndarray:
-    """Return the numbers of cells of a size along two lengths (m); reject far too many cells."""
+    """Return the numbers of cells of a size (m) along two lengths (m); reject too many cells."""
     with np.errstate(over="ignore"):
         counts = np.maximum(1.0, np.ceil(lengths / size - _FIT))
         cells = counts.prod()
     if cells > MOST_CELLS:
         raise InputError(
-            f"cells of {size:g} m would be about {cells:.2g}, more than {MOST_CELLS}; choose a "
-            "larger size"
+            f"a cell size of {size:g} m would give about {cells:.2g} cells, more than "
+            f"{MOST_CELLS}; choose a larger size"
         )
     return counts.astype(int)
 
 
 def _quadtree_squares(low, high, sizes: Sizes, turn, shape):
-    """Return the squares of a quadtree over a box: corners and sides in units of the finest.
+    """Return the squares of a quadtree over a box, and the unit of their corners and sides (m).
 
-    A square is cut in four until it is no larger than wanted at its middle.  Sizes grow so slowly
-    with the distance that neighbours differ by no more than a factor of two.
+    A square is divided by four until it has the target size at its middle.  Sizes grow so slowly
+    with the distance that neighbours differ at most by a factor of two.
     """
     count = counted(high - low, sizes.largest)
     if count.max() * sizes.largest > _FINEST * sizes.smallest:
         raise InputError(
-            f"cells of {sizes.smallest:g} m are less than {1 / _FINEST:.0e} of the body; choose a "
-            "larger size"
+            f"the cell size {sizes.smallest:g} m is less than {1 / _FINEST:.0e} of the body size; "
+            "choose a larger cell size"
         )
     depth = max(0, int(np.ceil(np.log2(sizes.largest / sizes.smallest)))) + 1
     unit = (high - low) / count / 2**depth
@@ -80,12 +80,12 @@ def _quadtree_squares(low, high, sizes: Sizes, turn, shape):
         steps = side * np.array([[0, 0], [1, 0], [0, 1], [1, 1]])
         corner = (corner[split][:, None] + steps).reshape(-1, 2)
         if 4 * len(corner) > MOST_CELLS:
-            raise InputError(f"there would be more than {MOST_CELLS} cells; choose larger ones")
+            raise InputError(f"there would be more than {MOST_CELLS} cells; choose larger cells")
     return np.concatenate(found), unit
 
 
 def squares(shape, sizes: Sizes, angle: float) -> Graph:
-    """Return squares over a shape, with sides at an angle (rad) to the axes."""
+    """Return a graph of squares over a shape, with sides at an angle (rad) to the axes."""
     turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
     own = shapely.get_coordinates(shape) @ turn.T
     low, high = own.min(axis=0), own.max(axis=0)
@@ -118,7 +118,7 @@ def squares(shape, sizes: Sizes, angle: float) -> Graph:
 
 
 def polygons(shape, sizes: Sizes, seed: int) -> Graph:
-    """Return even polygons of a Voronoi diagram with relaxed seeds."""
+    """Return a graph of polygons over a shape: a Voronoi diagram with relaxed seeds."""
     low, high = np.reshape(shape.bounds, (2, 2))
     leaves, unit = _quadtree_squares(low, high, sizes, np.eye(2), shape)
     share = uniform(seed, (11,), 2 * len(leaves)).reshape(-1, 2) - 0.5
@@ -136,7 +136,7 @@ def polygons(shape, sizes: Sizes, seed: int) -> Graph:
 
 
 def _voronoi_diagram(seeds, shape) -> Voronoi:
-    """Return the Voronoi diagram of seeds; four distant extra seeds bound it."""
+    """Return the Voronoi diagram of seeds and of four distant seeds, which bound it."""
     x, y = np.reshape(shape.bounds, (2, 2)).mean(axis=0)
     far = 20 * shapely.length(shapely.envelope(shape))
     frame = [[x - far, y], [x + far, y], [x, y - far], [x, y + far]]
@@ -144,7 +144,7 @@ def _voronoi_diagram(seeds, shape) -> Voronoi:
 
 
 def _relax_seeds(seeds, shape, sizes: Sizes) -> np.ndarray:
-    """Move seeds to the weighted centres of their cells; small sizes have more weight."""
+    """Return seeds that are moved to the centroids of their cells, and towards smaller sizes."""
     diagram = _voronoi_diagram(seeds, shape)
     regions = [diagram.regions[i] for i in diagram.point_region[: len(seeds)]]
     owner = np.repeat(np.arange(len(seeds)), [len(region) for region in regions])
@@ -153,7 +153,7 @@ def _relax_seeds(seeds, shape, sizes: Sizes) -> np.ndarray:
     crossing = ~shapely.contains_properly(shape, cells)
     cells[crossing] = shapely.intersection(cells[crossing], shape)
     moved = shapely.get_coordinates(shapely.centroid(cells))
-    # A clipped cell may have two parts, with its centroid in neither; its seed stays.
+    # A clipped cell may have two parts and its centroid outside both; its seed is not moved.
     whole = (shapely.get_type_id(cells) == 3) & shapely.contains_xy(shape, *moved.T)
     moved[~whole] = seeds[~whole]
     if sizes.smallest < sizes.largest:  # move seeds towards smaller cells
@@ -172,7 +172,7 @@ def _relax_seeds(seeds, shape, sizes: Sizes) -> np.ndarray:
 
 
 def _without_short_sides(vertices, sides, sizes: Sizes) -> Graph:
-    """Merge the ends of short sides of a graph."""
+    """Return a graph in which the ends of short sides are merged."""
     used, where = np.unique(sides, return_inverse=True)
     nodes, sides = vertices[used], where.reshape(-1, 2)
     local = sizes.at(nodes)

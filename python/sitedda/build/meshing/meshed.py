@@ -14,11 +14,11 @@ from .body import Cut, Part, mesh_body
 from .graphs import MOST_CELLS
 from .settings import Mesh, is_listed
 
-_NAMED = 3  # positions in a message
-_FLAT = 1e-8  # area over the square of the perimeter: thinner blocks are not meshed
+_NAMED = 3  # largest number of positions in a message
+_FLAT = 1e-8  # smallest area of a meshed block over the square of its perimeter
 _MANY = 100_000  # number of cells whose generation takes a minute
-_FAR = 10  # times MOST_CELLS: more are rejected before regions are cut
-LONGEST_NAME = 64  # bytes
+_FAR = 10  # if the estimate exceeds this multiple of MOST_CELLS, regions are not cut
+LONGEST_NAME = 64  # longest name of a body, bytes
 
 
 @dataclass
@@ -30,9 +30,9 @@ class Piece:
     values : dict
         Variables of its &block group.
     region : str
-        That it was cut from, or blank.
+        Region from which the block has been cut, or blank.
     holes : list of (ndarray, list of str)
-        Corners (m) and joints of what it surrounds.
+        Corners (m) and joints of the holes and blocks that it surrounds.
     """
 
     values: dict
@@ -57,18 +57,18 @@ def mesh_blocks(
     ----------
     pieces : sequence of Piece
     meshes : sequence of (Mesh, str)
-        And where each stands.
+        Mesh, and its position in the input.
     materials : dict
-        Variables of each material by its name, the first one first.
+        Variables of each material by its name, in the order of the input.
     placed : callable
-        Context that adds a place to an error.
+        Context that adds the position in the input to an error.
 
     Returns
     -------
     blocks : list of dict
         Variables of the &block groups of the cells.
     taken : list of int
-        The pieces that they are made from.
+        Indices of the pieces that have been meshed.
     messages : list of str
     """
     blocks, taken, messages = [], {}, []
@@ -90,7 +90,7 @@ def mesh_blocks(
 
 
 def _check_estimate(pieces, meshes, materials: dict[str, dict], placed) -> None:
-    """Reject outlines without area and too many cells, before the work begins."""
+    """Raise InputError for outlines without area and for too many cells, from an estimate."""
     expected = 0.0
     for mesh, place in meshes:
         with placed(place):
@@ -103,12 +103,12 @@ def _check_estimate(pieces, meshes, materials: dict[str, dict], placed) -> None:
             if expected > MOST_CELLS:
                 raise _too_many_error(size, expected)
     if expected > _MANY:
-        words = f"about {expected:.2g} cells take minutes to generate; a larger size gives fewer"
+        words = f"about {expected:.2g} cells take minutes to generate; choose a larger cell size"
         warnings.warn(words, CostWarning, stacklevel=2)
 
 
 def refuse_far_too_many(regions, meshes, materials: dict[str, dict], placed) -> None:
-    """Reject far too many cells before regions are cut; holes may be most of the area."""
+    """Raise InputError for far too many cells before regions are cut, when holes are unknown."""
     for mesh, place in meshes:
         if not mesh.regions:
             continue
@@ -122,8 +122,9 @@ def refuse_far_too_many(regions, meshes, materials: dict[str, dict], placed) -> 
 
 
 def _too_many_error(size: float, cells: float) -> InputError:
+    """Return the error for a cell size (m) that would give too many cells."""
     return InputError(
-        f"cells of {size:.4g} m would be about {cells:.2g}, more than {MOST_CELLS}; "
+        f"a cell size of {size:.4g} m would give about {cells:.2g} cells, more than {MOST_CELLS}; "
         "choose a larger size, a lower frequency or a smaller region"
     )
 
@@ -140,14 +141,14 @@ def _outline_area(values: dict) -> float:
 
 
 def _bodies_of_mesh(mesh: Mesh, pieces: Sequence[Piece]) -> Iterator[tuple[str, list[int]]]:
-    """Return the names of bodies and their pieces."""
+    """Yield the name of each body of a mesh and the indices of its pieces."""
     what = "regions" if mesh.regions else "blocks"
     patterns = mesh.regions or mesh.blocks
     for one in filter(None, map(str.strip, patterns.split(","))):
         if not any(is_listed(_mesh_key(piece, what), one) for piece in pieces):
             known = sorted({_mesh_key(piece, what) for piece in pieces} - {""})
             raise InputError(
-                f"{what} = {one!r} names none of the {what}"
+                f"{what} = {one!r} matches none of the {what}"
                 + (f" {', '.join(known[:12])}" if known else ": there are none")
                 + (" …" if len(known) > 12 else "")
                 + "; blocks of &layers, &drums, &wall and &blocks cannot be meshed"
@@ -163,16 +164,19 @@ def _bodies_of_mesh(mesh: Mesh, pieces: Sequence[Piece]) -> Iterator[tuple[str, 
 
 
 def _mesh_key(piece: Piece, what: str) -> str:
+    """Return the name by which &mesh selects a piece: its region or its block."""
     return piece.region if what == "regions" else piece.name
 
 
 def _check_name(name: str) -> str:
+    """Return the name of a body; raise InputError if it is too long."""
     if len(name.encode()) > LONGEST_NAME:
         raise InputError(f"body {name!r} must have at most {LONGEST_NAME} bytes")
     return name
 
 
 def _cut_body(mesh: Mesh, pieces: Sequence[Piece], materials: dict[str, dict]) -> Cut:
+    """Return the cells of a body that consists of pieces; an error names the body."""
     parts = []
     for piece in pieces:
         values = piece.values
@@ -207,11 +211,11 @@ def _cell_values(body: str, cut: Cut, values: Sequence[dict]) -> Iterator[dict]:
 
 
 def _unusual_notes(body: str, cut: Cut) -> Iterator[str]:
-    """Yield notes on faces that are shorter or longer than intended."""
+    """Yield notes on sides of cells that are much shorter or longer than the local size."""
     for places, words in ((cut.short, "shorter than 0.05"), (cut.long, "longer than 1.6")):
         if len(places):
             shown = ", ".join(f"({x:.6g}, {y:.6g})" for x, y in places[:_NAMED])
             yield (
-                f"body {body!r}: {len(places)} sides of cells are {words} of the size there, as at "
-                f"{shown}{' …' if len(places) > _NAMED else ''}"
+                f"body {body!r}: {len(places)} sides of cells are {words} of the local cell size, "
+                f"for example at {shown}{' …' if len(places) > _NAMED else ''}"
             )

@@ -6,13 +6,13 @@ import shapely
 
 from .graphs import Graph, counted
 
-_STRAIGHT = 1e-9  # sine of a turn that counts as straight
-_SHARPEST = np.radians(40.0)  # shapes with sharper corners are not divided along their sides
-_UNEVEN = 2.0  # largest ratio of opposite sides
+_STRAIGHT = 1e-9  # largest sine of the turn at a point of a straight side
+_SHARPEST = np.radians(40.0)  # sharpest corner of a shape that is divided along its sides
+_UNEVEN = 2.0  # largest ratio of the lengths of opposite sides
 
 
 def divided(shape, size: float) -> Graph | None:
-    """Return lines between opposite sides of a convex quadrangle; None for other shapes."""
+    """Return a graph of lines between opposite sides of a quadrangle; None for other shapes."""
     if len(shape.interiors):
         return None
     ring = shapely.get_coordinates(shape.exterior)[:-1]

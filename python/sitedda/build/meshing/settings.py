@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bodies to mesh, and their cell sizes."""
+"""The group &mesh: blocks that are meshed, and sizes of their cells."""
 
 from ...base.errors import InputError
 from ...input import schema
@@ -11,11 +11,12 @@ class Mesh(schema.MeshValues):
     """Blocks that become bodies of welded cells."""
 
     def _check_values(self) -> None:
+        """Raise InputError if `fine_along` is a single point."""
         if len(self.fine_along) == 1:
             raise InputError("fine_along: 1 point given, at least 2 are needed")
 
     def size_of(self, name: str, material: dict) -> float:
-        """Return the size of cells (m) for the given variables of a material."""
+        """Return the size of cells (m) for a material with this name and these variables."""
         if self.size is not None:
             return self.size
         try:

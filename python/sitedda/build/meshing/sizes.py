@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Target size of cells at a position."""
+"""Target sizes of cells as a function of position."""
 
 from collections.abc import Sequence
 
 import numpy as np
 import shapely
 
-_GROWTH = 0.25  # growth of the size per distance from finer cells
+_GROWTH = 0.25  # increase of the cell size per distance from smaller cells
 
 
 class Sizes:
@@ -16,9 +16,9 @@ class Sizes:
     ----------
     parts : sequence of shapely.Polygon
     sizes : sequence of float
-        In each of the parts, m.
+        Size in each part, m.
     fine : sequence of geometries
-        Near these cells are smaller.
+        Geometries near which cells have `fine_size`.
     fine_size : float, optional
         m.
     """
@@ -39,7 +39,7 @@ class Sizes:
 
     @property
     def varies(self) -> bool:
-        """Return whether the size varies."""
+        """Return whether the target size depends on position."""
         return bool(self._near)
 
     def bound(self, shape, size: float) -> None:
