@@ -216,6 +216,6 @@ def _unusual_notes(body: str, cut: Cut) -> Iterator[str]:
         if len(places):
             shown = ", ".join(f"({x:.6g}, {y:.6g})" for x, y in places[:_NAMED])
             yield (
-                f"body {body!r}: {len(places)} sides of cells are {words} of the local cell size, "
-                f"for example at {shown}{' …' if len(places) > _NAMED else ''}"
+                f"body {body!r}: {len(places)} sides of cells are {words} times the local cell "
+                f"size, for example at {shown}{' …' if len(places) > _NAMED else ''}"
             )
