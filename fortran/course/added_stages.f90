@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Stages added to a started run: excavation, release of supports, other joints.
 !>
-!> The last stage of the run ends at the present time, or, with adaptive steps, at the second
-!> multiple of its Δt after it, so no earlier step would have differed.  A run of the input with
-!> these stages from the start is then bit-identical.  A stage that adds supported points, loads,
-!> motions or bolts cannot be added, because these are part of the model from the start.
+!> The last stage of the run ends now or, with adaptive steps, at the second multiple of its Δt from
+!> now, so that earlier steps do not differ.  A run that has these stages from the start is then
+!> bit-identical.  Added stages cannot add supported points, loads, motions or bolts, because these
+!> are part of the model from the start.
 module dda_added_stages
    use dda_kinds, only: wp, long
    use dda_column_model, only: column_model
@@ -45,11 +45,11 @@ contains
       call adopt_stages(simulation%model, model)
    end subroutine add_stages
 
-   !> Check that added stages follow a dynamic stage and add nothing but changes of the model.
+   !> Check that added stages follow a dynamic stage and only change the model.
    subroutine check_added_stages(simulation, model, error)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       type(model_type), intent(in) :: model  !< model of the changed input
-      type(error_type), allocatable, intent(out) :: error  !< names the stage
+      type(error_type), allocatable, intent(out) :: error  !< error with the name of the stage
       integer :: i
 
       associate (stages => simulation%model%stages)
@@ -75,7 +75,7 @@ contains
    !> End the present stage now, or, with adaptive steps, at the second multiple of its Δt from now.
    pure subroutine end_present_stage(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      real(wp), parameter :: rounding = 1.0e-9_wp  !< of times, over Δt, as at the end of a stage
+      real(wp), parameter :: rounding = 1.0e-9_wp  !< rounding error of times over Δt
       integer(long) :: steps
 
       associate (control => simulation%model%control)
@@ -86,7 +86,7 @@ contains
       end associate
    end subroutine end_present_stage
 
-   !> Adopt the additional stages of a changed input.
+   !> Copy the additional stages of a changed input to the model of the run.
    pure subroutine adopt_stages(own, model)
       type(model_type), intent(inout) :: own  !< model of the run
       type(model_type), intent(in) :: model   !< model of the changed input

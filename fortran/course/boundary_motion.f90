@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Incoming and actual motions of boundaries.  Compliant base: the upward wave, and the mean motion
-!> of the edges.  Free-field side: the motion at the upper end of the soil column, and the motion of
-!> the model beside this end.
+!> Incoming and actual motions of boundaries.  At a compliant base, these are the upward wave and
+!> the mean motion of the edges; at a free-field side, the motion at the top of the soil column and
+!> the motion of the model beside it.
 module dda_boundary_motion
    use dda_kinds, only: wp
    use dda_baseline, only: displacement_at, velocity_at, acceleration_at
@@ -39,7 +39,7 @@ contains
    !> Find displacement, velocity and acceleration of the incoming motion.
    function incoming_motion(simulation, motion) result(wave)
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
-      type(boundary_motion_type), intent(in) :: motion  !< definition for one boundary
+      type(boundary_motion_type), intent(in) :: motion  !< motion of a boundary
       real(wp) :: wave(2, 3)
       type(simulation_type), pointer :: column
       integer :: axis

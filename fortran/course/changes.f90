@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Changes of a model during a run: gravity, Δt, joints, loads, motions, fixed points.
 !>
-!> The values of a changed input replace those of the run, at the present time:
+!> The values of a changed input replace the values of the run, at the present time:
 !>
 !> - Bonds, closed contacts and their spring deformations are retained; new strengths apply.
 !> - A point that is fixed again, or has another motion, retains its present position.
@@ -33,11 +33,11 @@ module dda_changes
 
 contains
 
-   !> Adopt the changeable values of a model at the present time.
+   !> Replace the changeable values of a run by those of a model, at the present time.
    recursive subroutine change_now(simulation, model, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(model_type), intent(in) :: model  !< model of the changed input
-      type(error_type), allocatable, intent(out) :: error  !< set if other values differ
+      type(error_type), allocatable, intent(out) :: error  !< set if fixed values differ
       type(fixed_point_type), allocatable :: points(:)
       type(motion_type), allocatable :: motions(:)
       real(wp) :: speed
@@ -69,8 +69,8 @@ contains
    !> Check that the model differs in changeable values only.
    subroutine check_unchanged(old, blocks, new, error)
       type(model_type), intent(in) :: old, new  !< models of the run and of the changed input
-      type(blocks_type), intent(in) :: blocks   !< of the run
-      type(error_type), allocatable, intent(out) :: error  !< set if these differ
+      type(blocks_type), intent(in) :: blocks   !< blocks or model of the run
+      type(error_type), allocatable, intent(out) :: error  !< set if other values differ
       logical :: same
       integer :: i
 
@@ -92,7 +92,7 @@ contains
    !> Check that the new Δt is valid for the Maxwell branches, which are not fitted again.
    subroutine check_maxwell_steps(simulation, new, error)
       type(simulation_type), intent(in) :: simulation  !< between two steps
-      type(model_type), intent(in) :: new  !< of the changed input
+      type(model_type), intent(in) :: new  !< model of the changed input
       type(error_type), allocatable, intent(inout) :: error  !< allocated on failure
       real(wp), parameter :: rounding = 1.0_wp + 1.0e-9_wp  !< factor that allows for rounding
       real(wp) :: limit
@@ -109,7 +109,7 @@ contains
       end do
    end subroutine check_maxwell_steps
 
-   !> Adopt the changed values; blocks and supports that stages have removed remain removed.
+   !> Copy the changed values; blocks and supports that stages have removed remain removed.
    recursive subroutine adopt_values(simulation, model)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(model_type), intent(in) :: model  !< model of the changed input
@@ -139,9 +139,9 @@ contains
       end do
    end subroutine adopt_values
 
-   !> Motion that begins at a given time.
+   !> Return a motion that begins at a given time.
    pure type(motion_type) function motion_from_time(motion, start)
-      type(motion_type), intent(in) :: motion  !< of the input
+      type(motion_type), intent(in) :: motion  !< motion of the input
       real(wp), intent(in) :: start  !< s
 
       motion_from_time = motion
@@ -150,7 +150,7 @@ contains
 
    !> Replace the loads, whose number may increase; existing loads retain their start times.
    subroutine adopt_loads(own, model, removed)
-      type(model_type), intent(inout) :: own  !< of the run
+      type(model_type), intent(inout) :: own  !< blocks or model of the run
       type(model_type), intent(in) :: model   !< model of the changed input
       logical, intent(in) :: removed(:)       !< [blocks]
       type(load_type), allocatable :: loads(:)
@@ -170,7 +170,7 @@ contains
 
    !> Replace the fixed points, whose number may increase; released points remain released.
    subroutine adopt_points(own, model, removed, stage)
-      type(model_type), intent(inout) :: own  !< of the run
+      type(model_type), intent(inout) :: own  !< blocks or model of the run
       type(model_type), intent(in) :: model   !< model of the changed input
       logical, intent(in) :: removed(:)       !< [blocks]
       integer, intent(in) :: stage            !< present stage
@@ -199,12 +199,12 @@ contains
       call move_alloc(points, own%fixed_points)
    end subroutine adopt_points
 
-   !> Set the targets of points that are fixed again, or have another motion, to their positions.
-   !> Other targets do not change.
+   !> Set the targets of points that are fixed again, or have another motion, to their positions,
+   !> and keep other targets.
    subroutine set_targets_here(simulation, before, motions)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(fixed_point_type), intent(in) :: before(:)  !< points before the change
-      type(motion_type), intent(in) :: motions(:)      !< before the change
+      type(motion_type), intent(in) :: motions(:)      !< motions before the change
       real(wp) :: now(2), prescribed(2, 2), along
       integer :: i, axis
 

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Second run, in which one block is displaced slightly when dynamics begin.  Both runs agree as
-!> long as the motion is predictable.
+!> Slight displacement of a block when dynamics begin, for a second run: both runs agree as long as
+!> the motion is predictable.
 !>
 !> Bonds, joint crossings and the contacts whose slip is measured are determined before the
-!> displacement, so they are the same in both runs.
+!> displacement, so that they are equal in both runs.
 module dda_displaced_block
    use dda_kinds, only: wp
    use dda_blocks, only: update_geometry

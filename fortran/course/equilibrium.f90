@@ -5,13 +5,14 @@
 !>
 !>     (M/Δt² + K) d = f − K q₀ − ∇U(q₀ + d) ,
 !>
-!> statics with a proximal term: the unbalanced force that remains is M d/Δt², less if Δt is longer.
+!> statics with a proximal term.  The remaining unbalanced force, M d/Δt², decreases with larger Δt.
 !> Touching contacts are first assumed to stick.  The first Δt is long enough for blocks to share
 !> their loads before friction is mobilised; with the Δt of dynamics, stiff joints would slip while
 !> the weight is applied.  A step that does not converge is repeated with a shorter Δt; after a
 !> converged step, Δt is increased.  Steps in which many contacts change are relaxed
-!> (`dda_static_relaxation`).  If these stall, the search begins again without relaxation, and vice
-!> versa: packings of 1,500 polygons converge only without, walls of 4,000 bricks only with it.
+!> (`dda_static_relaxation`).  If relaxed steps stall, the search begins again without relaxation,
+!> and vice versa: packings of 1,500 polygons converge only without relaxation, walls of 4,000
+!> bricks only with it.
 !>
 !> Equilibrium: with all velocities zero and contact laws evaluated in the present geometry, the
 !> unbalanced force on each block is at most 10⁻⁶ of its weight, 4 times the tolerance of contact
@@ -19,8 +20,8 @@
 !> of the weight of an unsupported block, the outcome reports that the block may still slide.  The
 !> steps end if blocks fall without limit (`dda_falling`), or if there is no progress.
 !>
-!> In equilibrium, contact forces explain all penetrations.  The offset of a gap that permits a
-!> deeper penetration is removed, and the steps continue.
+!> In equilibrium, contact forces explain all penetrations.  If the offset of a gap permits a deeper
+!> penetration, the offset is removed, and the steps continue.
 !>
 !> Statics excludes material damping: materials have the given modulus, and Maxwell branches restart
 !> without stress.
@@ -54,7 +55,7 @@ module dda_equilibrium
 
    !> Record of the search for equilibrium.
    type :: equilibrium_type
-      integer :: steps = 0                      !< static steps
+      integer :: steps = 0                      !< number of static steps
       integer(long) :: budget = 0               !< largest number of open–close iterations
       logical :: at_rest = .false.              !< equilibrium has been reached
       real(wp) :: largest = huge(1.0_wp)        !< largest unbalanced force on a block, N/m
@@ -62,21 +63,21 @@ module dda_equilibrium
       real(wp) :: unbalanced = huge(1.0_wp)     !< unbalanced force of that block, N/m
       real(wp) :: allowed = 0.0_wp              !< tolerance of that force, N/m
       real(wp) :: doubt = 0.0_wp        !< largest tolerance of an unsupported block over its weight
-      integer :: doubtful = 0                   !< that unsupported block
-      integer :: unexplained = 0  !< contact with a penetration not due to its force; 0: none
-      integer :: releases = 0                   !< how often offsets of gaps were removed
+      integer :: doubtful = 0                   !< number of this unsupported block
+      integer :: unexplained = 0  !< contact with a penetration not due to its force, or 0
+      integer :: releases = 0                   !< number of removals of gap offsets
       integer :: falling = 0                    !< number of blocks that fall without limit
       integer :: falls = 0                      !< first of the falling blocks
       real(wp) :: most = huge(1.0_wp)           !< largest allowed displacement of a centroid, m
-      real(wp) :: moved = 0.0_wp  !< displacement of `block` if above `most`, else 0, m
+      real(wp) :: moved = 0.0_wp  !< displacement of `block` if it exceeds `most`, else 0, m
       character(len=:), allocatable :: words    !< outcome as a text
    end type equilibrium_type
 
-   integer, parameter :: most_steps = 200  !< static steps
+   integer, parameter :: most_steps = 200  !< number of static steps
    integer(long), parameter :: most_iterations = 20000  !< open–close iterations in total
-   !> largest number of iterations without halving the largest unbalanced force: the first number
-   !> plus the second (with yielding materials the third) divided by the number of blocks.  Walls
-   !> need 50; stages with yielding materials converge early or never
+   !> most iterations in which the largest unbalanced force is not halved: the first number plus the
+   !> second (with yielding materials the third) divided by the number of blocks.  Walls need 50;
+   !> stages with yielding materials converge early or never
    integer(long), parameter :: stalled_iterations = 200, stalled_work = 500000, yield_work = 20000
    real(wp), parameter :: tolerance = 1.0e-6_wp    !< largest unbalanced force over the weight
    real(wp), parameter :: together = 4.0_wp  !< largest unbalanced force over contact tolerance
@@ -85,17 +86,17 @@ module dda_equilibrium
    real(wp), parameter :: first_ratio = 1.0e-5_wp  !< M/Δt² over k_n in the first step
    real(wp), parameter :: growth = 10.0_wp  !< factor of Δt after a step of at most few_iterations
    real(wp), parameter :: slow_growth = 2.0_wp     !< factor of Δt after a step with more iterations
-   !> steps without halving the unbalanced force after which this force is round-off; models on
-   !> dashpots must reach round-off
+   !> after so many steps without halving, the unbalanced force is a rounding error; models on
+   !> dashpots must reach it
    integer, parameter :: most_stalled = 3
-   !> relaxed steps without halving the unbalanced force, after which the search begins again: walls
+   !> most relaxed steps without halving the unbalanced force before the search begins again: walls
    !> of 4,000 bricks need up to 7, packings of polygons never converge
    integer, parameter :: most_relaxed_stalled = 8
-   integer, parameter :: most_searches = 2  !< further searches after the first
-   real(wp), parameter :: nearly = 1.0e-3_wp  !< unbalanced force over largest weight: converging
+   integer, parameter :: most_searches = 2  !< largest number of further searches
+   real(wp), parameter :: nearly = 1.0e-3_wp  !< unbalanced force over weight near convergence
    !> largest penetration without force in equilibrium, over the contact distance
    real(wp), parameter :: fully_explained = 1.0e-3_wp
-   !> number of releases after which a vertex that is pushed between two edges may remain there
+   !> number of releases after which a vertex may remain between the two edges that it pushes apart
    integer, parameter :: most_releases = 5
    integer, parameter :: few_iterations = 20  !< open–close iterations that permit `growth`
    real(wp), parameter :: shrink = 0.1_wp          !< factor of Δt after a failed step
@@ -113,7 +114,7 @@ contains
       type(equilibrium_type), intent(out) :: equilibrium  !< record of the search
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer(long), intent(in), optional :: budget  !< largest number of open–close iterations
-      real(wp), intent(in), optional :: most  !< displacement that is a failure, m
+      real(wp), intent(in), optional :: most  !< displacement above which the search fails, m
       type(simulation_type), allocatable :: start
       type(error_type), allocatable :: failure
       type(control_type) :: control
@@ -156,12 +157,12 @@ contains
          simulation%system%rhs)
    end subroutine equilibrate
 
-   !> Search again from the start: with relaxation if the search without it stalled, and vice versa.
-   !> If relaxed steps have nearly reached equilibrium, continue from there without relaxation.
-   !> If no search reaches equilibrium, the first one is reported.
+   !> Search again, without relaxation if relaxed steps stalled, and vice versa: from the start, or,
+   !> if relaxed steps have nearly reached equilibrium, from the present state.  If no search
+   !> reaches equilibrium, the first search is reported.
    subroutine search_again(simulation, start, equilibrium, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      type(simulation_type), intent(in) :: start          !< before the first static step
+      type(simulation_type), intent(in) :: start          !< state before the first static step
       type(equilibrium_type), intent(inout) :: equilibrium  !< record of the search so far
       type(error_type), allocatable, intent(inout) :: error  !< error of the last step, if it failed
       type(simulation_type), allocatable :: first
@@ -202,7 +203,7 @@ contains
          error%kind == error_memory
    end function is_decided
 
-   !> Set stresses to those of elastic blocks; the energy of Maxwell branches is dissipated.
+   !> Remove the stresses of Maxwell branches; their energy is dissipated.
    subroutine remove_damping_stress(blocks, energy)
       type(blocks_type), intent(inout) :: blocks  !< between two steps
       type(energy_type), intent(inout) :: energy  !< energy budget, J per metre
@@ -240,13 +241,13 @@ contains
       call remove_damping_stress(simulation%blocks, simulation%energy)
    end subroutine begin_statics
 
-   !> Renew the pattern of the matrix if water couples other blocks in static steps than otherwise.
+   !> Renew the pattern of the matrix if water couples different blocks in static and dynamic steps.
    subroutine renew_pattern(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
 
       if (.not. allocated(simulation%model%flow)) return
       associate (state => simulation%model%flow%state)
-         if (state(1) /= state(2)) simulation%neighbours%reach = 0.0_wp  ! with the neighbours
+         if (state(1) /= state(2)) simulation%neighbours%reach = 0.0_wp  ! in the search
       end associate
    end subroutine renew_pattern
 
@@ -254,7 +255,7 @@ contains
    subroutine step_to_rest(simulation, equilibrium, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(equilibrium_type), intent(inout) :: equilibrium  !< record of the search
-      type(error_type), allocatable, intent(out) :: error  !< error of a step at the shortest Δt
+      type(error_type), allocatable, intent(out) :: error  !< error of a step with the shortest Δt
       real(wp) :: first, way, least
       real(wp), allocatable :: places(:,:)
       integer(long) :: iterations, gained
@@ -302,7 +303,7 @@ contains
       end do
    end subroutine step_to_rest
 
-   !> Record the block that has moved farthest, if it has moved by more than allowed.
+   !> Record the block with the largest displacement, if this exceeds the limit.
    subroutine limit_movement(simulation, equilibrium, places)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       type(equilibrium_type), intent(inout) :: equilibrium  !< block and displacement are set
@@ -332,7 +333,7 @@ contains
          if (simulation%step > step .or. simulation%time_step <= shortest*first .or. &
             .not. (error%kind == error_convergence .or. error%kind == error_solver)) return
          simulation%time_step = shrink*simulation%time_step
-         call exchange_lists(simulation)  ! from the contacts of the last converged step
+         call exchange_lists(simulation)  ! restore contacts
       end do
       simulation%time_step = min(longest*first, simulation%time_step*merge(growth, slow_growth, &
          simulation%iteration%iterations <= few_iterations))
@@ -351,7 +352,7 @@ contains
       simulation%blocks%mean_velocity = 0.0_wp
    end subroutine stop_blocks
 
-   !> List the contacts of the present geometry and evaluate their laws there, at d = 0.
+   !> List the contacts of the present geometry and evaluate their laws at d = 0.
    subroutine evaluate_present(simulation, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -366,8 +367,8 @@ contains
          simulation%system%d, unused(1), unused(2))
    end subroutine evaluate_present
 
-   !> Find the unbalanced forces on the blocks at the present positions, without velocities.
-   !> Forces of contacts, stresses and elements are included; moments are divided by the radius.
+   !> Find the unbalanced forces on the blocks at rest in their present positions, from contacts,
+   !> stresses and elements.  Moments are divided by the radius.
    subroutine find_unbalanced_forces(simulation, equilibrium, error)
       type(simulation_type), intent(inout) :: simulation  !< contacts are listed again
       type(equilibrium_type), intent(inout) :: equilibrium  !< largest force and worst block are set
@@ -456,11 +457,11 @@ contains
       block_weight = norm2(simulation%model%control%gravity)*simulation%blocks%mass(b)
    end function block_weight
 
-   !> Find the contact in compression with the largest penetration that its force does not explain.
-   !> Forces then balance only because the gap of this contact has an offset.
+   !> Find the contact in compression with the largest penetration that its force does not explain,
+   !> so that forces balance only because its gap has an offset.
    subroutine find_unexplained_penetration(simulation, equilibrium)
       type(simulation_type), intent(in) :: simulation  !< simulation whose contacts are evaluated
-      type(equilibrium_type), intent(inout) :: equilibrium  !< no equilibrium if there is one
+      type(equilibrium_type), intent(inout) :: equilibrium  !< record; without equilibrium if found
       integer :: c
       real(wp) :: most
 
@@ -478,7 +479,7 @@ contains
          .or. (equilibrium%releases == most_releases .and. most <= simulation%detection%least)
    end subroutine find_unexplained_penetration
 
-   !> Record blocks that no contact forces can support, and that nothing can stop.
+   !> Record blocks that no contact forces can support and no block below can stop.
    subroutine record_falling(simulation, equilibrium)
       type(simulation_type), intent(in) :: simulation  !< simulation with its loads and contacts
       type(equilibrium_type), intent(inout) :: equilibrium  !< number and first block are set
@@ -495,7 +496,7 @@ contains
    !> force, because otherwise they would gain energy.
    subroutine remove_contact_offsets(simulation, equilibrium)
       type(simulation_type), intent(inout) :: simulation  !< simulation whose contacts are evaluated
-      type(equilibrium_type), intent(inout) :: equilibrium  !< contact is reset, releases counted
+      type(equilibrium_type), intent(inout) :: equilibrium  !< record; releases are counted
 
       associate (contacts => simulation%contacts(simulation%now))
          contacts%new_gap(:contacts%n) = contacts%new_gap(:contacts%n) &
@@ -510,8 +511,8 @@ contains
    subroutine farthest_moved(blocks, from, block, way)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: from(:,:)        !< [≥2,blocks] centroids, m
-      integer, intent(out) :: block            !< number of the block; 0: none has moved
-      real(wp), intent(out) :: way             !< its distance, m
+      integer, intent(out) :: block            !< number of the block; 0: no block has moved
+      real(wp), intent(out) :: way             !< distance, m
       real(wp) :: moved
       integer :: b
 
@@ -526,7 +527,7 @@ contains
       end do
    end subroutine farthest_moved
 
-   !> Write the outcome of the search: an error if there is no equilibrium.
+   !> Write the outcome of the search as a text.
    subroutine write_outcome(simulation, equilibrium, error)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(equilibrium_type), intent(inout) :: equilibrium  !< record of the search
@@ -545,13 +546,13 @@ contains
       if (equilibrium%falling > 0) then
          equilibrium%words = equilibrium%words//': block '//block_name(simulation, &
             equilibrium%falls)//falling_text(equilibrium%falling - 1)//': no forces at the '// &
-            'contacts there can balance the loads, and there is no block below'
+            'contacts can balance the loads, and no block is below'
          return
       end if
       if (equilibrium%moved > 0.0_wp) then
          equilibrium%words = equilibrium%words//': block '//block_name(simulation, &
             equilibrium%block)//' has moved by '//short_text(equilibrium%moved)// &
-            ' m, displacement of &stage is '//short_text(equilibrium%most)//' m'// &
+            ' m; displacement of &stage is '//short_text(equilibrium%most)//' m'// &
             sliding_contact_text(simulation, equilibrium%block)
          return
       end if
@@ -564,8 +565,8 @@ contains
       if (allocated(error)) equilibrium%words = equilibrium%words//'; then '//error%message
    end subroutine write_outcome
 
-   !> Text on the contact with the largest normal force, and its joint.  The contact is chosen from
-   !> the sliding contacts of block b, otherwise all sliding contacts, otherwise all contacts of b.
+   !> Text on a contact and its joint: the contact with the largest normal force among the sliding
+   !> contacts of block b, or else all sliding contacts, or else all contacts of b.
    function sliding_contact_text(simulation, b) result(words)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer, intent(in) :: b                         !< block with an unbalanced force
@@ -576,7 +577,7 @@ contains
       worst = 0
       sliding = 0
       words = '; look at supports, joints and gaps'
-      if (any(simulation%model%materials%yields())) words = '; its material may yield: load or '// &
+      if (any(simulation%model%materials%yields())) words = '; a material may yield: load or '// &
          'excavate in several stages, or look at supports, joints and gaps'
       associate (contacts => simulation%contacts(simulation%now), joints => simulation%model%joints)
          do c = 1, contacts%n
@@ -589,7 +590,7 @@ contains
          end do
          c = merge(worst(1), worst(2), worst(1) > 0)
          if (c == 0) then
-            if (worst(3) > 0) words = '; no contact slides; the largest contact force on it is '// &
+            if (worst(3) > 0) words = '; no contact slides; largest contact force on the block '// &
                short_text(contacts%normal_force(worst(3)))//' N/m on '// &
                joint_label(joints(contacts%joint(worst(3)))%name)// &
                ': look at that joint, at supports and gaps'
@@ -603,7 +604,7 @@ contains
       end associate
    end function sliding_contact_text
 
-   !> Text that names a joint material in a message.
+   !> Name of a joint material in a message.
    pure function joint_label(name) result(label)
       character(len=*), intent(in) :: name  !< name in the input; blank: none
       character(len=:), allocatable :: label
@@ -612,7 +613,7 @@ contains
       if (name == '') label = 'the joint without a name'
    end function joint_label
 
-   !> Select the contact with the larger normal force; the second, if the first is 0.
+   !> Select the contact with the larger normal force; `first` may be 0.
    pure integer function larger_force(contacts, first, second)
       type(contacts_type), intent(in) :: contacts  !< contacts of the last step
       integer, intent(in) :: first, second         !< contacts; first may be 0
@@ -622,9 +623,9 @@ contains
       if (contacts%normal_force(first) >= contacts%normal_force(second)) larger_force = first
    end function larger_force
 
-   !> Text ' falls', or ' and others fall' with their number.
+   !> Text ' falls', or ' and N others fall'.
    pure function falling_text(others) result(words)
-      integer, intent(in) :: others  !< blocks
+      integer, intent(in) :: others  !< number of other blocks
       character(len=:), allocatable :: words
 
       select case (others)
@@ -662,7 +663,7 @@ contains
    !> Text on the accuracy of the equilibrium.
    function equilibrium_text(simulation, equilibrium) result(words)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
-      type(equilibrium_type), intent(in) :: equilibrium  !< a search that found equilibrium
+      type(equilibrium_type), intent(in) :: equilibrium  !< record of a search with equilibrium
       character(len=:), allocatable :: words
       real(wp) :: weight
 
@@ -673,8 +674,8 @@ contains
          ' of the weight'
       if (equilibrium%doubt > doubtful_share) words = words//'; but forces up to '// &
          short_text(equilibrium%doubt)//' of the weight of block '// &
-         block_name(simulation, equilibrium%doubtful)//' count as balanced, and it may slide '// &
-         '(a smaller force_tolerance or normal_stiffness of &contact lets less pass)'
+         block_name(simulation, equilibrium%doubtful)//' count as balanced: it may slide '// &
+         '(reduce force_tolerance or normal_stiffness of &contact)'
       if (equilibrium%unexplained > 0) words = words//'; but '// &
          penetration_text(simulation, equilibrium%unexplained)//': a vertex lies between two edges'
    end function equilibrium_text

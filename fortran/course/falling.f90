@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Groups of blocks that no contact forces can support, and that nothing can stop.
+!> Groups of blocks that no contact forces can support and no block below can stop.
 !>
 !> Loads act along one direction, "down".  A block may be supported if an element acts on it, or if
-!> it is above such a block or above a block that may be supported.  The others form groups in
-!> contact.  A group is in equilibrium only if the forces of its contacts with other blocks
-!> balance its loads.  Each force lies in a friction cone, and their sum in the cone between the
-!> first and the last of these directions.  If the direction opposite to the loads is outside this
-!> cone, the forces cannot balance, and there is no block below on which the group could land.
+!> it is above a block that may be supported.  The other blocks form groups in contact.  A group is
+!> in equilibrium only if the forces of its contacts with other blocks balance its loads.  Each
+!> force lies in a friction cone; the sum of the forces lies between the outermost directions of
+!> these cones.  If the direction opposite to the loads is not in this range, the group falls,
+!> because there is no block below on which it could land.
 module dda_falling
    use dda_kinds, only: wp, pi
    use dda_blocks, only: blocks_type
@@ -19,9 +19,9 @@ module dda_falling
    public :: find_falling
 
    real(wp), parameter :: rounding = 1.0e-9_wp  !< rounding of positions over half the model size
-   real(wp), parameter :: parallel = 1.0e-6_wp  !< difference of directions that count as equal, rad
+   real(wp), parameter :: parallel = 1.0e-6_wp  !< largest difference of equal directions, rad
 
-   !> Extents of blocks along the loads, and across the loads in cells between sides of blocks.
+   !> Extents of blocks along the loads in m, and across the loads in cells between sides of blocks.
    type :: extents_type
       real(wp), allocatable :: top(:), bottom(:)      !< [blocks] positions along the loads, m
       integer, allocatable :: first(:), last(:)       !< [blocks] first and last cell across
@@ -34,7 +34,7 @@ contains
    subroutine find_falling(blocks, contacts, laws, load, held, falls)
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       type(contacts_type), intent(in) :: contacts  !< contacts of the present state
-      type(laws_type), intent(in) :: laws          !< friction
+      type(laws_type), intent(in) :: laws          !< friction of the joints
       real(wp), intent(in) :: load(:,:)  !< [6,blocks] loads without contact forces, N/m and N
       logical, intent(in) :: held(:)               !< [blocks] an element acts on the block
       logical, intent(out) :: falls(:)             !< [blocks] the block falls without limit
@@ -64,9 +64,9 @@ contains
 
    !> Set the extents of blocks along and across the loads; blocks that only touch do not overlap.
    subroutine set_extents(extents, blocks, down)
-      type(extents_type), intent(out) :: extents  !< of all blocks
+      type(extents_type), intent(out) :: extents  !< extents of all blocks
       type(blocks_type), intent(in) :: blocks     !< blocks in their present state
-      real(wp), intent(in) :: down(2)             !< unit vector
+      real(wp), intent(in) :: down(2)             !< unit vector along the loads
       real(wp) :: side(2*blocks%n), last
       integer :: order(2*blocks%n), cell(2*blocks%n), b, k
 
@@ -94,11 +94,11 @@ contains
       end associate
    end subroutine set_extents
 
-   !> Find the blocks above any part of a supported block; they may be supported as well.
+   !> Mark blocks above any part of a marked block, which may be supported as well.
    subroutine find_blocks_above(extents, removed, stands)
-      type(extents_type), intent(in) :: extents   !< of all blocks
+      type(extents_type), intent(in) :: extents   !< extents of all blocks
       logical, intent(in) :: removed(:)           !< [blocks]
-      logical, intent(inout) :: stands(:)         !< [blocks] on entry: elements act on the block
+      logical, intent(inout) :: stands(:)  !< [blocks] marks; on entry: elements act on the block
       real(wp) :: deepest(extents%cells)          ! lowest point of supported blocks in a cell, m
       integer :: order(size(stands)), b, k
       logical :: changed
@@ -123,7 +123,7 @@ contains
 
    contains
 
-      !> Update the lowest points of the cells below a supported block.
+      !> Include a supported block in the lowest points of its cells.
       subroutine add_supported_block(b)
          integer, intent(in) :: b  !< number of the block
 
@@ -137,9 +137,9 @@ contains
    subroutine retain_unbalanced(blocks, contacts, laws, load, down, part, stands, falls)
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       type(contacts_type), intent(in) :: contacts  !< contacts of the present state
-      type(laws_type), intent(in) :: laws          !< friction
+      type(laws_type), intent(in) :: laws          !< friction of the joints
       real(wp), intent(in) :: load(:,:)  !< [6,blocks] loads without contact forces, N/m and N
-      real(wp), intent(in) :: down(2)              !< unit vector
+      real(wp), intent(in) :: down(2)              !< unit vector along the loads
       integer, intent(in) :: part(:)               !< [blocks] first block of the group
       logical, intent(in) :: stands(:)             !< [blocks]
       logical, intent(inout) :: falls(:)           !< [blocks] the block may fall without limit

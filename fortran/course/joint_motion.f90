@@ -3,7 +3,7 @@
 !>
 !> Slip and opening are measured at the contacts that touched when counting began
 !> (`dda_first_contacts`); forces are summed over all contacts of the last step.  Slip is positive
-!> if the first set moves to the right relative to the second, seen with the second set below.
+!> if the first set moves to the right, seen with the second set below.
 module dda_joint_motion
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use dda_kinds, only: wp
@@ -23,8 +23,8 @@ module dda_joint_motion
 
 contains
 
-   !> Measure mean slip and largest opening of a joint, m (NaN if its blocks are removed), and its
-   !> forces, N/m: normal (compression positive), resisting shear, and resultant (x, y) on set one.
+   !> Measure a joint: mean slip and largest opening, m (NaN if its blocks are removed); forces,
+   !> N/m: normal (compression positive), resisting shear, resultant (x, y) on the first set.
    pure subroutine measure_joint(joint, first, contacts, blocks, values)
       type(measured_joint_type), intent(in) :: joint   !< joint of the model
       type(first_contacts_type), intent(in) :: first   !< contacts when counting began
@@ -42,7 +42,7 @@ contains
             cycle
          moved = foot_movement(first, blocks, c)
          n = n + 1
-         slip = slip - moved(1)  ! edges run counter-clockwise: to the left on top of a block
+         slip = slip - moved(1)  ! the edge on top of a block runs to the left
          opening = max(opening, moved(2))
       end do
       values(:2) = ieee_value(slip, ieee_quiet_nan)
@@ -84,8 +84,8 @@ contains
             end do
             if (found .or. allocated(error)) cycle
             call fail(error, error_input, simulation%model%file//': &measured_joint '// &
-               quoted(trim(joints(i)%name))//': no block of blocks touches one of '// &
-               'against when the run begins; name blocks that share a joint')
+               quoted(trim(joints(i)%name))//': when the run begins, no block of '// &
+               '`blocks` touches a block of `against`; name blocks that share a joint')
          end do
       end associate
    end subroutine check_measured_joints

@@ -13,15 +13,15 @@ module dda_output_times
    !> A step that is shortened to end at an output time.
    type :: aim_type
       real(wp) :: time = 0.0_wp      !< time of the output at which the step must end, s
-      real(wp) :: planned = 0.0_wp   !< Δt before it was shortened, s; 0: not shortened
-      real(wp) :: taken = 0.0_wp     !< Δt after it was shortened, s
-      logical :: lands = .false.     !< the step ends at that time
+      real(wp) :: planned = 0.0_wp   !< Δt before shortening, s; 0: not shortened
+      real(wp) :: taken = 0.0_wp     !< Δt after shortening, s
+      logical :: lands = .false.     !< the step ends at `time`
    end type aim_type
 
 contains
 
-   !> Shorten the next adaptive step to end at the next output time, or half-way before it.
-   !> It ends half-way if the output time is less than two steps ahead.
+   !> Shorten the next adaptive step to end at the next output time, or, if this time is one to two
+   !> steps ahead, half-way.
    pure subroutine aim_at_output(simulation, aim)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(aim_type), intent(out) :: aim                  !< target time
@@ -41,10 +41,10 @@ contains
       aim%taken = simulation%time_step
    end subroutine aim_at_output
 
-   !> After the step, set the exact time, and restore the Δt from before the step was shortened.
+   !> Set the exact time after the step, and restore Δt if the step was shortened.
    pure subroutine reach_output(simulation, aim)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      type(aim_type), intent(in) :: aim                   !< of `aim_at_output`
+      type(aim_type), intent(in) :: aim                   !< target time from `aim_at_output`
       real(wp) :: left
 
       if (aim%planned <= 0.0_wp .or. simulation%last_time_step /= aim%taken) return

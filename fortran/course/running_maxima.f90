@@ -2,8 +2,8 @@
 !> Largest values of a run, updated in each step.
 !>
 !> Counting begins with the first frame of the output, in static equilibrium if the first stage is
-!> static.  Every dynamic step counts.  Of a later static stage only the end counts, without
-!> velocities and accelerations, because static steps are not a motion in time.
+!> static.  Every dynamic step counts, but only the end of a later static stage, without velocities
+!> and accelerations, because static steps are not a motion in time.
 module dda_running_maxima
    use dda_kinds, only: wp
    use dda_base_motion, only: begin_base, renew_base, update_base
@@ -23,9 +23,9 @@ module dda_running_maxima
    public :: begin_maxima, reserve_maxima, count_step, count_rest, change_base, restart_points, &
       take_residuals, least_movement
 
-   real(wp), parameter :: least_share = 1.0e-5_wp  !< over the model size: least reported movement
+   real(wp), parameter :: least_share = 1.0e-5_wp  !< least reported movement over the model size
 
-   real(wp), parameter :: least_recorded = 1.0e-7_wp  !< over the size: least slip recorded at once
+   real(wp), parameter :: least_recorded = 1.0e-7_wp  !< least slip recorded at once, over the size
 
 contains
 
@@ -119,7 +119,7 @@ contains
       call count_state(simulation, .true., look)
    end subroutine count_step
 
-   !> Update for removed blocks, and for the equilibrium of a static stage, after a stage starts.
+   !> Update the maxima after the start of a stage, for removed blocks and static equilibrium.
    subroutine count_rest(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
 
@@ -145,7 +145,7 @@ contains
    !> Update the maxima with the present state, except slip and opening.
    subroutine add_state(simulation, largest, rates)
       type(simulation_type), intent(in) :: simulation   !< between two steps
-      type(largest_type), intent(inout) :: largest(:)   !< [maxima] so far
+      type(largest_type), intent(inout) :: largest(:)   !< [maxima] largest values so far
       logical, intent(in) :: rates                      !< include velocities and accelerations
       real(wp), allocatable :: strain(:)
       integer :: b
@@ -165,7 +165,7 @@ contains
    !> Update the largest motions relative to the base, and the largest drift, of measured points.
    subroutine add_points(simulation, largest, rates)
       type(simulation_type), intent(in) :: simulation   !< between two steps
-      type(largest_type), intent(inout) :: largest(:)   !< [maxima] so far
+      type(largest_type), intent(inout) :: largest(:)   !< [maxima] largest values so far
       logical, intent(in) :: rates                      !< include velocities and accelerations
       real(wp) :: motion(2, 3), apart(2)
       integer :: i

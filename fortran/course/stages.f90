@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Stages of a run: static equilibrium, excavation, changes, dynamics, in the order of the input.
 !>
-!> A static stage is computed at once: its duration is zero, and its steps are not counted.  If the
-!> first stage is static, the energy budget begins after it, with the energy stored at that time;
-!> dissipation in later static stages has its own term.
+!> A static stage takes no time, and its steps are not counted.  If the first stage is static, the
+!> energy budget begins after this stage, with the stored energy; dissipation in later static stages
+!> has its own term.
 module dda_stages
    use dda_kinds, only: wp, long
    use dda_blocks, only: change_material, place_of, remove_block
@@ -39,7 +39,7 @@ module dda_stages
 
 contains
 
-   !> Start a run of a model and its stages up to the first dynamic stage.
+   !> Start a run of a model, with its stages up to the first dynamic stage.
    subroutine begin_simulation(simulation, model, error)
       type(simulation_type), intent(out) :: simulation  !< ready for its first step
       type(model_type), intent(in) :: model             !< model as read from the input
@@ -49,7 +49,7 @@ contains
       if (.not. allocated(error)) call begin_first_stage(simulation, error)
    end subroutine begin_simulation
 
-   !> Begin the first stage of a started simulation; if it is static, also the next dynamic one.
+   !> Begin the first stage of a started simulation and, if it is static, the next dynamic stage.
    subroutine begin_first_stage(simulation, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -65,7 +65,7 @@ contains
       call check_measured_joints(simulation, error)
    end subroutine begin_first_stage
 
-   !> Begin the stage after the present stage, for columns of free fields first.
+   !> Begin the next stage, first for the columns of free fields.
    recursive subroutine begin_next_stage(simulation, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -116,7 +116,7 @@ contains
    !> Reject supports that move after their record, because their blocks cannot reach equilibrium.
    subroutine refuse_moving_supports(simulation, error)
       type(simulation_type), intent(in) :: simulation  !< between two steps
-      type(error_type), allocatable, intent(out) :: error  !< names the motion
+      type(error_type), allocatable, intent(out) :: error  !< error with the name of the motion
       integer :: i, m
 
       associate (model => simulation%model)
@@ -137,14 +137,14 @@ contains
       end associate
    end subroutine refuse_moving_supports
 
-   !> Text on why a stage has not reached equilibrium, and what to do.
+   !> Text on the reason why a stage has not reached equilibrium, and what to do.
    pure function unsettled_stage_text(error) result(words)
-      type(error_type), intent(in) :: error  !< error of its static steps
+      type(error_type), intent(in) :: error  !< error of the static steps
       character(len=:), allocatable :: words
 
       words = ' does not settle: '//error%message
       if (error%kind == error_interrupted) words = ' was interrupted before equilibrium; '// &
-         'resume starts it again'
+         'resume starts the stage again'
    end function unsettled_stage_text
 
    !> .true. if the stage begins a motion or changes blocks, supports, materials or joints.
@@ -224,7 +224,7 @@ contains
    subroutine book(simulation, term, sign_of)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: term  !< term of the budget
-      real(wp), intent(in) :: sign_of  !< 1: a gain; −1: a loss
+      real(wp), intent(in) :: sign_of  !< 1: the term is a gain; −1: a loss
       type(energy_type) :: present
       real(wp) :: before
       integer, parameter :: state(*) = [energy_kinetic, energy_strain, energy_contact, &
@@ -237,7 +237,7 @@ contains
       call add_energy(simulation%energy, term, sign_of*(total_energy(simulation%energy) - before))
    end subroutine book
 
-   !> Start the motions that the stage names; motions of later stages wait.
+   !> Start the motions of a stage; motions of later stages do not start.
    subroutine begin_motions(simulation, s)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: s  !< stage
@@ -399,7 +399,7 @@ contains
       call accept_contacts(simulation%contacts(simulation%now), simulation%laws)
       broken = simulation%counters%broken - broken
       if (broken > 0) call add_doubt(simulation%doubts, 'bonds', to_text(broken)// &
-         ' broken in static steps; remaining points of a brittle joint may be too strong '// &
+         ' broken in static steps; remaining points of brittle joints may be too strong '// &
          '(contact_points = 5)')
       associate (energy => simulation%energy, stage => simulation%model%stages(simulation%stage))
          if (simulation%statics /= '') simulation%statics = simulation%statics//'; '
@@ -420,9 +420,9 @@ contains
       end associate
    end subroutine find_equilibrium
 
-   !> Text on the largest change of initial stress during a static stage.
+   !> Text on the largest change of the initial stress in a static stage.
    function stress_correction_text(simulation, before) result(words)
-      type(simulation_type), intent(in) :: simulation  !< in equilibrium
+      type(simulation_type), intent(in) :: simulation  !< simulation in equilibrium
       real(wp), intent(in) :: before(:,:)              !< [3,blocks] initial stress, Pa
       character(len=:), allocatable :: words
       real(wp) :: change(3, simulation%blocks%n)
@@ -434,12 +434,12 @@ contains
       most = maxloc(change)
       words = '; stress in situ corrected by at most '//short_text(change(most(1), most(2)))// &
          ' Pa, '//short_text(change(most(1), most(2))/maxval(abs(before)))// &
-         ' of the largest, in block '//block_name(simulation, most(2))
+         ' of the largest stress, in block '//block_name(simulation, most(2))
    end function stress_correction_text
 
-   !> Text on the largest movement in a static stage, and on that since the input.
+   !> Text on the largest movement in a static stage, and on the largest distance from the input.
    function static_movement_text(simulation, places) result(words)
-      type(simulation_type), intent(in) :: simulation  !< in equilibrium
+      type(simulation_type), intent(in) :: simulation  !< simulation in equilibrium
       real(wp), intent(in) :: places(:,:)             !< [2,blocks] centroids at the start, m
       character(len=:), allocatable :: words
       integer :: b
@@ -458,7 +458,7 @@ contains
          short_text(way)//' m from its position in the input'
    end function static_movement_text
 
-   !> Add the numerical losses of static steps to the term of static stages.
+   !> Move the numerical losses of static steps to the term of static stages.
    pure subroutine book_statics(energy, before)
       type(energy_type), intent(inout) :: energy  !< energy budget, J per metre
       type(energy_type), intent(in) :: before  !< budget at the beginning of the stage
@@ -471,7 +471,7 @@ contains
       energy%value(terms) = before%value(terms)
    end subroutine book_statics
 
-   !> Apply the changes of all stages up to the present one to a new model, for a checkpoint.
+   !> Apply the changes of all stages so far to a new model, for a run from a checkpoint.
    subroutine restore_stages(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer :: s, i

@@ -30,7 +30,7 @@ module dda_start
    private
    public :: start, set_rates
 
-   real(wp), parameter :: touching = 1.0e-12_wp  !< gap counted as zero, over half the model size
+   real(wp), parameter :: touching = 1.0e-12_wp  !< zero gap over half the model size
 
 contains
 
@@ -102,7 +102,7 @@ contains
    !> Allocate the optional variables of the lists of contacts.
    elemental subroutine allocate_list_variables(contacts, laws)
       type(contacts_type), intent(inout) :: contacts  !< empty list
-      type(laws_type), intent(in) :: laws             !< of the joints
+      type(laws_type), intent(in) :: laws             !< laws of the joints
 
       contacts%with_laws = .not. laws%plain
       contacts%begins = laws%columns%initial
@@ -130,7 +130,7 @@ contains
 
    !> Start the runs of the free-field columns.
    recursive subroutine start_columns(simulation, model, error)
-      type(simulation_type), intent(inout) :: simulation  !< just started
+      type(simulation_type), intent(inout) :: simulation  !< new run
       type(model_type), intent(in) :: model  !< model as read from the input
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: i
@@ -164,11 +164,11 @@ contains
       call move_alloc(across, simulation%detection%across)
    end subroutine skip_crossings
 
-   !> Set the velocities of all blocks; supports then prescribe theirs.  The kinetic energy belongs
-   !> to the initial state before the first step, later to the input.
+   !> Set the velocities of all blocks, which supports then correct.  The change of kinetic energy
+   !> is part of the initial state before the first step, and energy input later.
    subroutine set_rates(simulation, rates, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
-      real(wp), intent(in) :: rates(:,:)  !< [6,blocks] m/s, rad/s, 1/s
+      real(wp), intent(in) :: rates(:,:)  !< [6,blocks] velocities, m/s, rad/s, 1/s
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp) :: before
 

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> End of a run before its duration: displacement or tilt beyond a limit, fallen blocks, or static
-!> equilibrium.
+!> End of a run before its duration, due to displacement or tilt beyond a limit, fallen blocks, or
+!> static equilibrium.
 !>
 !> Movement is measured from the first frame of the output, in equilibrium if the first stage is
 !> static.  Equilibrium is judged by positions, not by velocities, because velocities of stiff modes
@@ -20,7 +20,7 @@ contains
 
    !> Allocate the positions from which movement is measured.
    pure subroutine prepare_stop_rule(simulation)
-      type(simulation_type), intent(inout) :: simulation  !< just started
+      type(simulation_type), intent(inout) :: simulation  !< new run
 
       simulation%stop%reason = ''
       if (.not. allocated(simulation%model%stop%watched)) return
@@ -72,11 +72,11 @@ contains
             far = norm2(moved(:2))
             if (settings%displacement > 0.0_wp .and. far > settings%displacement) then
                state%reason = 'block '//block_name(simulation, b)//' has moved by '// &
-                  to_text(far)//' m, displacement of &stop is '// &
+                  to_text(far)//' m; displacement of &stop is '// &
                   to_text(settings%displacement)//' m'
             else if (settings%tilt > 0.0_wp .and. abs(moved(3)) > settings%tilt) then
                state%reason = 'block '//block_name(simulation, b)//' has tilted by '// &
-                  to_text(to_degrees(abs(moved(3))))//'°, tilt of &stop is '// &
+                  to_text(to_degrees(abs(moved(3))))//'°; tilt of &stop is '// &
                   to_text(to_degrees(settings%tilt))//'°'
             end if
             if (far**2 > blocks%whole_area(b)) then
@@ -91,7 +91,7 @@ contains
       end associate
    end subroutine judge_movement
 
-   !> .true. if a block is counted: every block without cells, and the first cell of each body.
+   !> .true. if a block is counted: each block that is no cell, and the first cell of each body.
    pure logical function is_counted_block(body, b)
       integer, intent(in) :: body(:)  !< [blocks] body of a cell; 0: none
       integer, intent(in) :: b        !< number of the block
@@ -106,9 +106,9 @@ contains
       to_degrees = angle*180.0_wp/pi
    end function to_degrees
 
-   !> End the run if, in the last stage, no vertex has moved since the window began.
-   !> All motions must have ended, and all loads must be constant.  Movement is relative to the
-   !> supports if all of them continue at the same velocity after their records.
+   !> End the run if no vertex has moved in the time window, in the last stage, after the end of all
+   !> motions and changes of loads.  Movement is relative to the supports if they all continue at
+   !> the same velocity after their records.
    pure subroutine judge_rest(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       real(wp) :: moved(3), drifted(2)
@@ -165,7 +165,7 @@ contains
       end associate
    end function excitation_end
 
-   !> Time of the last change of a load that is linear between the given times, s.
+   !> Time of the last change of a load that is linear between given times, s.
    pure real(wp) function last_change(times, values, now)
       real(wp), intent(in) :: times(:)     !< s, ascending
       real(wp), intent(in) :: values(:,:)  !< [components,times]

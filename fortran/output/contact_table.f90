@@ -42,7 +42,7 @@ contains
       end select
    end subroutine copy_column
 
-   !> Table of the contacts of the last step; columns of laws that the model does not contain are 0.
+   !> Table of the contacts of the last step; columns of laws that the model lacks are 0.
    function contact_table(simulation) result(table)
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       real(wp), allocatable :: table(:,:)   !< [contacts, columns]

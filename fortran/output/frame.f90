@@ -77,10 +77,10 @@ contains
       end associate
    end subroutine append_variable
 
-   !> Append columns whose first two numbers are a position; the position becomes absolute.
+   !> Append columns whose first two values are a position, to which the origin is added.
    subroutine append_positions(journal, columns, origin, error)
       type(journal_type), intent(inout) :: journal  !< journal of the run
-      real(wp), intent(in) :: columns(:,:)  !< [≤ 6, columns] first two in m
+      real(wp), intent(in) :: columns(:,:)  !< [≤ 6, columns] values; first two: position, m
       real(wp), intent(in) :: origin(2)  !< origin of the positions, m
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp) :: part(6*at_once)

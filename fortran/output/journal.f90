@@ -2,8 +2,8 @@
 !> Journal: an append-only file, FILE.journal, with the samples and frames of a run so far.
 !>
 !> It contains the data of the output as rows of numbers in the order of the steps.  A checkpoint
-!> records the length and checksum of the journal; a resumed run cuts the journal to this length and
-!> continues.  While a run has the journal open, no other run can open it.
+!> has the length and checksum of the journal; a resumed run cuts the journal to this length and
+!> continues.  Only one run can open a journal at a time.
 module dda_journal
    use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc
    use, intrinsic :: iso_fortran_env, only: int8
@@ -32,13 +32,13 @@ module dda_journal
       integer(long) :: bytes = 0
       integer :: samples = 0, frames = 0
       integer :: contacts = 0       !< number of contacts in all frames
-      integer :: iterations = 0     !< largest number in a step since the last sample
+      integer :: iterations = 0     !< most iterations of a step since the last sample
    end type journal_type
 
    !> Journal that is being read, up to its known length.
    type :: reader_type
       type(byte_file_type) :: file
-      integer(long) :: left = 0     !< bytes
+      integer(long) :: left = 0     !< remaining bytes
    end type reader_type
 
 contains
@@ -51,9 +51,9 @@ contains
       name = output//'.journal'
    end function journal_name
 
-   !> Open the journal of an output; an error if another run has opened it.
+   !> Open the journal of an output; an error if it is open in another run.
    subroutine open_journal(journal, output, error)
-      type(journal_type), intent(out) :: journal  !< open and locked
+      type(journal_type), intent(out) :: journal  !< journal, open and locked
       character(len=*), intent(in) :: output  !< path of the output
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       logical :: locked
@@ -66,8 +66,8 @@ contains
       if (.not. locked) call close_file(journal%file, error)
    end subroutine open_journal
 
-   !> If the journal was removed during the run, restore it from the open file.
-   !> It is an error if another file has the name of the journal.
+   !> Restore the journal from the open file if its name was removed during the run.
+   !> Another file with this name is an error.
    subroutine keep_name(journal, error)
       type(journal_type), intent(inout) :: journal  !< journal of the run
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained

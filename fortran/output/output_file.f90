@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Output of a run: a netCDF-4 file that xarray can open.
 !>
-!> The file is always written completely from the journal, under a temporary name, and then renamed:
-!> at intervals during the run to FILE.partial, and to FILE when the run is complete.  Both can
+!> The file is always written completely from the journal under a temporary name, and then renamed:
+!> to FILE.partial at intervals during the run, to FILE when the run is complete.  Both files can
 !> therefore be opened at any time, and a run that is killed while writing does not damage them.
 module dda_output_file
    use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
@@ -44,12 +44,12 @@ module dda_output_file
    !> Output file that is being written.
    type :: output_type
       type(dataset_type) :: dataset
-      logical :: has(number_of_families)          !< families of variables in the model
+      logical :: has(number_of_families)          !< the model has a family of variables
       integer :: lengths(size(dimension_names))   !< lengths of dimensions
-      integer :: samples = 0                      !< samples written or buffered
-      integer :: waiting = 0                      !< samples buffered
-      integer :: frames = 0                       !< frames written
-      integer :: contacts = 0                     !< contact states written
+      integer :: samples = 0                      !< number of samples, written or buffered
+      integer :: waiting = 0                      !< number of buffered samples
+      integer :: frames = 0                       !< number of written frames
+      integer :: contacts = 0                     !< number of written contact states
       type(run_verdict_type) :: verdict
       real(wp), allocatable :: sample(:,:)        !< [values of a sample, buffered samples]
    end type output_type
@@ -100,7 +100,7 @@ contains
    end function bytes_for
 
    !> Upper bound on the memory of `write_output`, bytes.
-   !> It includes two frames, samples, copies of parts of both, and texts.
+   !> Included are two frames, samples, copies of parts of both, and texts.
    pure real(wp) function writing_memory(simulation) result(bytes)
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       integer, parameter :: word = storage_size(1.0_wp)/8  ! bytes of a number
@@ -128,7 +128,7 @@ contains
          call checked(dataset, nf90_create(path_of(dataset%file), ior(nf90_netcdf4, &
             nf90_clobber), dataset%id), 'create the file')
          if (.not. allocated(dataset%error)) then
-            ! All defined variables are written, unless there are no points.
+            ! Without points, some variables are not written.
             if (size(simulation%model%points) > 0) &
                call checked(dataset, nf90_set_fill(dataset%id, nf90_nofill, unused), 'set it up')
             call describe_run(dataset, simulation, merge('yes', 'no ', complete))
@@ -148,7 +148,7 @@ contains
 
    !> Define the variables that the model has, and their dimensions.
    subroutine define_file(output, journal)
-      type(output_type), intent(inout) :: output  !< open; retains the first error
+      type(output_type), intent(inout) :: output  !< open dataset; retains the first error
       type(journal_type), intent(in) :: journal  !< journal of the run
       integer :: lengths(size(dimension_names)), i
       logical :: is_used(0:size(dimension_names))
@@ -176,7 +176,7 @@ contains
 
    !> Define a variable with its attributes.
    subroutine define_output_variable(dataset, variable)
-      type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
+      type(dataset_type), intent(inout) :: dataset  !< open dataset; retains the first error
       type(output_variable_type), intent(in) :: variable  !< variable of the schema
       integer, parameter :: kinds(3) = [nf90_char, nf90_double, nf90_int]
       character(len=:), allocatable :: name
@@ -191,9 +191,9 @@ contains
       if (variable%kind == is_text) call describe_variable(dataset, name, '_Encoding', 'utf-8')
    end subroutine define_output_variable
 
-   !> Write attributes: all data needed to repeat the run, and its outcome.
+   !> Write attributes: the data needed to repeat the run, and its outcome.
    subroutine describe_run(dataset, simulation, complete)
-      type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
+      type(dataset_type), intent(inout) :: dataset  !< open dataset; retains the first error
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       character(len=*), intent(in) :: complete  !< 'yes' or 'no'
       character(len=:), allocatable :: audit
@@ -224,7 +224,7 @@ contains
 
    !> Write the verdict on the run as attributes, in words and numbers.
    subroutine describe_verdict(dataset, verdict)
-      type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
+      type(dataset_type), intent(inout) :: dataset  !< open dataset; retains the first error
       type(run_verdict_type), intent(in) :: verdict  !< verdict on all frames
       integer :: i
 
@@ -250,9 +250,9 @@ contains
       end do
    end function records_text
 
-   !> .true. if the output exists, is complete, and was computed from this input and its records.
+   !> .true. if the output is complete and was computed from this input and its records.
    logical function is_complete(file, model)
-      character(len=*), intent(in) :: file      !< output
+      character(len=*), intent(in) :: file      !< path of the output
       type(model_type), intent(in) :: model  !< model as read from the input
       type(dataset_type) :: dataset
 
@@ -270,7 +270,7 @@ contains
 
    !> Write values that do not depend on time.
    subroutine write_constants(dataset, simulation)
-      type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
+      type(dataset_type), intent(inout) :: dataset  !< open dataset; retains the first error
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       integer :: i
 
@@ -317,7 +317,7 @@ contains
 
    !> Write the largest values of the run up to the present time.
    subroutine put_maxima(dataset, simulation)
-      type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
+      type(dataset_type), intent(inout) :: dataset  !< open dataset; retains the first error
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       integer, parameter :: n = number_of_maxima
       real(wp) :: who(2, n, 2)
@@ -340,7 +340,7 @@ contains
 
    !> Write the network of water in joints.
    subroutine put_flow(dataset, model)
-      type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
+      type(dataset_type), intent(inout) :: dataset  !< open dataset; retains the first error
       type(model_type), intent(in) :: model  !< model with flow
       integer :: c
 
@@ -358,7 +358,7 @@ contains
 
    !> Write constants of the bolts.
    subroutine put_bolts(dataset, simulation)
-      type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
+      type(dataset_type), intent(inout) :: dataset  !< open dataset; retains the first error
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       integer :: i, k, at
 
@@ -384,7 +384,7 @@ contains
 
    !> Write names and edges of boundaries.
    subroutine put_boundaries(dataset, simulation)
-      type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
+      type(dataset_type), intent(inout) :: dataset  !< open dataset; retains the first error
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
 
       associate (edges => simulation%model%boundary_edges, &
@@ -400,7 +400,7 @@ contains
       end associate
    end subroutine put_boundaries
 
-   !> [blocks] Number of the stage that removes each block; 0: none.
+   !> [blocks] number of the stage that removes each block; 0: none.
    pure function removal_stage(stages, n) result(removal)
       type(stage_type), intent(in) :: stages(:)  !< stages of the model
       integer, intent(in) :: n                   !< number of blocks

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Checks before a run writes its output and the files beside it: the run may replace only files
-!> of earlier runs, and no file that it reads.
+!> Checks before a run writes its output and accompanying files: it may replace only files of
+!> earlier runs, and no file that the run reads.
 module dda_output_place
    use dda_errors, only: error_type, error_file, fail
    use dda_file_system, only: same_file, status_of, is_folder, folder_of
@@ -40,7 +40,7 @@ contains
       name = file//'.checkpoint'
    end function checkpoint_name
 
-   !> Return an error if an output cannot be written, before anything is written.
+   !> Return an error if an output cannot be written; nothing is written yet.
    subroutine check_target(model, resumes, error)
       type(model_type), intent(in) :: model  !< model with the path of its output
       logical, intent(in) :: resumes  !< the run resumes from checkpoints, checked later
@@ -56,8 +56,8 @@ contains
             call fail(error, error_file, file//': the folder '//folder_of(file)//' does not exist')
          else if (model%output%named_by_input .and. .not. is_below(file, model%file)) then
             call fail(error, error_file, 'the output '//quoted(file)//' that '//model%file// &
-               ' names lies outside the working folder and the folder of the input; if that is '// &
-               'intended, name it when the run is started: --output, or output= in Python')
+               ' names is outside the working folder and the folder of the input; if this is '// &
+               'intended, give the name when the run is started: --output, or output= in Python')
          end if
          if (any([(iachar(file(i:i)) < 32, i=1, len(file))]) .and. .not. allocated(error)) &
             call fail(error, error_file, 'the name of the output contains a control character')
@@ -110,7 +110,7 @@ contains
 
    contains
 
-      !> Return an error if the path to be written leads to a file that the run reads.
+      !> Return an error if the path to be written is a file that the run reads.
       subroutine refuse_read_file(file, words)
          character(len=*), intent(in) :: file, words  !< path of the file; words that name it
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Time histories, read from a complete or partial output.
+!> Reading of time histories from a complete or partial output.
 module dda_output_reader
    use dda_kinds, only: wp
    use dda_errors, only: error_type, error_file, error_input, fail
@@ -16,12 +16,12 @@ contains
 
    !> Read the time history of a variable.
    subroutine read_history(file, quantity, at, time, values, error)
-      character(len=*), intent(in) :: file      !< output
+      character(len=*), intent(in) :: file      !< path of the output
       character(len=*), intent(in) :: quantity  !< name of the variable in the output
       !> index in the other dimensions of the variable, from 1, such as axis and point; empty for
       !> variables without other dimensions, such as `energy_kinetic`
       integer, intent(in) :: at(:)
-      real(wp), allocatable, intent(out) :: time(:)    !< [samples] s
+      real(wp), allocatable, intent(out) :: time(:)    !< [samples] time, s
       real(wp), allocatable, intent(out) :: values(:)  !< [samples] values in the unit of the output
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(dataset_type) :: dataset
@@ -43,10 +43,10 @@ contains
 
    !> Read all samples of a variable at an index.
    subroutine read_series(dataset, name, at, values)
-      type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
+      type(dataset_type), intent(inout) :: dataset  !< open dataset; retains the first error
       character(len=*), intent(in) :: name          !< name of the variable
-      integer, intent(in) :: at(:)                  !< index in its other dimensions
-      real(wp), allocatable, intent(out) :: values(:)  !< [samples]
+      integer, intent(in) :: at(:)                  !< index in the other dimensions
+      real(wp), allocatable, intent(out) :: values(:)  !< [samples] values
       integer :: id, time, samples, n, dimensions(nf90_max_var_dims)
       logical :: has_history
 

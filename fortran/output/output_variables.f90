@@ -42,7 +42,7 @@ contains
       end associate
    end function families_of
 
-   !> Lengths of the dimensions; the lengths of samples, frames and contacts are 1, as in one row.
+   !> Lengths of the dimensions; samples, frames and contacts have the length 1, as in one row.
    pure function lengths_of(simulation) result(lengths)
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       integer :: lengths(size(dimension_names)), i
@@ -79,7 +79,7 @@ contains
       numbers_of = product(lengths(variable%dimensions(:count(variable%dimensions > 0))))
    end function numbers_of
 
-   !> .true. if a variable is written in each row of a kind.
+   !> .true. if a variable is written in each row of the kind `row`.
    elemental logical function is_in(variable, row, has)
       type(output_variable_type), intent(in) :: variable  !< variable of the schema
       integer, intent(in) :: row                          !< each_time, each_frame, each_contact

@@ -24,8 +24,8 @@ module dda_point_intensity
    type :: intensity_type
       real(wp) :: time = 0.0_wp         !< time of the last sample, s
       real(wp) :: velocity(2) = 0.0_wp  !< largest absolute values, m/s
-      type(shaking_type) :: raw(2)      !< unfiltered
-      type(shaking_type) :: low(2)      !< low-passed at the resolved frequency
+      type(shaking_type) :: raw(2)      !< shaking, unfiltered
+      type(shaking_type) :: low(2)      !< shaking, low-passed at the resolved frequency
       type(low_pass_type) :: filter(2)
    end type intensity_type
 

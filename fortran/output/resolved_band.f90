@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Resolved frequency: up to it, accelerations of measured points are motion of the ground, not
-!> ringing or impacts of contacts.  It is the frequency of the shortest wave that blocks or cells
-!> resolve, and at most a quarter of the sampling rate.
+!> Resolved frequency: at lower frequencies, accelerations of measured points are motion of the
+!> ground, not ringing or impacts of contacts.  It is the frequency of the shortest wave that blocks
+!> or cells resolve, and at most a quarter of the sampling rate.
 module dda_resolved_band
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, smaller_side
@@ -11,15 +11,15 @@ module dda_resolved_band
    private
    public :: resolved_frequency
 
-   real(wp), parameter :: least_wave = 8.0_wp      !< wave length over the side of a block
+   real(wp), parameter :: least_wave = 8.0_wp      !< least wavelength over the side of a block
    real(wp), parameter :: sampling_share = 0.25_wp !< fraction of the sampling rate
 
 contains
 
-   !> Resolved frequency, Hz.  Blocks on rigid supports are omitted, since no wave travels in them.
+   !> Resolved frequency, Hz.  Blocks on rigid supports are omitted, because they transmit no waves.
    pure real(wp) function resolved_frequency(model, blocks) result(frequency)
       type(model_type), intent(in) :: model    !< model of the run
-      type(blocks_type), intent(in) :: blocks  !< blocks of the run, in any state
+      type(blocks_type), intent(in) :: blocks  !< blocks of the run
       logical :: held(blocks%n)
       real(wp) :: d(3, 3)
       integer :: b

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Upper bound of movements that are attributed to rounding; it depends on loads and motions.
+!> Upper bound of movements due to rounding, which depends on loads and motions.
 module dda_rest_bound
    use dda_kinds, only: wp
    use dda_model, only: model_type, half_size
@@ -8,7 +8,7 @@ module dda_rest_bound
    private
    public :: is_at_rest
 
-   !> movement by rounding and tolerance of equilibrium, measured without loads, over the model size
+   !> movement due to rounding and tolerance of equilibrium (measured without loads) over model size
    real(wp), parameter :: rest_share = 1.0e-9_wp
    real(wp), parameter :: rounding_share = 100*epsilon(1.0_wp)  !< rounding over model size
    real(wp), parameter :: drive_share = 1.0e-9_wp               !< fraction of the prescribed motion

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Verdict on a run: its events in words and numbers, from the largest values of the run and, for
-!> measured points and joints, from the samples.
+!> Verdict on a run: its events in words and numbers, from the largest values of the run and from
+!> the samples of measured points and joints.
 module dda_run_verdict
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use dda_kinds, only: wp
@@ -26,16 +26,16 @@ module dda_run_verdict
    public :: run_verdict_type, new_verdict, add_samples, add_joint_samples, &
       judge_movement, conclude
 
-   real(wp), parameter :: rounding = 1.0e-9_wp   !< over the largest displacement or value
-   real(wp), parameter :: shown_beside = 0.01_wp !< smaller over larger value, to show both
+   real(wp), parameter :: rounding = 1.0e-9_wp   !< rounding error over the largest value
+   real(wp), parameter :: shown_beside = 0.01_wp !< least ratio of two values that are both shown
    character(len=1), parameter :: axes(2) = ['x', 'y']
-   real(wp), parameter :: much_above = 0.05_wp  !< reported fraction of Arias intensity
+   real(wp), parameter :: much_above = 0.05_wp  !< least reported fraction of Arias intensity
 
    !> Verdict that is being computed.
    type, extends(verdict_lines_type) :: run_verdict_type
       real(wp) :: frequency = 0.0_wp         !< frequency below which accelerations are reported, Hz
       type(intensity_type), allocatable :: shaken(:)   !< [measured points]
-      real(wp), allocatable :: joints(:,:)             !< [measured joints, columns] last sample
+      real(wp), allocatable :: joints(:,:)  !< [measured joints, columns] values of the last sample
       real(wp), allocatable :: joints_most(:,:)        !< [joints, columns] largest absolute value
    end type run_verdict_type
 
@@ -54,8 +54,8 @@ contains
          verdict%joints_most(joints, columns_of(in_measured_joints)), source=0.0_wp)
    end function new_verdict
 
-   !> Add samples in the order of the run.  The outer loop is over points, so the oscillators of a
-   !> point remain in the cache.
+   !> Add samples in the order of the run.  The outer loop is over points, which keeps the
+   !> oscillators of a point in the cache.
    pure subroutine add_samples(verdict, time, velocity, acceleration)
       type(run_verdict_type), intent(inout) :: verdict   !< verdict of the samples so far
       real(wp), intent(in) :: time(:)                    !< [samples] s
@@ -128,8 +128,8 @@ contains
       if (words /= '') call add_doubt(verdict%doubts, 'energy', words)
    end subroutine judge_movement
 
-   !> Warnings of the check before the run, without those that the run has made irrelevant: ringing
-   !> if there was no motion, and the first mode if there was none or many joints have opened.
+   !> Warnings of the check before the run that are still relevant: not ringing if there was no
+   !> motion, and not the first mode if there was no motion or many joints have opened.
    pure function remaining_doubts(simulation) result(standing)
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       type(doubt_type), allocatable :: standing(:)
@@ -234,8 +234,7 @@ contains
    end function is_without_movement
 
    !> Add the largest values that exceed rounding to the table.  Accelerations of blocks and
-   !> velocities at the end are dominated by ringing and impacts: they are stored as numbers, but
-   !> the table does not contain them.
+   !> velocities at the end are stored only as numbers, because ringing and impacts dominate them.
    subroutine tabulate_maxima(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< figures are added
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
@@ -289,7 +288,7 @@ contains
       share = sqrt(energies(1)/energies(2))
       call add_value(verdict, key, share)
       call add_figure(verdict, 'error of stresses', [character(len=len(key)) :: '', key], &
-         [0.0_wp, share], '1', 'of bodies, energy norm, by jumps at faces')
+         [0.0_wp, share], '1', 'of bodies, in the energy norm, from jumps at faces')
    end subroutine add_bodies
 
    !> Add a maximum to the table.
@@ -297,7 +296,7 @@ contains
       type(run_verdict_type), intent(inout) :: verdict   !< a figure is added
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       integer, intent(in) :: k                           !< position in the list of maxima
-      logical, intent(in) :: ends                        !< the value at the end is added too
+      logical, intent(in) :: ends                        !< add the value at the end, too
       character(len=32) :: keys(2)
       character(len=:), allocatable :: place
 
@@ -360,14 +359,13 @@ contains
       end if
    end function owner_names
 
-   !> Add the intensity of shaking of a measured point: numbers and table lines.
-   !> Numbers are for all and for resolved frequencies; table lines for resolved frequencies only,
-   !> along the axis with the larger value.
+   !> Add the intensity of shaking of a measured point: numbers for all frequencies and for resolved
+   !> frequencies; table lines for resolved frequencies, along the axis with the larger value.
    subroutine judge_point(verdict, simulation, i, told)
       type(run_verdict_type), intent(inout) :: verdict   !< verdict of all samples
       type(simulation_type), intent(in) :: simulation  !< simulation at the time of the last sample
       integer, intent(in) :: i                           !< number of the point
-      logical, intent(in) :: told                        !< table lines are added
+      logical, intent(in) :: told                        !< add table lines
       character(len=:), allocatable :: name
       real(wp) :: sa(2), period(2), low(2), above
 
@@ -389,7 +387,8 @@ contains
 
    contains
 
-      !> Add a result along both axes, and its table line: the larger value, then the smaller one.
+      !> Add a result along both axes, and a table line with the larger value and then the smaller
+      !> one.
       subroutine add_point(title, key, values, units, words)
          character(len=*), intent(in) :: title, key, units, words
          real(wp), intent(in) :: values(2)
@@ -424,7 +423,7 @@ contains
       call add_value(verdict, 'pga_below_50_hz_m_s2['//name//']', &
          maxval(low_passed_peak(raw%spectrum)))
       call add_value(verdict, 'arias_m_s['//name//']', maxval(arias_intensity(raw)))
-      if (.not. maxval(sa) > 0.0_wp) return  ! the time steps are too long for a spectrum
+      if (.not. maxval(sa) > 0.0_wp) return  ! too long time steps for a spectrum
       call add_value(verdict, 'sa_m_s2['//name//']', maxval(sa))
       call add_value(verdict, 'sa_period_s['//name//']', period(maxloc(sa, 1)))
    end subroutine add_unfiltered
@@ -451,14 +450,14 @@ contains
       end do
    end subroutine judge_joints
 
-   !> Add a variable of a measured joint: its last value and, for lengths, its largest value.
-   !> Values below `least` are 0.  Components of forces are not added.
+   !> Add a variable of a measured joint, except components of forces: the last value and, for
+   !> lengths, the largest value.  Values below `least` are 0.
    subroutine judge_joint(verdict, variable, joint, most_and_last, least)
       type(run_verdict_type), intent(inout) :: verdict       !< figures and values are added
       type(output_variable_type), intent(in) :: variable     !< variable of the joint
       character(len=*), intent(in) :: joint                  !< name of the joint
       real(wp), intent(in) :: most_and_last(2)  !< largest absolute value, last value; NaN: none
-      real(wp), intent(in) :: least             !< smallest value above rounding
+      real(wp), intent(in) :: least             !< least value above rounding errors
       character(len=160) :: key(2)
       real(wp) :: values(2)
       integer :: k
@@ -483,7 +482,7 @@ contains
 
       text = ''
       if (share > much_above) text = '; '//to_text(nint(100*share))// &
-         ' % more at higher frequencies, of contacts that ring or hit'
+         ' % more at higher frequencies, due to ringing or impacts'
    end function high_frequency_text
 
    !> Name of a measured point or joint without forbidden characters, or its number.

@@ -16,18 +16,18 @@ module dda_sample
    private
    public :: take_sample
 
-   integer, parameter :: energies = columns_of(in_run)           !< numbers before the energies
-   integer, parameter :: maxima = energies + size(energy_terms)  !< numbers before the maxima
-   integer, parameter :: base = maxima + number_of_maxima        !< numbers before the base motion
-   integer, parameter :: head = base + 2                         !< numbers before the points
+   integer, parameter :: energies = columns_of(in_run)  !< number of values before the energies
+   integer, parameter :: maxima = energies + size(energy_terms)  !< values before the maxima
+   integer, parameter :: base = maxima + number_of_maxima        !< values before the base motion
+   integer, parameter :: head = base + 2                         !< values before the points
 
 contains
 
    !> Collect a sample, variable by variable, in the order of the schema.
    subroutine take_sample(simulation, iterations, sample)
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
-      integer, intent(in) :: iterations  !< largest number per step since the last sample
-      real(wp), intent(out) :: sample(:)  !< [`size_of_sample`]
+      integer, intent(in) :: iterations  !< most iterations of a step since the last sample
+      real(wp), intent(out) :: sample(:)  !< [`size_of_sample`] values
       real(wp) :: motion(2, 3), through(2, size(simulation%model%boundary_motions), &
          columns_of(in_boundary_motions)), joint(columns_of(in_measured_joints))
       integer :: i, kind, at
@@ -70,8 +70,8 @@ contains
    !> Collect the values of water in joints.
    subroutine collect_flow(simulation, sample, at)
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
-      real(wp), intent(inout) :: sample(:)  !< [`size_of_sample`]
-      integer, intent(inout) :: at          !< numbers before these values, then after them
+      real(wp), intent(inout) :: sample(:)  !< [`size_of_sample`] values
+      integer, intent(inout) :: at          !< position before these values; on return, after them
       real(wp) :: nodes(node_columns, size(simulation%model%flow%pressure)), &
          channels(channel_columns, size(simulation%model%flow%channel))
 

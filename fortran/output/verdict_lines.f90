@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Parts of a verdict: a sentence on the events, a table of results, warnings, and named numbers;
-!> formatted as attributes of an output and for a screen.
+!> Parts of a verdict (a sentence on the events, a table of results, warnings, named numbers), and
+!> their text for attributes of an output and for a screen.
 module dda_verdict_lines
    use dda_kinds, only: wp, pi
    use dda_doubts, only: doubt_type, doubt_text
@@ -11,19 +11,19 @@ module dda_verdict_lines
       doubt_lines, screen_text, value_text, died_out, check_says_more, no_bars
 
    character(len=*), parameter :: check_says_more = 'what to change: sitedda check FILE.nml', &
-      no_bars = 'these figures have no error bars: sitedda accuracy FILE.nml gives them'
+      no_bars = 'these figures have no error bars: sitedda accuracy FILE.nml computes them'
 
    integer, parameter :: columns(3) = [20, 34, 48]  !< positions of the table columns
-   !> Ratio of final to largest value below which the final value counts as zero.
+   !> ratio of final to largest value below which the final value counts as zero
    real(wp), parameter :: died_out = 1.0e-5_wp
 
-   !> Number of the verdict.
+   !> Named number of a verdict.
    type :: verdict_value_type
       character(len=:), allocatable :: name  !< name that ends with the unit
       real(wp) :: value = 0.0_wp
    end type verdict_value_type
 
-   !> Name of a number of the verdict.
+   !> Name of a number of a verdict.
    type :: key_type
       character(len=:), allocatable :: name
    end type key_type
@@ -31,7 +31,7 @@ module dda_verdict_lines
    !> Line of the table of results.
    type :: figure_type
       character(len=:), allocatable :: name        !< displayed name
-      type(key_type) :: key(2)                 !< names of its numbers: largest, final; or blank
+      type(key_type) :: key(2)  !< names of the largest and the final number, or blank
       character(len=:), allocatable :: shown       !< displayed unit
       character(len=:), allocatable :: place       !< position and time of the largest value
       real(wp) :: value(2) = 0.0_wp                !< values in the displayed unit
@@ -52,7 +52,7 @@ module dda_verdict_lines
       real(wp) :: from, scale
    end type unit_type
 
-   !> Of several displayed units for a unit, the first whose `from` the value reaches is used.
+   !> The first displayed unit whose `from` does not exceed the value is used.
    type(unit_type), parameter :: readers(*) = [ &
       unit_type('m', 'm', 1.0_wp, 1.0_wp), unit_type('m', 'mm', 1.0e-3_wp, 1.0e3_wp), &
       unit_type('m', 'µm', 1.0e-6_wp, 1.0e6_wp), unit_type('m', 'nm', 0.0_wp, 1.0e9_wp), &
@@ -85,7 +85,7 @@ contains
    pure subroutine add_figure(lines, name, keys, value, units, place)
       class(verdict_lines_type), intent(inout) :: lines  !< verdict that is being computed
       character(len=*), intent(in) :: name               !< displayed name
-      character(len=*), intent(in) :: keys(2)            !< names of its numbers, see `figure_type`
+      character(len=*), intent(in) :: keys(2)            !< names of the numbers, see `figure_type`
       real(wp), intent(in) :: value(2)                   !< value; ignored for a blank key
       character(len=*), intent(in) :: units              !< unit of the values
       character(len=*), intent(in) :: place              !< position and time of the largest value
@@ -175,7 +175,7 @@ contains
       text = text(:len(text) - 1)
    end function screen_text
 
-   !> Warnings for a screen: either the warnings of the check of the model, or all others.
+   !> Warnings for a screen, either of the check or of the run.
    pure function screen_doubts(doubts, of_check) result(text)
       type(doubt_type), intent(in) :: doubts(:)  !< all warnings
       logical, intent(in) :: of_check            !< select warnings of the check

@@ -127,7 +127,7 @@ def test_a_slope_stays_after_its_stress_is_corrected():
     with sitedda.Simulation(model) as run:
         run.advance()
         assert movement(run) < 1e-6 * 25
-        assert "of the largest, in block" in run.summary
+        assert "of the largest stress, in block" in run.summary
 
 
 def test_an_excavated_tunnel_closes_as_kirsch_says():

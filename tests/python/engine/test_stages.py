@@ -178,7 +178,7 @@ def test_a_static_stage_fails_when_a_block_has_moved_too_far(write_input):
         with sitedda.Simulation(write_input([*groups, ("stage", stage)])) as run:
             return run.coordinates
 
-    words = "block .* has moved by .* m, displacement of &stage is {} m; .*joint"
+    words = "block .* has moved by .* m; displacement of &stage is {} m; .*joint"
     with pytest.raises(sitedda.ConvergenceError, match=words.format("0.05")):
         rest(20.0, displacement=0.05)
     free = rest(38.0)

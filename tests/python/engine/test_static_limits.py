@@ -178,7 +178,7 @@ def test_a_block_that_does_not_rest_without_slip_is_said_with_its_joint(write_in
               bricks=6, courses=8),
         group("boundary", kind="fixed", side="bottom", blocks="base*"),
     ]  # fmt: skip
-    words = "no contact slides; the largest contact force on it is .* N/m on joint 'rough'"
+    words = "no contact slides; largest contact force on the block .* N/m on joint 'rough'"
     with pytest.raises(sitedda.ConvergenceError, match=words):
         sitedda.run(write_input(groups), output=False)
 
