@@ -61,7 +61,8 @@ def test_mechanisms_that_the_time_step_does_not_admit_are_refused(write_input):
 
 def test_a_band_above_all_mechanisms_is_refused(write_input):
     groups = changed(damped(damping_ratio=0.05), "control", time_step=10.0, integration="dda")
-    with pytest.raises(sitedda.InputError, match="permits mechanisms only up to .* smaller time_step"):
+    message = "permits mechanisms only up to .* smaller time_step"
+    with pytest.raises(sitedda.InputError, match=message):
         sitedda.Simulation(write_input(groups))
 
 
