@@ -26,6 +26,7 @@ _HOMES = {
         "quantities": "measure",
         "page": "report_page write_report",
         "table": "collect counts",
+        "umbridge": "serve_umbridge",
         "workers": "Workers",
     }.items()
     for name in names.split()
