@@ -152,7 +152,7 @@ contains
    !> Serialise a number that must lie within limits.
    subroutine serialise_number(archive, value, lowest, highest)
       type(archive_type), intent(inout) :: archive  !< archive that is written or read
-      integer, intent(inout) :: value  !< archive that is written or read
+      integer, intent(inout) :: value  !< value, written or read
       integer, intent(in) :: lowest, highest  !< limits, included
 
       call serialise_integers(archive, value)
@@ -164,7 +164,7 @@ contains
    !> Serialise a size; on reading, at least as many bytes must remain.
    subroutine serialise_count(archive, count)
       type(archive_type), intent(inout) :: archive  !< archive that is written or read
-      integer, intent(inout) :: count  !< archive that is written or read
+      integer, intent(inout) :: count  !< count, written or read
       integer(long) :: limit
 
       limit = huge(count)
@@ -231,7 +231,7 @@ contains
    !> Serialise a text; on reading, it has the length that was written.
    subroutine serialise_text(archive, text)
       type(archive_type), intent(inout) :: archive  !< archive that is written or read
-      character(len=:), allocatable, intent(inout) :: text  !< archive that is written or read
+      character(len=:), allocatable, intent(inout) :: text  !< text, written or read
       character(len=:), allocatable, target :: buffer
       integer :: length
 
@@ -246,7 +246,7 @@ contains
    !> Serialise integers that must lie within limits, such as indices.
    subroutine serialise_list(archive, values, lowest, highest)
       type(archive_type), intent(inout) :: archive  !< archive that is written or read
-      integer, contiguous, intent(inout) :: values(:)  !< archive that is written or read
+      integer, contiguous, intent(inout) :: values(:)  !< values, written or read
       integer, intent(in) :: lowest, highest  !< limits, included
 
       call serialise_integers(archive, values)

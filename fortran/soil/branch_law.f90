@@ -1,17 +1,17 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Stress, tangent and energies of branches (`dda_branches`) in a step of the midpoint rule, in
-!> simple shear; everything relative to the small-strain modulus G.
+!> simple shear; all values are divided by the small-strain modulus G.
 !>
-!> A slipping branch returns to its cap at the end of the step, e₁ = clip(e₀ + Δγ, ±γ_j), and acts
-!> with the mean of both ends; a recoverable one acts with its mean over the step, (1/Δγ) ∫ clip dγ.
-!> So a step dissipates
+!> A slipping branch returns to its cap at the end of the step, e₁ = clip(e₀ + Δγ, ±γ_j), and its
+!> stress in the step is the mean of both ends; the stress of a recoverable branch is its mean over
+!> the step, (1/Δγ) ∫ clip dγ.  A step therefore dissipates
 !>
 !>     Σ F_j g_j ½ (e₀ + e₁) (Δγ − Δe) ≥ 0
 !>
-!> and stores the rest, exactly; the stress is the derivative of a convex function of Δγ.
+!> and stores the rest of the work exactly; the stress is the derivative of a convex function of Δγ.
 !>
 !> The Maxwell body for small strains, σ = r Σ (Y_l e − ζ_l) with the mechanisms of `dda_damping`,
-!> receives the part Δe of Δγ that limits |σ₁| to its cap, and acts with the mean of both ends, too.
+!> receives the part Δe of Δγ that limits |σ₁| to its cap; its stress is the mean of both ends, too.
 module dda_branch_law
    use dda_kinds, only: wp
    use dda_branches, only: branches_type
@@ -32,7 +32,7 @@ contains
 
    !> Compute the response of branches.
    pure type(response_type) function respond(branches, elastic, strain, change) result(response)
-      type(branches_type), intent(in) :: branches  !< fitted
+      type(branches_type), intent(in) :: branches  !< fitted branches
       real(wp), intent(in) :: elastic(:)  !< [n] e₀ of slipping branches
       real(wp), intent(in) :: strain      !< γ₀
       real(wp), intent(in) :: change      !< Δγ
@@ -43,10 +43,10 @@ contains
 
    !> Add the slipping parts of the branches.
    pure subroutine add_slipping(branches, elastic, change, response)
-      type(branches_type), intent(in) :: branches  !< fitted
+      type(branches_type), intent(in) :: branches  !< fitted branches
       real(wp), intent(in) :: elastic(:)           !< [n] e₀
       real(wp), intent(in) :: change               !< Δγ
-      type(response_type), intent(inout) :: response   !< gets it
+      type(response_type), intent(inout) :: response   !< response, extended
       real(wp) :: after, mean, modulus
       integer :: j
 
@@ -64,10 +64,10 @@ contains
 
    !> Add the recoverable parts of the branches.
    pure subroutine add_recoverable(branches, strain, change, response)
-      type(branches_type), intent(in) :: branches  !< fitted
+      type(branches_type), intent(in) :: branches  !< fitted branches
       real(wp), intent(in) :: strain               !< γ₀
       real(wp), intent(in) :: change               !< Δγ
-      type(response_type), intent(inout) :: response   !< gets it
+      type(response_type), intent(inout) :: response   !< response, extended
       real(wp) :: mean, modulus
       integer :: j
 
@@ -86,7 +86,7 @@ contains
 
    !> Update e₁ of the slipping branches.
    pure subroutine keep_branches(branches, change, elastic)
-      type(branches_type), intent(in) :: branches  !< fitted
+      type(branches_type), intent(in) :: branches  !< fitted branches
       real(wp), intent(in) :: change               !< Δγ
       real(wp), intent(inout) :: elastic(:)        !< [n] e₀, becomes e₁
 
@@ -95,7 +95,7 @@ contains
 
    !> Energy stored by branches, J/m³ over G.
    pure real(wp) function stored_by_branches(branches, elastic, strain) result(energy)
-      type(branches_type), intent(in) :: branches  !< fitted
+      type(branches_type), intent(in) :: branches  !< fitted branches
       real(wp), intent(in) :: elastic(:)           !< [n] e of slipping branches
       real(wp), intent(in) :: strain               !< γ
       real(wp) :: within
@@ -113,12 +113,12 @@ contains
 
    !> Compute the response of the small-strain body, and its part of the strain change.
    pure subroutine respond_body(branches, memory, strain, change, time_step, response, taken)
-      type(branches_type), intent(in) :: branches  !< fitted
+      type(branches_type), intent(in) :: branches  !< fitted branches
       real(wp), intent(in) :: memory(:)            !< [mechanisms] ζ
       real(wp), intent(in) :: strain               !< e₀
       real(wp), intent(in) :: change               !< Δγ
       real(wp), intent(in) :: time_step            !< Δt, s
-      type(response_type), intent(out) :: response     !< of the body
+      type(response_type), intent(out) :: response     !< response of the body
       real(wp), intent(out) :: taken               !< Δe
       real(wp) :: before, relaxing, stiffness, weight, h
       integer :: l
@@ -149,7 +149,7 @@ contains
 
    !> Advance the mechanisms of the body to the end of a step; return their loss, J/m³ over G.
    pure subroutine keep_body(branches, strain, taken, time_step, memory, loss)
-      type(branches_type), intent(in) :: branches  !< fitted
+      type(branches_type), intent(in) :: branches  !< fitted branches
       real(wp), intent(in) :: strain               !< e₀
       real(wp), intent(in) :: taken                !< Δe
       real(wp), intent(in) :: time_step            !< Δt, s
@@ -172,7 +172,7 @@ contains
 
    !> Energy stored by the springs of the body, J/m³ over G.
    pure real(wp) function stored_by_body(branches, memory, strain) result(energy)
-      type(branches_type), intent(in) :: branches  !< fitted
+      type(branches_type), intent(in) :: branches  !< fitted branches
       real(wp), intent(in) :: memory(:)            !< [mechanisms] ζ
       real(wp), intent(in) :: strain               !< e
 
@@ -182,9 +182,9 @@ contains
       end associate
    end function stored_by_body
 
-   !> A strain clipped to its limit.
+   !> A strain, or its limit if the strain exceeds this limit.
    elemental real(wp) function clip(strain, limit)
-      real(wp), intent(in) :: strain, limit  !< any; ≥ 0
+      real(wp), intent(in) :: strain, limit  !< strain; limit ≥ 0
 
       clip = max(-limit, min(limit, strain))
    end function clip
@@ -208,10 +208,10 @@ contains
       end if
    end function mean_of_clip
 
-   !> Derivative of that mean with respect to Δγ: (clip(γ₁) − mean)/Δγ, in the limit half the slope.
+   !> Derivative of `mean_of_clip` by Δγ: (clip(γ₁) − mean)/Δγ; half the slope as Δγ tends to 0.
    elemental real(wp) function recoverable_tangent(strain, change, limit, mean) result(tangent)
       real(wp), intent(in) :: strain, change, limit  !< γ₀, Δγ, cap of γ
-      real(wp), intent(in) :: mean                   !< of the step
+      real(wp), intent(in) :: mean                   !< mean over the step
 
       if (abs(strain) <= limit .and. abs(strain + change) <= limit) then
          tangent = 0.5_wp

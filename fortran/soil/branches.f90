@@ -17,9 +17,9 @@
 !>     D(γ) = [Σ F_j 2 g_j γ_j (γ − γ_j)⁺ + π D_min min(γ, γ_b)² + 2 y (γ − γ_b)⁺] / (π γ² G_s/G) .
 !>
 !> Least squares fit relative errors of the modulus and errors of the damping ratio.  The unknowns
-!> are slipping parts, F_j g_j ≥ 0, and recoverable parts, (1 − F_j) g_j ≥ 0; weights are repeated
-!> until the largest error of the damping ratio is small [Lawson, 1961].  F_j = 1 everywhere is
-!> Masing's rules.
+!> are slipping parts, F_j g_j ≥ 0, and recoverable parts, (1 − F_j) g_j ≥ 0; the fit is
+!> repeated with new weights until the largest error of the damping ratio is small [Lawson, 1961].
+!> Masing's rules are the case F_j = 1 for all branches.
 module dda_branches
    use dda_kinds, only: wp, pi
    use dda_damping, only: damping_type, fit_body
@@ -36,11 +36,11 @@ module dda_branches
    real(wp), parameter :: sum_weight = 1.0e3_wp     !< weight of Σ g_j + g_b = 1 relative to errors
    real(wp), parameter :: loop_weight = 3.0_wp  !< weight of errors of D relative to those of G_s
    real(wp), parameter :: small_misfit = 2.0e-3_wp  !< misfit of D below which weights are constant
-   integer, parameter :: most_fits = 8              !< with new weights
-   real(wp), parameter :: least_weight = 0.05_wp    !< smallest factor of a weight, for zero error
+   integer, parameter :: most_fits = 8              !< largest number of fits with new weights
+   real(wp), parameter :: least_weight = 0.05_wp  !< smallest factor of a weight, used at zero error
    real(wp), parameter :: first_reduction = 0.998_wp !< G_s/G at which branches begin
    real(wp), parameter :: body_reduction = 0.8_wp    !< G_s/G at which the body begins to slip
-   real(wp), parameter :: least_strain = 1.0e-7_wp  !< of a branch
+   real(wp), parameter :: least_strain = 1.0e-7_wp  !< smallest γ_j
    real(wp), parameter :: misfit_range(2) = [1.0e-5_wp, 1.0e-2_wp] !< strains of the misfits
 
    !> Curves of a soil over the shear strain, linear in the logarithm of the strain.
@@ -66,12 +66,12 @@ contains
 
    !> Fit branches to the curves of a soil.
    subroutine fit_branches(curve, n, masing, damping, limit, branches, error)
-      type(curve_type), intent(in) :: curve  !< two strains at least
-      integer, intent(in) :: n               !< branches, 2 at least
+      type(curve_type), intent(in) :: curve  !< curve of the soil, with at least two strains
+      integer, intent(in) :: n               !< number of branches, at least 2
       logical, intent(in) :: masing  !< damping by Masing's rules instead of the curve
       type(damping_type), intent(in) :: damping  !< small-strain damping, not fitted
       real(wp), intent(in) :: limit          !< largest ω_l that the time steps admit, rad/s
-      type(branches_type), intent(out) :: branches  !< fitted
+      type(branches_type), intent(out) :: branches  !< fitted branches
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       if (n < 2 .or. n > 200) call fail(error, error_input, 'branches must be from 2 to 200')
@@ -91,9 +91,9 @@ contains
       call find_misfits(branches, curve, masing)
    end subroutine fit_branches
 
-   !> Set the viscoelastic body of a damping ratio, which slips beyond a strain.
+   !> Set the viscoelastic body that has a given damping ratio and slips beyond a strain.
    subroutine set_body(branches, damping, limit, strain, error)
-      type(branches_type), intent(inout) :: branches  !< gets it
+      type(branches_type), intent(inout) :: branches  !< receives the body
       type(damping_type), intent(in) :: damping  !< damping with ratio D_min, not fitted; 0: none
       real(wp), intent(in) :: limit      !< largest ω_l that the time steps admit, rad/s
       real(wp), intent(in) :: strain     !< γ_b
@@ -107,16 +107,16 @@ contains
          *hypot(1.0_wp - relaxed_modulus(branches%body), 2.0_wp*damping%ratio)
    end subroutine set_body
 
-   !> Long-term modulus of a body relative to the given one: 1 − g_b.
+   !> Long-term modulus of a body relative to G: 1 − g_b.
    pure real(wp) function relaxed_modulus(body)
-      type(damping_type), intent(in) :: body  !< fitted, or none
+      type(damping_type), intent(in) :: body  !< fitted body, or no body
 
       relaxed_modulus = body%unrelaxed*(1.0_wp - sum(body%weight(:body%n)))
    end function relaxed_modulus
 
    !> Secant modulus ratio G_s/G at strains.
    pure function secant_ratio(branches, strain) result(ratio)
-      type(branches_type), intent(in) :: branches  !< fitted
+      type(branches_type), intent(in) :: branches  !< fitted branches
       real(wp), intent(in) :: strain(:)            !< above 0
       real(wp) :: ratio(size(strain))
       integer :: i
@@ -129,7 +129,7 @@ contains
 
    !> Contribution of the body to G_s/G.
    elemental real(wp) function body_ratio(branches, strain)
-      type(branches_type), intent(in) :: branches  !< with their body
+      type(branches_type), intent(in) :: branches  !< branches and body
       real(wp), intent(in) :: strain               !< above 0
 
       body_ratio = (1.0_wp - relaxed_modulus(branches%body)) &
@@ -138,7 +138,7 @@ contains
 
    !> Damping ratio of closed loops between ± the strains.
    pure function loop_damping(branches, strain) result(ratio)
-      type(branches_type), intent(in) :: branches  !< fitted
+      type(branches_type), intent(in) :: branches  !< fitted branches
       real(wp), intent(in) :: strain(:)            !< above 0
       real(wp) :: ratio(size(strain)), reduction(size(strain))
 
@@ -149,7 +149,7 @@ contains
 
    !> Contribution of the body to the damping ratio.
    elemental real(wp) function body_loops(branches, strain, reduction) result(ratio)
-      type(branches_type), intent(in) :: branches  !< with their body
+      type(branches_type), intent(in) :: branches  !< branches and body
       real(wp), intent(in) :: strain               !< above 0
       real(wp), intent(in) :: reduction            !< G_s/G
 
@@ -160,9 +160,9 @@ contains
       ratio = ratio/(strain**2*reduction)
    end function body_loops
 
-   !> Damping ratio at strains of each branch, if it had the modulus G and slipped.
+   !> Damping ratio at given strains that each branch would add if it had the modulus G and slipped.
    pure function branch_damping(branches, strain, reduction) result(ratio)
-      type(branches_type), intent(in) :: branches  !< with γ_j
+      type(branches_type), intent(in) :: branches  !< branches; γ_j are set
       real(wp), intent(in) :: strain(:)            !< above 0
       real(wp), intent(in) :: reduction(:)         !< G_s/G of the soil at these strains
       real(wp) :: ratio(size(strain), branches%n)
@@ -178,7 +178,7 @@ contains
    !> Fit g_j to the secant moduli only; all branches slip.
    subroutine fit_moduli(branches, curve)
       type(branches_type), intent(inout) :: branches  !< branches with γ_j and the body
-      type(curve_type), intent(in) :: curve           !< of the soil
+      type(curve_type), intent(in) :: curve           !< curve of the soil
       real(wp) :: matrix(samples*branches%n + 1, branches%n), right(samples*branches%n + 1)
 
       call set_modulus_equations(branches, curve, matrix, right)
@@ -190,7 +190,7 @@ contains
    !> Set up the equations for g_j: secant moduli, and the sum of g_j.
    subroutine set_modulus_equations(branches, curve, matrix, right)
       type(branches_type), intent(in) :: branches  !< branches with γ_j and the body
-      type(curve_type), intent(in) :: curve        !< of the soil
+      type(curve_type), intent(in) :: curve        !< curve of the soil
       real(wp), intent(out) :: matrix(:,:)         !< [samples n + 1, n]
       real(wp), intent(out) :: right(:)            !< [samples n + 1]
       real(wp) :: strain(samples*branches%n), reduction(samples*branches%n)
@@ -211,7 +211,7 @@ contains
    !> The last branch, whose limit no strain exceeds, has one unknown.
    subroutine fit_both(branches, curve)
       type(branches_type), intent(inout) :: branches  !< branches with γ_j and the body
-      type(curve_type), intent(in) :: curve           !< of the soil
+      type(curve_type), intent(in) :: curve           !< curve of the soil
       real(wp), allocatable :: matrix(:,:), right(:), weight(:), strain(:), damping(:), off(:)
       real(wp) :: unknown(2*branches%n - 1), best(branches%n, 2), least
       integer :: fit, m, n
@@ -247,7 +247,7 @@ contains
 
    !> Set g_j and F_j from the slipping and the recoverable parts.
    pure subroutine set_branch_moduli(branches, unknown)
-      type(branches_type), intent(inout) :: branches  !< gets them
+      type(branches_type), intent(inout) :: branches  !< receives g_j and F_j
       real(wp), intent(in) :: unknown(:)              !< [2n − 1] F_j g_j, then (1 − F_j) g_j
       integer :: n
 
@@ -261,13 +261,13 @@ contains
 
    !> Strains used in a fit.
    pure function strains_of_fit(branches) result(strain)
-      type(branches_type), intent(in) :: branches  !< with γ_j
+      type(branches_type), intent(in) :: branches  !< branches; γ_j are set
       real(wp) :: strain(samples*branches%n)
 
       strain = log_spaced(branches%strain(1)*0.1_wp, branches%strain(branches%n), size(strain))
    end function strains_of_fit
 
-   !> .true. if misfits are counted at a strain.
+   !> .true. if the misfits at a strain are counted.
    elemental logical function is_counted(strain)
       real(wp), intent(in) :: strain  !< –
 
@@ -277,7 +277,7 @@ contains
    !> Find the largest misfits over the counted strains of the curve.
    !> With Masing's rules, only misfits of the modulus are found.
    subroutine find_misfits(branches, curve, masing)
-      type(branches_type), intent(inout) :: branches  !< fitted
+      type(branches_type), intent(inout) :: branches  !< fitted branches
       type(curve_type), intent(in) :: curve           !< curve to which the branches are fitted
       logical, intent(in) :: masing  !< damping by Masing's rules instead of the curve
       real(wp) :: strain(301), low, high
@@ -297,7 +297,7 @@ contains
 
    !> Last strain of the table whose modulus is not below a fraction of the small-strain modulus.
    pure real(wp) function strain_at(curve, reduction) result(strain)
-      type(curve_type), intent(in) :: curve  !< of the soil
+      type(curve_type), intent(in) :: curve  !< curve of the soil
       real(wp), intent(in) :: reduction      !< G_s/G
       integer :: i
 
@@ -309,9 +309,9 @@ contains
    end function strain_at
 
    !> Strain at which the modulus first falls to a fraction of the small-strain modulus.
-   !> If it does not, it is the last strain of the curve.
+   !> If the modulus never falls so far, the result is the last strain of the curve.
    pure real(wp) function first_strain_at(curve, reduction) result(strain)
-      type(curve_type), intent(in) :: curve  !< of the soil
+      type(curve_type), intent(in) :: curve  !< curve of the soil
       real(wp), intent(in) :: reduction      !< G_s/G
       integer :: i
 
@@ -330,15 +330,15 @@ contains
 
    !> Strain of the last branch: the end of the curve.
    pure real(wp) function last_strain(curve)
-      type(curve_type), intent(in) :: curve  !< of the soil
+      type(curve_type), intent(in) :: curve  !< curve of the soil
 
       last_strain = curve%strain(size(curve%strain))
    end function last_strain
 
    !> Values of a column of the curves at strains.
    pure function curve_value(curve, values, strain)
-      type(curve_type), intent(in) :: curve  !< of the soil
-      real(wp), intent(in) :: values(:)      !< its column
+      type(curve_type), intent(in) :: curve  !< curve of the soil
+      real(wp), intent(in) :: values(:)      !< column of the curves
       real(wp), intent(in) :: strain(:)      !< above 0
       real(wp) :: curve_value(size(strain))
       integer :: i

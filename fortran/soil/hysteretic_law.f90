@@ -2,12 +2,13 @@
 !> Hysteretic soil in the plane: branches (`dda_branches`) on the strains (εx − εy, γxy) of
 !> maximum shear; volume is elastic.
 !>
-!> The small-strain damping is that of a Maxwell body: for shear in series with a slider, as
-!> in a column (`dda_branch_law`); for volume without slider.  The stress of its shear is returned
-!> to its cap at the end of a step and acts with the weights 1 − θ and θ of both ends, like the
-!> branches.
+!> A Maxwell body gives the small-strain damping: in shear it is in series with a slider, as in a
+!> column (`dda_branch_law`); in volume change it has no slider.  Its shear stress is returned to
+!> the cap at the end of a step.  Like the branches, it acts with the values at both ends of the
+!> step, weighted by 1 − θ and θ.
 !>
-!> In static stages the soil is elastic, so that loops begin from equilibrium under gravity.
+!> In static stages the soil is elastic, so that hysteresis loops begin at equilibrium under
+!> gravity.
 module dda_hysteretic_law
    use dda_kinds, only: wp
    use dda_branches, only: branches_type, relaxed_modulus, secant_ratio
@@ -21,7 +22,7 @@ module dda_hysteretic_law
    private
    public :: hysteretic_law_type, new_hysteretic_law
 
-   real(wp), parameter :: most_off = 0.3_wp  !< largest unreported error of a ratio
+   real(wp), parameter :: most_off = 0.3_wp  !< largest unreported misfit, percentage points
 
    !> Branches of a soil in the plane.
    type, extends(material_law_type) :: hysteretic_law_type
@@ -42,15 +43,15 @@ module dda_hysteretic_law
       real(wp) :: before(3) = 0.0_wp    !< stress at the start, over the modulus
       real(wp) :: trial(3) = 0.0_wp     !< trial stress at the end without slip
       real(wp) :: stiffness = 0.0_wp    !< derivative of the trial stress with respect to the strain
-      real(wp) :: after(3) = 0.0_wp     !< at the end
-      real(wp) :: slope(2, 2) = 0.0_wp  !< derivative of the shear at the end
+      real(wp) :: after(3) = 0.0_wp     !< stress at the end, over the modulus
+      real(wp) :: slope(2, 2) = 0.0_wp  !< derivative of `after` in shear with respect to the strain
    end type body_type
 
 contains
 
    !> Create the law of fitted branches; branches without stiffness are omitted.
    pure type(hysteretic_law_type) function new_hysteretic_law(branches) result(law)
-      type(branches_type), intent(in) :: branches  !< fitted
+      type(branches_type), intent(in) :: branches  !< fitted branches
 
       law%branches = branches
       associate (kept => branches%modulus > 0.0_wp)
@@ -83,7 +84,7 @@ contains
       strain_components = [strain(1) - strain(2), strain(3), strain(1) + strain(2)]
    end function strain_components
 
-   !> Moduli: G, and that of (σx + σy)/2 over εx + εy, Pa.
+   !> Moduli, Pa: G, and the modulus of area, (σx + σy)/2 over εx + εy.
    pure function shear_and_bulk(point)
       type(strain_point_type), intent(in) :: point  !< strain point of the law
       real(wp) :: shear_and_bulk(2)
@@ -155,7 +156,7 @@ contains
 
    !> Set up the small-strain body in a step.
    pure type(body_type) function body_of(branches, state, change, time_step) result(body)
-      type(branches_type), intent(in) :: branches  !< fitted
+      type(branches_type), intent(in) :: branches  !< fitted branches
       real(wp), intent(in) :: state(:)             !< [any] state of the point at the start
       real(wp), intent(in) :: change(3)            !< change of the strains of shear and volume
       real(wp), intent(in) :: time_step            !< Δt, s
@@ -203,12 +204,12 @@ contains
 
    !> Update the strains of the branches at the end of a step; find the losses by slip and scheme.
    pure subroutine finish_branches(branches, state, e, change, theta, loss, scheme)
-      type(branches_type), intent(in) :: branches  !< fitted
+      type(branches_type), intent(in) :: branches  !< fitted branches
       real(wp), intent(inout) :: state(:)          !< [any] state of the point
       real(wp), intent(in) :: e(2), change(2)      !< shear strains at the start, and their change
       real(wp), intent(in) :: theta                !< θ
       real(wp), intent(inout) :: loss(losses)      !< losses; the loss by slip is set
-      real(wp), intent(out) :: scheme              !< by the scheme
+      real(wp), intent(out) :: scheme              !< loss by the scheme
       real(wp) :: p(2), own(2, 2), modulus, grown
       integer :: j
 
@@ -233,10 +234,10 @@ contains
 
    !> Update strain and mechanisms of the body at the end of a step, and find its losses.
    pure subroutine finish_body(branches, state, change, modulus, step, loss)
-      type(branches_type), intent(in) :: branches  !< fitted
+      type(branches_type), intent(in) :: branches  !< fitted branches
       real(wp), intent(inout) :: state(:)          !< [any] state of the point
       real(wp), intent(in) :: change(3)            !< change of the strains of shear and volume
-      real(wp), intent(in) :: modulus(2)           !< of both, Pa
+      real(wp), intent(in) :: modulus(2)           !< moduli of shear and volume, Pa
       type(step_type), intent(in) :: step          !< the present step
       real(wp), intent(inout) :: loss(losses)      !< J/m³
       type(body_type) :: body
@@ -327,7 +328,7 @@ contains
       words = ''
       associate (off => 100*self%branches%misfit(2))
          if (off > most_off) words = 'damping ratios are up to '//short_text(off)// &
-            ' points off their curve, more than '//short_text(most_off)
+            ' percentage points off their curve, more than '//short_text(most_off)
       end associate
    end function misfit_words
 

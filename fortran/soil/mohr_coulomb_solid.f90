@@ -7,12 +7,12 @@
 !>     s·Δε = Δψ + s·Δε^p + (θ − ½) Δε^e·DΔε^e .
 !>
 !> s is the derivative of a convex function of Δε, for frozen bounds (`dda_yield_return`).
-!> In plane strain the elastic and the plastic strain out of the plane cancel.
+!> In plane strain, the elastic and plastic strains out of the plane add up to zero.
 !>
-!> κ sums the largest difference of principal plastic strains in each step, or the
-!> largest extension.  Times the thickness of the point it is a displacement, over which strength
-!> decreases linearly to the residual one: the energy of a band does not depend on the cells.
-!> Within a step, the strength is that at its start.
+!> In each step κ grows by the largest difference of the principal plastic strains, or by the
+!> largest plastic extension.  κ times the thickness of the point is a displacement, over which the
+!> strength decreases linearly to the residual strength: the energy of a shear band does not depend
+!> on the cell size.  During a step, the strength keeps its value at the start of the step.
 module dda_mohr_coulomb_solid
    use dda_kinds, only: wp
    use dda_material_law, only: material_law_type, strain_point_type, loss_plastic, loss_scheme, &
@@ -88,22 +88,22 @@ contains
 
    contains
 
-      !> Interpolate between two values.
+      !> Interpolate between a peak and a residual value.
       pure real(wp) function interpolate(from, to)
-         real(wp), intent(in) :: from, to  !< value at the peak, value at the end
+         real(wp), intent(in) :: from, to  !< peak value, residual value
 
          interpolate = from
          if (to < from) interpolate = from + lost*(to - from)
       end function interpolate
    end function strength_at
 
-   !> Return the stress for a strain, counted from the start of the law.
+   !> Compute the trial stress of a strain, counted from the start of the law, and return it.
    pure subroutine return_stress(self, point, state, strain, circle)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
       type(strain_point_type), intent(in) :: point        !< strain point of the law
       real(wp), intent(in) :: state(:)                    !< [any] state at the start of the step
       real(wp), intent(in) :: strain(3)                   !< ε₀ + θΔε
-      type(circle_type), intent(out) :: circle            !< with the return
+      type(circle_type), intent(out) :: circle            !< returned stress
       real(wp) :: trial(3), mean, third
       integer :: i
 
@@ -152,9 +152,9 @@ contains
       poisson_ratio = d(1, 2)/(d(1, 1) + d(1, 2))
    end function poisson_ratio
 
-   !> Components of a stress in the plane with principal values a, b.
+   !> Components of a stress in the plane with two principal values.
    pure function plane_components(direction, principal) result(stress)
-      real(wp), intent(in) :: direction(2)  !< cosine and sine of twice the angle of the first
+      real(wp), intent(in) :: direction(2)  !< cosine and sine of twice the angle of σ₁
       real(wp), intent(in) :: principal(2)  !< Pa
       real(wp) :: stress(3)
 
@@ -264,11 +264,11 @@ contains
       yields = .true.
    end function yields
 
-   !> Largest stress of the jumps of a face, Pa: largest radius minus the present one.
-   !> It is at least a fraction of the largest radius, at the start of a step.
+   !> Largest stress of the jumps of a face, Pa: largest radius minus present radius.
+   !> Its lower bound is a fraction of the largest radius at the start of a step.
    pure real(wp) function jump_cap(self, point, state, strain)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
-      type(strain_point_type), intent(in) :: point        !< of the face
+      type(strain_point_type), intent(in) :: point        !< strain point of the face
       real(wp), intent(in) :: state(:)                    !< [any] state of the point
       real(wp), intent(in) :: strain(3)                   !< ε at the start of a step
       type(circle_type) :: circle
@@ -303,7 +303,7 @@ contains
       pressure = max(0.0_wp, -state(mean_stress))
    end function pressure
 
-   !> Thickness above which strength falls faster with the strain of a point than D.
+   !> Thickness of a point above which its strength falls faster with strain than its stiffness D.
    pure real(wp) function largest_thickness(self, elasticity) result(thickness)
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
       real(wp), intent(in) :: elasticity(3, 3)            !< D of small strains, Pa

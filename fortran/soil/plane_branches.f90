@@ -1,12 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> A branch of a soil in the plane: the vector of its strain e = (εx − εy, γxy) has the cap |e| ≤ y.
 !>
-!> The slipping part moves to p(e₀ + Δe), p being the nearest point within the cap, and acts with
-!> weights 1 − θ and θ of both ends.  The recoverable part has the potential of p(e) and acts with
+!> The slipping part moves to p(e₀ + Δe), the nearest point within the cap; its stress in the step
+!> weights both ends by 1 − θ and θ.  The stress p(e) of the recoverable part has a potential, and
+!> its value in the step is
 !>
 !>     (2 − 2θ) ∫₀¹ p(e₀ + tΔe) dt + (2θ − 1) p(e₁) ,
 !>
-!> of which the first dissipates nothing.  Both are derivatives of convex functions of Δe.
+!> where the first term dissipates nothing.  Both are derivatives of convex functions of Δe.
 module dda_plane_branches
    use dda_kinds, only: wp
    implicit none
@@ -47,7 +48,7 @@ contains
    pure subroutine recoverable_stress(e, change, cap, theta, acting, slope)
       real(wp), intent(in) :: e(2), change(2), cap  !< e₀, Δe, y
       real(wp), intent(in) :: theta                 !< θ
-      real(wp), intent(out) :: acting(2)            !< over the modulus
+      real(wp), intent(out) :: acting(2)            !< stress over the modulus
       real(wp), intent(out) :: slope(2, 2)          !< ∂acting/∂Δe
       real(wp) :: p(2), of_end(2, 2)
 
@@ -96,7 +97,7 @@ contains
       real(wp), intent(in) :: foot(2), along(2), cap  !< q, t̂, y
       real(wp), intent(in) :: start, from, to         !< s₀; ends t of the segment
       real(wp), intent(inout) :: mean(2), slope(2, 2)
-      real(wp), parameter :: node = 0.577350269189625764_wp  !< of two points
+      real(wp), parameter :: node = 0.577350269189625764_wp  !< Gauss point of the two-point rule
       real(wp) :: at, p(2), of_point(2, 2), ends(2), r(2)
       integer :: i
 

@@ -6,10 +6,11 @@
 !>     M (v₁ − v₀)/Δt + Bᵀ τ(Δγ) = f .
 !>
 !> M is the mean of the lumped and the consistent mass, which makes the error of waves of the order
-!> (kh)⁴.  The base has the given acceleration, or rests on a half-space.  A dashpot ρ v then acts
-!> on the difference from the outcrop velocity, f = ρ v (v_outcrop − Δu/Δt).  Each step minimises
-!> a convex function except for the small-strain damping: Newton's method, with half steps
-!> while the residual grows.  The work at the base equals stored, kinetic and dissipated energy.
+!> (kh)⁴.  The base moves with the given acceleration, or rests on a half-space.  A dashpot ρ v of
+!> the half-space acts on the velocity relative to the outcrop, f = ρ v (v_outcrop − Δu/Δt).  Apart
+!> from small-strain damping, each step minimises a convex function.  It is solved by Newton's
+!> method, with half steps while the residual grows.  The work at the base equals stored, kinetic
+!> and dissipated energy.
 module dda_shear_column
    use dda_kinds, only: wp
    use dda_branches, only: branches_type
@@ -33,7 +34,7 @@ module dda_shear_column
       real(wp), allocatable :: modulus(:)     !< [cells] G of small strains, Pa
       integer, allocatable :: soil(:)         !< [cells] number of the soil
       type(branches_type), allocatable :: branches(:)  !< [soils]
-      real(wp) :: dashpot = 0.0_wp            !< ρ v of the half-space, Pa s/m; 0: given motion
+      real(wp) :: dashpot = 0.0_wp  !< ρ v of the half-space, Pa s/m; 0: the base motion is given
    end type shear_column_type
 
    !> State of the column.
@@ -47,7 +48,7 @@ module dda_shear_column
       real(wp), allocatable :: memory(:,:)    !< [mechanisms,cells] ζ
       real(wp) :: reaction = 0.0_wp           !< force on the base in the last step, Pa
       real(wp) :: work = 0.0_wp               !< work at the base, J/m²
-      real(wp) :: slipped = 0.0_wp            !< lost by slip, J/m²
+      real(wp) :: slipped = 0.0_wp            !< loss by slip, J/m²
       real(wp) :: damped = 0.0_wp             !< loss by the small-strain mechanisms, J/m²
       integer :: iterations = 0               !< iterations of the last step
    end type shear_state_type
@@ -56,7 +57,7 @@ contains
 
    !> Create a column at rest.
    subroutine begin_column(column, state)
-      type(shear_column_type), intent(in) :: column  !< layers as cells
+      type(shear_column_type), intent(in) :: column  !< column
       type(shear_state_type), intent(out) :: state  !< state of the column, at rest
       integer :: n
 
@@ -70,11 +71,11 @@ contains
 
    !> Perform one step.
    subroutine shake_column(column, time_step, base, state, error)
-      type(shear_column_type), intent(in) :: column  !< layers as cells
+      type(shear_column_type), intent(in) :: column  !< column
       real(wp), intent(in) :: time_step  !< Δt, s
-      !> mean velocity of the base in the step, or of an outcrop of the half-space, m/s
+      !> mean velocity in the step of the base, or of the outcrop of the half-space, m/s
       real(wp), intent(in) :: base
-      type(shear_state_type), intent(inout) :: state  !< of the column
+      type(shear_state_type), intent(inout) :: state  !< state of the column
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp), dimension(size(state%velocity)) :: d, residual, load
       real(wp), dimension(size(state%strain)) :: stress, tangent
@@ -99,9 +100,9 @@ contains
       call end_step(column, state, time_step, base, d, stress, load)
    end subroutine shake_column
 
-   !> Perform one iteration of Newton's method, halved while the residual grows.
+   !> Perform one iteration of Newton's method; its step is halved while the residual grows.
    subroutine newton_iteration(column, state, time_step, load, d, stress, tangent, residual, scale)
-      type(shear_column_type), intent(in) :: column    !< layers as cells
+      type(shear_column_type), intent(in) :: column    !< column
       type(shear_state_type), intent(in) :: state      !< state at the start of the step
       real(wp), intent(in) :: time_step                !< Δt, s
       real(wp), intent(in) :: load(:)                  !< [nodes] Pa
@@ -126,7 +127,7 @@ contains
 
    !> Compute stresses, tangents and residual forces at increments of the nodes.
    pure subroutine find_forces(column, state, time_step, load, d, stress, tangent, residual, scale)
-      type(shear_column_type), intent(in) :: column  !< layers as cells
+      type(shear_column_type), intent(in) :: column  !< column
       type(shear_state_type), intent(in) :: state    !< state at the start of the step
       real(wp), intent(in) :: time_step              !< Δt, s
       real(wp), intent(in) :: load(:), d(:)          !< [nodes] Pa; Δu, m
@@ -157,9 +158,10 @@ contains
       scale = max(maxval(abs(load)), maxval(abs(stress)))
    end subroutine find_forces
 
-   !> Solve for the change of Δu with the tangents, by elimination from the surface downwards.
+   !> Solve the tangent equations for the correction of Δu by elimination from the surface
+   !> downwards.
    pure subroutine solve_tangents(column, time_step, tangent, residual, correction)
-      type(shear_column_type), intent(in) :: column  !< layers as cells
+      type(shear_column_type), intent(in) :: column  !< column
       real(wp), intent(in) :: time_step     !< Δt, s
       real(wp), intent(in) :: tangent(:)    !< [cells] Pa
       real(wp), intent(in) :: residual(:)   !< [nodes] Pa
@@ -204,7 +206,7 @@ contains
 
    !> Mass matrix M, the mean of lumped and consistent mass.
    pure subroutine mass_matrix(column, diagonal, beside)
-      type(shear_column_type), intent(in) :: column  !< layers as cells
+      type(shear_column_type), intent(in) :: column  !< column
       real(wp), intent(out) :: diagonal(:), beside(:)  !< [nodes], [cells] kg/m²
       integer :: n
 
@@ -219,7 +221,7 @@ contains
 
    !> Product M x.
    pure function mass_times(column, x) result(product_of)
-      type(shear_column_type), intent(in) :: column  !< layers as cells
+      type(shear_column_type), intent(in) :: column  !< column
       real(wp), intent(in) :: x(:)   !< [nodes]
       real(wp) :: product_of(size(x)), diagonal(size(x)), beside(size(x) - 1)
 
@@ -231,8 +233,8 @@ contains
 
    !> Advance the state to the end of a step.
    subroutine end_step(column, state, time_step, base, d, stress, load)
-      type(shear_column_type), intent(in) :: column  !< layers as cells
-      type(shear_state_type), intent(inout) :: state  !< of the column
+      type(shear_column_type), intent(in) :: column  !< column
+      type(shear_state_type), intent(inout) :: state  !< state of the column
       real(wp), intent(in) :: time_step      !< Δt, s
       real(wp), intent(in) :: base           !< velocity of base or outcrop, m/s
       real(wp), intent(in) :: d(:), load(:)  !< [nodes] Δu, m; Pa
@@ -257,8 +259,8 @@ contains
 
    !> Advance a cell to the end of a step.
    subroutine end_cell(column, state, i, change, time_step)
-      type(shear_column_type), intent(in) :: column  !< layers as cells
-      type(shear_state_type), intent(inout) :: state  !< of the column
+      type(shear_column_type), intent(in) :: column  !< column
+      type(shear_state_type), intent(inout) :: state  !< state of the column
       integer, intent(in) :: i            !< number of the cell
       real(wp), intent(in) :: change      !< Δγ
       real(wp), intent(in) :: time_step   !< Δt, s
@@ -280,10 +282,10 @@ contains
       end associate
    end subroutine end_cell
 
-   !> Accelerations of the nodes at the end of a step, from the forces there.
+   !> Accelerations of the nodes at the end of a step, from the forces at that time.
    function end_accelerations(column, state, base, outcrop) result(acceleration)
-      type(shear_column_type), intent(in) :: column  !< layers as cells
-      type(shear_state_type), intent(in) :: state  !< of the column
+      type(shear_column_type), intent(in) :: column  !< column
+      type(shear_state_type), intent(in) :: state  !< state of the column
       real(wp), intent(in) :: base     !< acceleration of a prescribed base, m/s²
       real(wp), intent(in) :: outcrop  !< velocity of an outcrop of the half-space, m/s
       real(wp) :: acceleration(size(state%velocity))
@@ -309,8 +311,8 @@ contains
 
    !> Work at the base, kinetic and stored energy, losses by slip and by damping, J/m².
    function energy_balance(column, state) result(energy)
-      type(shear_column_type), intent(in) :: column  !< layers as cells
-      type(shear_state_type), intent(in) :: state  !< of the column
+      type(shear_column_type), intent(in) :: column  !< column
+      type(shear_state_type), intent(in) :: state  !< state of the column
       real(wp) :: energy(5), stored
       integer :: i
 

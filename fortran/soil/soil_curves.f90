@@ -16,7 +16,7 @@ module dda_soil_curves
 
    integer, parameter :: samples = 91  !< number of strains in a table
    integer, parameter :: parts = 60    !< parts of an interval, in integrals of Masing's rules
-   integer, parameter :: below = 60    !< intervals before the table at which such integrals begin
+   integer, parameter :: below = 60    !< intervals before the table, in these integrals
    real(wp), parameter :: strains(2) = [1.0e-6_wp, 0.0316227766016837933_wp]
    real(wp), parameter :: atmosphere = 101325.0_wp  !< Pa
 
@@ -27,20 +27,20 @@ module dda_soil_curves
       real(wp) :: stress = atmosphere         !< mean effective stress, Pa
       real(wp) :: consolidation = 1.0_wp      !< OCR
       real(wp) :: frequency = 1.0_wp          !< frequency of the loading, Hz
-      real(wp) :: cycles = 10.0_wp            !< of the loading
+      real(wp) :: cycles = 10.0_wp            !< loading cycles
       real(wp) :: reference = 0.0_wp          !< γ_r
       real(wp) :: factor = 1.0_wp             !< β of MKZ
       real(wp) :: power = 1.0_wp              !< s of MKZ
-      real(wp) :: theta(5) = 0.0_wp           !< of GQ/H
-      type(curve_type) :: table               !< as given
+      real(wp) :: theta(5) = 0.0_wp           !< θ₁ … θ₅ of GQ/H
+      type(curve_type) :: table               !< table given by the user
    end type soil_type
 
 contains
 
-   !> Curves of a soil; damping by Masing's rules if the formula has none.
+   !> Curves of a soil; damping by Masing's rules if its formula has no damping.
    subroutine curve_of(soil, curve, error)
       type(soil_type), intent(in) :: soil     !< as requested
-      type(curve_type), intent(out) :: curve  !< its table
+      type(curve_type), intent(out) :: curve  !< table of its curves
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp) :: fine((below + samples - 1)*parts + 1), share
 
@@ -59,7 +59,7 @@ contains
          share = maxval(gqh_theta(soil, fine/soil%reference))
          if (share > 1.0_wp) then
             call fail(error, error_input, 'curve_fit gives θ = '//to_text(share)// &
-               ': it must stay at 1 or below at every strain')
+               ': θ must not exceed 1 at any strain')
             return
          end if
       end if
@@ -85,7 +85,7 @@ contains
       end select
    end function modulus_reduction
 
-   !> Value of θ of GQ/H at a strain over γ_r.
+   !> θ of GQ/H at a strain divided by γ_r.
    elemental real(wp) function gqh_theta(soil, x) result(theta)
       type(soil_type), intent(in) :: soil  !< as requested
       real(wp), intent(in) :: x            !< above 0
@@ -116,7 +116,7 @@ contains
    !> Add Darendeli's curves; damping is constant where his polynomial would decrease.
    pure subroutine add_darendeli(soil, curve)
       type(soil_type), intent(in) :: soil       !< as requested
-      type(curve_type), intent(inout) :: curve  !< with its strains
+      type(curve_type), intent(inout) :: curve  !< curve; its strains are set
       real(wp), parameter :: a = 0.919_wp
       real(wp), parameter :: c(3) = [-1.1143_wp*a**2 + 1.8618_wp*a + 0.2523_wp, &
          0.0805_wp*a**2 - 0.0710_wp*a - 0.0095_wp, -0.0005_wp*a**2 + 0.0002_wp*a + 0.0003_wp]
@@ -140,7 +140,7 @@ contains
       curve%damping = max(0.0_wp, min(0.999_wp, curve%damping))
    end subroutine add_darendeli
 
-   !> Damping ratio of Masing's rules on a hyperbola at a strain over γ_r.
+   !> Damping ratio by Masing's rules of a hyperbolic soil at a strain divided by γ_r.
    pure real(wp) function hyperbola_loop(x) result(ratio)
       real(wp), intent(in) :: x  !< above 0
 

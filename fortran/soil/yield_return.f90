@@ -6,14 +6,15 @@
 !>
 !>     ½(1 + sin φ) σ_i − ½(1 − sin φ) σ_j ≤ c cos φ ,   σ_i ≤ T .
 !>
-!> With a dilation ψ < φ, the mean of a pair is frozen at a value m_ij in the part of φ beyond ψ,
-!> like the normal force in the friction bound:
+!> With a dilation angle ψ < φ, the part of friction beyond ψ acts on a frozen mean stress m_ij of
+!> the pair, like the frozen normal force of a friction bound:
 !>
 !>     ½(1 + sin ψ) σ_i − ½(1 − sin ψ) σ_j ≤ c cos φ − (sin φ − sin ψ) m_ij .
 !>
-!> These bounds are planes.  A trial stress beyond them goes to the nearest admissible stress in the
-!> norm of D⁻¹, on a plane, an edge or a corner: all multipliers are ≥ 0 and all bounds are
-!> satisfied.  In plane stress σ₃ remains 0, and D ends with σ₂.
+!> Each bound is a plane in principal stresses.  A trial stress beyond a plane is returned to the
+!> nearest admissible stress in the norm of D⁻¹, on a plane, an edge or a corner: all multipliers
+!> are ≥ 0 and all bounds are satisfied.  In plane stress σ₃ remains 0, and D has only the rows of
+!> σ₁ and σ₂.
 module dda_yield_return
    use dda_kinds, only: wp
    implicit none
@@ -26,7 +27,7 @@ module dda_yield_return
    real(wp), parameter :: rounding = 1.0e-13_wp   !< fraction of the trial stress
    real(wp), parameter :: singular = 1.0e-10_wp   !< ratio of pivot to diagonal: parallel planes
 
-   !> Strengths.
+   !> Strength parameters of a point.
    type :: strength_type
       real(wp) :: cohesion = 0.0_wp  !< c, Pa
       real(wp) :: friction = 0.0_wp  !< φ, rad
@@ -109,7 +110,7 @@ contains
       real(wp), intent(in) :: gradient(3, bounds)
       real(wp), intent(in) :: bound(bounds)      !< Pa
       integer, intent(in) :: list(:)             !< planes
-      type(return_type), intent(out) :: to       !< there
+      type(return_type), intent(out) :: to       !< returned stress
       real(wp), intent(out) :: off               !< violation; huge if the planes do not intersect
       real(wp) :: n(3, 3), stiff(3, 3), matrix(3, 3), right(3, 4)
       logical :: meets

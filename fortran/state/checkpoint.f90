@@ -118,7 +118,7 @@ contains
    !> Write a checkpoint; older ones remain until it is complete.
    subroutine save_checkpoint(checkpoints, simulation, journal, error)
       type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
-      type(simulation_type), intent(inout) :: simulation  !< archive that is written or read
+      type(simulation_type), intent(inout) :: simulation  !< simulation, written or read
       type(journal_type), intent(inout) :: journal  !< of the run
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       logical :: to_disk
@@ -164,7 +164,7 @@ contains
    !> Set a started run to the state of the newest valid checkpoint.
    subroutine load_checkpoint(checkpoints, simulation, journal, model, notice, error)
       type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
-      type(simulation_type), intent(inout) :: simulation  !< archive that is written or read
+      type(simulation_type), intent(inout) :: simulation  !< simulation, written or read
       type(journal_type), intent(inout) :: journal  !< of the run
       type(model_type), intent(in) :: model  !< model as read from the input
       character(len=:), allocatable, intent(out) :: notice  !< message: which checkpoint, and why
@@ -193,7 +193,7 @@ contains
    subroutine load_from(name, checkpoints, simulation, journal, error)
       character(len=*), intent(in) :: name  !< path
       type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
-      type(simulation_type), intent(inout) :: simulation  !< archive that is written or read
+      type(simulation_type), intent(inout) :: simulation  !< simulation, written or read
       type(journal_type), intent(inout) :: journal  !< of the run
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 

@@ -125,7 +125,7 @@ def test_the_engine_has_the_curves_of_the_package(name):
     report = " ".join(str(sitedda.check(model)).split())
     found = re.search(r"shear strain G/G0 = ([\d.]+) and ([\d.]+),", report).groups()
     assert list(map(float, found)) == pytest.approx(curve.reduction_at([1e-3, 1e-2]), rel=0.02)
-    words = r"within (\S+) %(?:, damping ratios within (\S+) points)?"
+    words = r"within (\S+) %(?:, damping ratios within (\S+) percentage points)?"
     found = re.search(words, report).groups()
     fitted = Branches.of(curve, 60, soil.get("damping_curve", "target")).misfit
     assert [float(one or 0) for one in found] == pytest.approx(100 * np.array(fitted), rel=2e-3)
