@@ -10,7 +10,8 @@ try:
     from pygls.lsp.server import LanguageServer
     from pygls.uris import to_fs_path
 except ImportError as trouble:
-    raise MissingLibrary("the language server needs a library: pip install pygls") from trouble
+    words = "the language server needs pygls: pip install 'sitedda[editor]'"
+    raise MissingLibrary(words) from trouble
 
 _KINDS = {
     "group": types.CompletionItemKind.Module,
