@@ -20,7 +20,7 @@ module dda_record
    private
    public :: record_type, read_record
 
-   ! SI units; beyond any ground motion, far from overflow
+   ! largest value of a record, SI units: beyond any ground motion, far from overflow
    real(wp), parameter :: largest_value = 1.0e9_wp
 
 contains
@@ -31,14 +31,14 @@ contains
       character(len=*), intent(in) :: file      !< path
       !> 'auto', 'smc', 'at2', 'knet', 'esm', 'cosmos' or 'text'
       character(len=*), intent(in) :: format
-      !> 'acceleration', 'velocity', 'displacement'; blank: that of the header
+      !> 'acceleration', 'velocity', 'displacement'; blank: as in the header
       character(len=*), intent(in) :: quantity
-      !> 'm/s2', 'cm/s2', 'gal', 'g', 'm/s', …; blank: that of the header
+      !> 'm/s2', 'cm/s2', 'gal', 'g', 'm/s', …; blank: as in the header
       character(len=*), intent(in) :: unit
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      !> s; needed for one column of text, otherwise checked; ≤ 0: not given
+      !> time step, s; needed for one column of text, otherwise checked; ≤ 0: not given
       real(wp), intent(in), optional :: time_step
-      !> cosmos: number of the section of this quantity, from 1 (default)
+      !> format cosmos: number of the section with this quantity, from 1 (default)
       integer, intent(in), optional :: channel
       type(line_reader_type) :: reader
       type(unit_type) :: given
@@ -53,7 +53,7 @@ contains
       given = find_unit(unit)
       call check_request(file, format, quantity, unit, given, step, error)
       if (allocated(error)) return
-      ! The requested quantity is named, or implied by the unit.
+      ! The caller names the quantity, or the unit implies it.
       wanted = trim(lower_case(quantity))
       if (wanted == '') wanted = trim(given%quantity)
       record%file = trim(file)
@@ -76,7 +76,7 @@ contains
    subroutine check_request(file, format, quantity, unit, given, step, error)
       character(len=*), intent(in) :: file, format, quantity, unit  !< values given by the caller
       type(unit_type), intent(in) :: given  !< unit that the caller names
-      real(wp), intent(in) :: step  !< s; ≤ 0: not given
+      real(wp), intent(in) :: step  !< time step, s; ≤ 0: not given
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=:), allocatable :: failure
 
@@ -86,8 +86,8 @@ contains
          failure = 'the format '//quoted(format)//' is unknown; known are '//known_formats
       else if (.not. any(lower_case(quantity) == [character(len=12) :: '', acceleration, velocity, &
          displacement])) then
-         failure = 'the quantity '//quoted(quantity)//' is none of acceleration, velocity, '// &
-            'displacement'
+         failure = 'the quantity '//quoted(quantity)//' is unknown; known are '// &
+            'acceleration, velocity, displacement'
       else if (len_trim(unit) > 0 .and. given%scale <= 0.0_wp) then
          failure = 'the unit '//quoted(unit)//' is unknown; known are '//known_units
       else if (len_trim(unit) > 0 .and. len_trim(quantity) > 0 .and. given%quantity &
@@ -102,7 +102,7 @@ contains
 
    !> Read the file by the reader of its format.
    subroutine read_format(reader, record, quantity, section)
-      type(line_reader_type), intent(inout) :: reader  !< of the file
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file
       type(record_type), intent(inout) :: record  !< record, filled from the file
       !> 'acceleration', 'velocity', 'displacement' or blank
       character(len=*), intent(in) :: quantity
@@ -126,13 +126,13 @@ contains
       end select
    end subroutine read_format
 
-   !> Set quantity, unit and time step from header or caller; they must not contradict.
+   !> Set quantity, unit and time step from the header or the caller, which must not contradict.
    subroutine check_header(reader, record, wanted, unit, given, step)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       type(record_type), intent(inout) :: record  !< record; receives what the header lacks
       character(len=*), intent(in) :: wanted, unit  !< quantity and unit of the caller, or blank
       type(unit_type), intent(in) :: given  !< unit that the caller names
-      real(wp), intent(in) :: step  !< s; ≤ 0: not given
+      real(wp), intent(in) :: step  !< time step, s; ≤ 0: not given
       real(wp), parameter :: close_enough = 1.0e-3_wp
       type(unit_type) :: stated
 
@@ -162,7 +162,7 @@ contains
    !> Convert the samples to SI units.
    subroutine to_si(reader, record)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
-      type(record_type), intent(inout) :: record  !< with its unit
+      type(record_type), intent(inout) :: record  !< record with its unit
       type(unit_type) :: unit
       integer :: worst
 
@@ -174,10 +174,10 @@ contains
       record%values = record%values*unit%scale
    end subroutine to_si
 
-   !> Return an input error of the file as a whole, unless there was one before.
+   !> Return an input error of the file as a whole; an earlier error is retained.
    subroutine refuse_file(reader, what)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
-      character(len=*), intent(in) :: what  !< follows the name of the file
+      character(len=*), intent(in) :: what  !< message after the name of the file
 
       if (.not. allocated(reader%error)) call fail(reader%error, error_input, &
          quoted(reader%file)//what)

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> PEER formats AT2, VT2 and DT2: four lines of header, samples.
+!> PEER formats AT2, VT2 and DT2: four header lines, then samples.
 !>
 !> Reference: Pacific Earthquake Engineering Research Center, NGA ground motion database, header
-!> lines `NPTS= 4000, DT= .0050 SEC` and, before 2004, `4000 0.0050 NPTS, DT`; the line above says
-!> `… TIME SERIES IN UNITS OF G`.
+!> lines `NPTS= 4000, DT= .0050 SEC` and, before 2004, `4000 0.0050 NPTS, DT`; the line before it
+!> reads `… TIME SERIES IN UNITS OF G`.
 module dda_record_at2
    use dda_kinds, only: wp, long
    use dda_text, only: lower_case, quoted
@@ -34,7 +34,7 @@ contains
          if (index(lower_case(text), 'npts') > 0) exit
       end do
       if (line > most_header_lines) call fail_at(reader, &
-         'none of the first lines states NPTS, as a PEER header does')
+         'the first lines do not state NPTS, as a PEER header does')
       call read_counts(reader, lower_case(text), samples, record%time_step)
       call read_trace(reader, samples, 'samples', record%values)
    end subroutine read_at2
@@ -42,7 +42,7 @@ contains
    !> Read event and station from line 2, and quantity and unit from the words of any line.
    subroutine read_title(text, line, record)
       character(len=*), intent(in) :: text  !< line of the file
-      integer, intent(in) :: line  !< its number
+      integer, intent(in) :: line  !< number of the line
       type(record_type), intent(inout) :: record  !< record, filled from the file
       character(len=*), parameter :: before_unit = 'units of '
       character(len=:), allocatable :: title, name
@@ -86,7 +86,7 @@ contains
    !> Read `name = number`.
    subroutine read_named(reader, text, name, value)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
-      character(len=*), intent(in) :: text, name  !< line in lower case; 'npts' or 'dt'
+      character(len=*), intent(in) :: text, name  !< line in lower case; name: 'npts' or 'dt'
       real(wp), intent(out) :: value  !< as stated
       character(len=:), allocatable :: rest
       integer :: at

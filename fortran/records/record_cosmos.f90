@@ -30,9 +30,9 @@ module dda_record_cosmos
       integer :: wanted = 1                      ! number of the section of the quantity
       integer :: seen = 0                        ! sections of the quantity so far
       real(wp) :: time_step = 0.0_wp             ! s, from the last real header
-      real(wp) :: duration = 0.0_wp              ! s, likewise; 0: unknown
+      real(wp) :: duration = 0.0_wp              ! s, from the last real header; 0: unknown
       integer :: text_line = 0                   ! lines since the last section ended
-      logical :: in_samples = .false.            ! among lines of samples that are skipped
+      logical :: in_samples = .false.            ! the next lines are samples to skip
       character(len=:), allocatable :: title, station ! of the text header
    end type state_type
 
@@ -43,7 +43,7 @@ contains
       type(line_reader_type), intent(inout) :: reader        !< reader at the start of the file
       type(record_type), intent(inout) :: record  !< record, filled from the file
       character(len=*), intent(in) :: quantity  !< quantity; blank: that of the first section
-      !> number of the section of the quantity, from 1
+      !> number of the section among those with the quantity, from 1
       integer, intent(in) :: channel
       type(state_type) :: state
       character(len=:), allocatable :: text
@@ -73,8 +73,8 @@ contains
 
    !> Read one line at the top level of the file, and the part that it announces.
    subroutine read_part(reader, text, lowered, record, state)
-      type(line_reader_type), intent(inout) :: reader  !< of the file
-      character(len=*), intent(in) :: text, lowered  !< line of the file; in lower case
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file
+      character(len=*), intent(in) :: text, lowered  !< line of the file; the line in lower case
       type(record_type), intent(inout) :: record  !< record, filled from the file
       type(state_type), intent(inout) :: state  !< of the reader
       type(sample_list_type) :: list
@@ -104,10 +104,11 @@ contains
       end if
    end subroutine read_part
 
-   !> Read a section of samples if it is the requested one.
-   !> Line: `42000 acceleration pts, approx 210 secs, units=cm/sec2(04),Format=(1E15.6)`, or CSMIP.
+   !> Read a section of samples if it is the requested section, otherwise skip it.
+   !> Its first line is `42000 acceleration pts, approx 210 secs,
+   !> units=cm/sec2(04),Format=(1E15.6)`, or CSMIP.
    subroutine read_wanted_section(reader, lowered, record, state)
-      type(line_reader_type), intent(inout) :: reader  !< of the file
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file
       character(len=*), intent(in) :: lowered  !< line of the file, in lower case
       type(record_type), intent(inout) :: record  !< record, filled from the file
       type(state_type), intent(inout) :: state  !< of the reader
@@ -146,7 +147,7 @@ contains
       if (at > 0) rest = text(at + len(word):)
    end function text_after
 
-   !> First word, without a suffix of the formats: `(04)`, a comma, a full stop.
+   !> First word of a text, without a suffix `(04)`, a comma or a full stop.
    pure function unit_word(text) result(word)
       character(len=*), intent(in) :: text  !< line of the file
       character(len=:), allocatable :: word
@@ -157,7 +158,7 @@ contains
 
    !> Read the samples of a section.
    subroutine read_section(reader, count, record, state)
-      type(line_reader_type), intent(inout) :: reader  !< of the file
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file
       real(wp), intent(in) :: count  !< count of samples, as announced
       type(record_type), intent(inout) :: record  !< record with its quantity, unit and time step
       type(state_type), intent(in) :: state  !< of the reader
@@ -195,8 +196,8 @@ contains
 
    !> Read the numbers that a line announces.
    subroutine read_header(reader, lowered, what, list)
-      type(line_reader_type), intent(inout) :: reader  !< of the file
-      !> line in lower case; what it counts, for messages
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file
+      !> line in lower case; items that the line counts, for messages
       character(len=*), intent(in) :: lowered, what
       type(sample_list_type), intent(out) :: list  !< numbers read
       integer(long) :: count
@@ -208,15 +209,15 @@ contains
    !> Read the count at the beginning of an announcing line.
    pure subroutine read_announced_count(reader, lowered, what, count)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
-      !> line in lower case; what it counts, for messages
+      !> line in lower case; items that the line counts, for messages
       character(len=*), intent(in) :: lowered, what
-      integer(long), intent(out) :: count  !< count as stated in the line
+      integer(long), intent(out) :: count  !< count stated in the line
       real(wp) :: value
 
       call first_number(reader, lowered, 'number of '//what, value)
       count = whole_number(value)
       if (count < 0 .or. count > most_header_numbers) call fail_at(reader, &
-         to_text(value)//' '//what//' are declared, which is not possible')
+         to_text(value)//' '//what//' are declared, an impossible number')
    end subroutine read_announced_count
 
 end module dda_record_cosmos

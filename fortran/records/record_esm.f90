@@ -22,7 +22,7 @@ contains
       type(line_reader_type), intent(inout) :: reader        !< reader at the start of the file
       type(record_type), intent(inout) :: record  !< record, filled from the file
       character(len=:), allocatable :: text
-      real(wp) :: count, duration  ! samples, s; negative if the header does not state them
+      real(wp) :: count, duration  ! number of samples, s; < 0: not in the header
       integer(long) :: samples
       logical :: found
 
@@ -35,7 +35,7 @@ contains
       end do
       if (found) call repeat_line(reader)
       if (count < 0.0_wp .or. record%time_step <= 0.0_wp) call fail_at(reader, &
-         'the header above does not state NDATA and SAMPLING_INTERVAL_S as positive numbers')
+         'NDATA and SAMPLING_INTERVAL_S must be positive numbers in the header above')
       call check_count(reader, count, samples)
       call check_time_step(reader, record%time_step)
       if (duration >= 0.0_wp) call check_duration(reader, samples, record%time_step, duration)
@@ -47,7 +47,7 @@ contains
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       character(len=*), intent(in) :: text  !< line `KEY: value`
       type(record_type), intent(inout) :: record  !< record, filled from the file
-      real(wp), intent(inout) :: count, duration  !< samples, s
+      real(wp), intent(inout) :: count, duration  !< number of samples; duration, s
       character(len=:), allocatable :: key, value
       type(unit_type) :: unit
 

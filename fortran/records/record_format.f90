@@ -11,7 +11,7 @@ module dda_record_format
    private
    public :: detect_format, known_formats
 
-   !> for messages
+   !> lists of formats for messages
    character(len=*), parameter :: names = "'smc', 'at2', 'knet', 'esm', 'cosmos', 'text'"
    character(len=*), parameter :: known_formats = "'auto', "//names
    integer, parameter :: lines_to_look_at = 60     ! a CSMIP header is 45 lines long
@@ -19,7 +19,7 @@ module dda_record_format
 
 contains
 
-   !> Find the format; an error if no line identifies it.
+   !> Find the format of a file; it is an error if no line identifies the format.
    subroutine detect_format(reader, format)
       type(line_reader_type), intent(inout) :: reader  !< reader, rewound to the start of the file
       character(len=:), allocatable, intent(out) :: format    !< 'smc', 'at2', …
@@ -46,8 +46,8 @@ contains
          names)
    end subroutine detect_format
 
-   !> Look for columns of numbers from their first line on, or after a line with their names.
-   !> A title excludes columns.
+   !> Decide whether columns of numbers begin at this line, or after a line with their names.
+   !> A line of other text excludes the format 'text'.
    subroutine look_for_columns(text, heading, open, format)
       character(len=*), intent(in) :: text      !< line of the file, without comment
       integer, intent(inout) :: heading  !< number of columns named by an earlier line; 0: none
@@ -64,9 +64,9 @@ contains
 
    !> Format identified by a line of a header; blank if none.
    pure function identified_by(text, lowered, first, line) result(format)
-      !> line unchanged, and in lower case; first line of the file
+      !> the line; the line in lower case; the first line of the file
       character(len=*), intent(in) :: text, lowered, first
-      integer, intent(in) :: line  !< its number
+      integer, intent(in) :: line  !< number of the line
       character(len=:), allocatable :: format
 
       format = ''
@@ -81,7 +81,7 @@ contains
       if (index(text, 'EVENT_NAME:') == 1) format = 'esm'
    end function identified_by
 
-   !> Number of numbers in a line; 0 if it contains anything else.
+   !> How many numbers a line has; 0 if the line contains anything else.
    pure integer function row_length(text) result(numbers)
       character(len=*), intent(in) :: text  !< line of the file, without comment
       real(wp) :: value

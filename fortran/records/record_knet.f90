@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> K-NET and KiK-net ASCII format: 17 header lines with a name in the first 18 columns, samples.
+!> K-NET and KiK-net ASCII format: 17 header lines with a name in the first 18 columns, then
+!> samples.
 !>
 !> Reference: NIED, *K-NET ASCII format* (www.kyoshin.bosai.go.jp): sampling frequency `100Hz`,
 !> duration in seconds, scale factor `2000(gal)/8388608`; acceleration in gal is the integer
@@ -33,8 +34,8 @@ contains
       record%unit = 'gal'
       call read_header(reader, record, frequency, duration, factor)
       if (frequency <= 0.0_wp .or. duration <= 0.0_wp .or. factor <= 0.0_wp) call fail_at(reader, &
-         'the header does not state sampling frequency, duration and scale factor'// &
-         ' as positive numbers')
+         'sampling frequency, duration and scale factor must be positive numbers'// &
+         ' in the header')
       record%time_step = 1.0_wp/max(frequency, 1.0e-30_wp)
       call check_time_step(reader, record%time_step)
       call check_count(reader, anint(min(frequency*min(duration, largest), largest)), samples)
@@ -47,7 +48,7 @@ contains
 
    !> Read the 17 header lines; missing values are negative.
    subroutine read_header(reader, record, frequency, duration, factor)
-      type(line_reader_type), intent(inout) :: reader  !< of the file
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file
       type(record_type), intent(inout) :: record  !< record, filled from the file
       real(wp), intent(out) :: frequency, duration, factor  !< samples/s, s, gal per count
       character(len=:), allocatable :: text, rest
@@ -78,14 +79,14 @@ contains
    !> Read a factor such as `2000(gal)/8388608`.
    subroutine read_factor(reader, text, factor)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
-      character(len=*), intent(in) :: text  !< of the line
+      character(len=*), intent(in) :: text  !< value in the line
       real(wp), intent(out) :: factor  !< gal per count
       real(wp) :: full_scale, counts
       integer :: slash
 
       slash = index(text, '/')
       if (index(text, '(gal)/') == 0) call fail_at(reader, 'the scale factor '//quoted(text)// &
-         " has not the form 'number(gal)/number'")
+         " does not have the form 'number(gal)/number'")
       call first_number(reader, text(:slash - 1), 'scale factor', full_scale)
       call first_number(reader, text(slash + 1:), 'scale factor', counts)
       if (full_scale <= 0.0_wp .or. full_scale > largest .or. counts < 1.0_wp &

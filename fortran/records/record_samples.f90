@@ -20,7 +20,7 @@ module dda_record_samples
 
    !> A growing list of samples.
    type :: sample_list_type
-      real(wp), allocatable :: values(:)   !< the first `count` are in use [capacity]
+      real(wp), allocatable :: values(:)   !< [capacity] samples; the first `count` are in use
       integer :: count = 0                 !< samples so far
    end type sample_list_type
 
@@ -29,7 +29,7 @@ contains
    !> Append a value to the list.
    pure subroutine append(list, value)
       type(sample_list_type), intent(inout) :: list  !< list to which values are added
-      real(wp), intent(in) :: value  !< to add
+      real(wp), intent(in) :: value  !< value to add
 
       call grow(list%values, list%count + 1)
       list%count = list%count + 1
@@ -38,7 +38,7 @@ contains
 
    !> Read the next line, which must exist.
    subroutine read_line(reader, text, what)
-      type(line_reader_type), intent(inout) :: reader  !< of the file
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file
       character(len=:), allocatable, intent(out) :: text  !< without its line end
       !> expected content of the line, for the message
       character(len=*), intent(in) :: what
@@ -48,11 +48,11 @@ contains
       if (.not. found) call fail_at(reader, 'the file ends here, before '//what)
    end subroutine read_line
 
-   !> Skip comment lines, each of which begins with a mark.
+   !> Skip comment lines, each of which must begin with a mark.
    subroutine skip_comments(reader, comments, mark)
-      type(line_reader_type), intent(inout) :: reader  !< of the file
-      integer(long), intent(in) :: comments  !< lines
-      character(len=*), intent(in) :: mark  !< '|', or '' for any
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file
+      integer(long), intent(in) :: comments  !< number of comment lines
+      character(len=*), intent(in) :: mark  !< mark: '|', or '' for any line
       character(len=:), allocatable :: text
       integer(long) :: line
 
@@ -67,7 +67,7 @@ contains
 
    !> Read a declared number of values from the following lines, with or without blanks between.
    subroutine read_values(reader, expected, what, list)
-      type(line_reader_type), intent(inout) :: reader  !< of the file
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file
       integer(long), intent(in) :: expected                !< number declared by the header
       character(len=*), intent(in) :: what                 !< 'samples', … for messages
       type(sample_list_type), intent(inout) :: list        !< list to which values are added
@@ -108,9 +108,9 @@ contains
    subroutine read_row(reader, text, commas, most, surplus, list)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       character(len=*), intent(in) :: text  !< line of the file
-      logical, intent(in) :: commas  !< .true.: commas may separate; .false.: fixed width
+      logical, intent(in) :: commas  !< .true.: commas may separate numbers; .false.: fixed width
       integer(long), intent(in) :: most  !< numbers that the list may have
-      character(len=*), intent(in) :: surplus  !< message if there are more
+      character(len=*), intent(in) :: surplus  !< message if the line has more numbers
       type(sample_list_type), intent(inout) :: list  !< list to which values are added
       integer :: position, state
       real(wp) :: value
@@ -131,7 +131,7 @@ contains
       end do
    end subroutine read_row
 
-   !> Quantity that a line of a header names; a spectrum is an error.
+   !> Read the quantity that a header line names; a spectrum is an error.
    pure subroutine read_quantity(reader, text, quantity)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       character(len=*), intent(in) :: text  !< line of the file
@@ -150,7 +150,7 @@ contains
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       character(len=*), intent(in) :: text                 !< '100Hz', ' .005 SEC,', …
       character(len=*), intent(in) :: what                 !< name of the number, for the message
-      real(wp), intent(out) :: value  !< as stated
+      real(wp), intent(out) :: value  !< value stated
       integer :: position, state, last
       character(len=:), allocatable :: word
 
@@ -187,7 +187,7 @@ contains
    end subroutine check_count
 
    !> Check that a declared duration fits the declared samples.
-   !> The tolerance includes rounding and counting n or n − 1 steps.
+   !> The tolerance covers rounding, and headers that count n or n − 1 steps.
    pure subroutine check_duration(reader, count, time_step, duration)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       integer(long), intent(in) :: count                   !< samples

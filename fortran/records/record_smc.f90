@@ -39,7 +39,7 @@ contains
 
    !> Read the quantity from the first line, event and station from lines 4 and 6.
    subroutine read_titles(reader, record)
-      type(line_reader_type), intent(inout) :: reader  !< of the file
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file
       type(record_type), intent(inout) :: record  !< record, filled from the file
       character(len=:), allocatable :: text
       integer :: line
@@ -57,8 +57,8 @@ contains
 
    !> Read the integers of the header: numbers of comment lines and samples.
    subroutine read_integers(reader, comments, samples)
-      type(line_reader_type), intent(inout) :: reader  !< of the file
-      integer(long), intent(out) :: comments, samples  !< lines, samples
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file
+      integer(long), intent(out) :: comments, samples  !< number of comment lines, of samples
       type(sample_list_type) :: list
 
       comments = 0
@@ -73,26 +73,26 @@ contains
 
    !> Read the reals of the header: the sampling rate.
    subroutine read_rate(reader, time_step)
-      type(line_reader_type), intent(inout) :: reader  !< of the file
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file
       real(wp), intent(out) :: time_step  !< Δt, s
       type(sample_list_type) :: list
 
       time_step = 0.0_wp
       call read_header(reader, reals, real_lines, 'reals of an SMC header', list)
       if (allocated(reader%error)) return
-      ! An unevenly digitised record has the "undefined" 1.7e38 here.
+      ! An unevenly digitised record has the "undefined" value 1.7e38 as its rate.
       if (list%values(rate_at) <= 0.0_wp .or. list%values(rate_at) > 1.0e30_wp) then
          call fail_at(reader, 'the sampling rate '//to_text(list%values(rate_at))// &
-            ' samples/s (real 2 of the header) is not that of an evenly sampled record')
+            ' samples/s (real 2 of the header) is out of range: the record is not evenly sampled')
          return
       end if
       time_step = 1.0_wp/list%values(rate_at)
       call check_time_step(reader, time_step)
    end subroutine read_rate
 
-   !> Read numbers on as many lines as in the format, to detect a missing number.
+   !> Read header numbers; their lines must be as many as in the format, so that none is missing.
    subroutine read_header(reader, expected, lines, what, list)
-      type(line_reader_type), intent(inout) :: reader  !< of the file
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file
       integer(long), intent(in) :: expected  !< number declared by the header
       integer, intent(in) :: lines  !< lines according to the format
       character(len=*), intent(in) :: what  !< name of the counted items, for messages

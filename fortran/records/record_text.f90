@@ -13,13 +13,13 @@ module dda_record_text
    private
    public :: read_text, without_comment, heading_columns
 
-   ! relative difference of a step from the first step, due to printed digits
+   ! largest relative difference of a step from the first step, due to rounded times
    real(wp), parameter :: even = 0.02_wp
 
    !> Columns read so far.
    type :: column_type
       integer :: columns = 0               ! 1 or 2, from the first line with numbers or names
-      logical :: begun = .false.           ! such a line has been read
+      logical :: begun = .false.           ! a line with numbers or names has been read
       real(wp) :: start = 0.0_wp           ! first time (s)
       real(wp) :: last = 0.0_wp            ! latest time (s)
       real(wp) :: step = 0.0_wp            ! first step (s)
@@ -28,7 +28,7 @@ module dda_record_text
 
 contains
 
-   !> Read one or two columns; `record%time_step` > 0 is the caller's.
+   !> Read one or two columns; a `record%time_step` > 0 is given by the caller.
    subroutine read_text(reader, record)
       type(line_reader_type), intent(inout) :: reader        !< reader at the start of the file
       type(record_type), intent(inout) :: record  !< record, filled from the file
@@ -56,7 +56,7 @@ contains
    subroutine read_line(reader, text, column)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       character(len=*), intent(in) :: text  !< line of the file, without comment
-      type(column_type), intent(inout) :: column  !< column of samples, so far
+      type(column_type), intent(inout) :: column  !< columns read so far
 
       if (text == '') return
       if (.not. column%begun) column%columns = heading_columns(text)
@@ -64,8 +64,8 @@ contains
       column%begun = .true.
    end subroutine read_line
 
-   !> Number of columns that a line names; 0 if it is not a heading.
-   !> Names do not begin like numbers; units in brackets are ignored.
+   !> Number of columns that a line names; 0 if the line is not a heading.
+   !> A name does not begin like a number; units in brackets are ignored.
    pure integer function heading_columns(text) result(columns)  ! total
       character(len=*), intent(in) :: text  !< line of the file, without comment
       character(len=:), allocatable :: names
@@ -106,7 +106,7 @@ contains
    subroutine add_row(reader, text, column)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       character(len=*), intent(in) :: text  !< line of the file, without comment
-      type(column_type), intent(inout) :: column  !< column of samples, so far
+      type(column_type), intent(inout) :: column  !< columns read so far
       type(sample_list_type) :: row
 
       call read_row(reader, text, .true., 2_long, &
@@ -114,9 +114,9 @@ contains
       if (row%count == 0) return
       if (column%columns == 0) column%columns = row%count
       if (row%count /= column%columns) call fail_at(reader, to_text(row%count)// &
-         ' number(s), but the lines above have '//to_text(column%columns))
+         ' number(s), but earlier lines have '//to_text(column%columns))
       if (column%values%count >= most_samples) call fail_at(reader, 'more than '// &
-         to_text(most_samples)//' samples are not read')
+         to_text(most_samples)//' samples are not supported')
       if (row%count == 2) call check_time(reader, row%values(1), column)
       call append(column%values, row%values(row%count))
    end subroutine add_row
@@ -125,7 +125,7 @@ contains
    subroutine check_time(reader, time, column)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       real(wp), intent(in) :: time  !< time, s
-      type(column_type), intent(inout) :: column  !< column of samples, so far
+      type(column_type), intent(inout) :: column  !< columns read so far
       real(wp), parameter :: largest = 1.0e9_wp              ! s
       real(wp) :: step
 
@@ -139,7 +139,7 @@ contains
             to_text(column%last)//' s')
       else if (column%values%count > 1 .and. abs(step - column%step) > even*column%step) then
          call fail_at(reader, 'the time '//to_text(time)//' s is '//to_text(step)// &
-            ' s after the one above, not '//to_text(column%step)// &
+            ' s after the time before it, not '//to_text(column%step)// &
             ' s: the times are not evenly spaced, or have too few digits')
       end if
       column%last = time
@@ -149,7 +149,7 @@ contains
    subroutine set_samples(reader, record, column)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       type(record_type), intent(inout) :: record  !< record, filled from the file
-      type(column_type), intent(in) :: column  !< of samples, complete
+      type(column_type), intent(in) :: column  !< complete column of samples
 
       associate (count => column%values%count)
          if (count < 2) call fail_at(reader, 'the file ends after '//to_text(count)// &

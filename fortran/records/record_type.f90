@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> One recorded motion: uniformly sampled acceleration, velocity or displacement, and its units, as
-!> users and headers write them.
+!> One recorded motion (uniformly sampled acceleration, velocity or displacement), and the units
+!> that users and headers write.
 module dda_record_type
    use dda_kinds, only: wp
    use dda_text, only: lower_case
@@ -13,17 +13,17 @@ module dda_record_type
    character(len=*), parameter :: velocity = 'velocity'         !< quantity in m/s
    character(len=*), parameter :: displacement = 'displacement' !< quantity in m
 
-   !> A record as read, in SI units.
+   !> A record in SI units.
    type :: record_type
       real(wp) :: time_step = 0.0_wp                !< time between samples (s)
       real(wp), allocatable :: values(:)            !< samples (m/s², m/s or m) [samples]
       character(len=:), allocatable :: quantity     !< 'acceleration', 'velocity' or 'displacement'
       character(len=:), allocatable :: station      !< name in the header; blank if there is none
-      character(len=:), allocatable :: description  !< event and component of the header
-      character(len=:), allocatable :: file         !< file from which it was read
+      character(len=:), allocatable :: description  !< event and component from the header
+      character(len=:), allocatable :: file         !< file from which the record was read
       !> 'smc', 'at2', 'knet', 'esm', 'cosmos' or 'text'
       character(len=:), allocatable :: format
-      !> of the numbers in the file, as stated there or by the caller
+      !> unit of the numbers in the file, stated by its header or by the caller
       character(len=:), allocatable :: unit
    end type record_type
 
@@ -32,10 +32,10 @@ module dda_record_type
       !> 'm/s2', 'cm/s2', 'g', 'm/s', 'cm/s', 'm', 'cm' or 'mm'; blank: unknown
       character(len=16) :: name = ''
       character(len=16) :: quantity = ''  !< 'acceleration', 'velocity' or 'displacement'
-      real(wp) :: scale = 0.0_wp          !< SI value of one such unit (m/s², m/s or m)
+      real(wp) :: scale = 0.0_wp          !< SI value of one unit (m/s², m/s or m)
    end type unit_type
 
-   !> for messages
+   !> list of units for messages
    character(len=*), parameter :: known_units = "'m/s2', 'cm/s2', 'gal', 'g', 'm/s', "// &
       "'cm/s', 'm', 'cm', 'mm'"
 
@@ -54,9 +54,9 @@ module dda_record_type
 
 contains
 
-   !> Quantity that a text names; blank if none.
+   !> Quantity that a text names; blank if it names none.
    pure function quantity_in(text) result(quantity)
-      character(len=*), intent(in) :: text   !< in lower case
+      character(len=*), intent(in) :: text   !< text in lower case
       character(len=:), allocatable :: quantity
 
       quantity = ''
@@ -75,7 +75,7 @@ contains
       if (i > 0) unit = units(i)
    end function find_unit
 
-   !> Reduce spellings to one: lower case, no blanks, no power signs, seconds as `s`.
+   !> Reduce spellings of a unit to one: lower case, no blanks, no power signs, seconds as `s`.
    pure function plain_spelling(text) result(short)
       character(len=*), intent(in) :: text  !< text written by the caller or in a header
       character(len=:), allocatable :: short

@@ -1,10 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Lines of an untrusted text file.
 !>
-!> A file may be a folder, an image, a gigabyte on one line: each of these is an error with a
-!> file name and a line number.  Line ends of any kind, a byte-order mark and a DOS end-of-file byte
-!> are interpreted.  The reader retains the first error, after
-!> which there are no more lines.
+!> A folder, an image or a line of a gigabyte causes an error with file name and line number.
+!> Line ends of any kind, a byte-order mark and a DOS end-of-file byte are interpreted.  The reader
+!> retains the first error, and returns no lines after it.
 module dda_text_lines
    use dda_kinds, only: long
    use dda_errors, only: error_type, fail, error_file, error_input
@@ -14,10 +13,10 @@ module dda_text_lines
    private
    public :: line_reader_type, open_lines, next_line, repeat_line, rewind_lines, fail_at
 
-   integer, parameter :: longest_line = 10000  !< characters; a record has no longer line
+   integer, parameter :: longest_line = 10000  !< characters; lines of records are shorter
    integer(long), parameter :: largest_file = 268435456_long !< bytes (256 MiB)
 
-   integer, parameter :: blank = 32  !< smaller bytes are control characters
+   integer, parameter :: blank = 32  !< bytes below are control characters
    character, parameter :: tab = achar(9), line_feed = achar(10), form_feed = achar(12), &
       carriage_return = achar(13), dos_end = achar(26)
    character(len=*), parameter :: byte_order_mark = char(239)//char(187)//char(191)
@@ -25,7 +24,7 @@ module dda_text_lines
    !> A file and the position in it.
    type :: line_reader_type
       character(len=:), allocatable :: file        !< name of the file, for messages
-      type(error_type), allocatable :: error       !< the first one
+      type(error_type), allocatable :: error       !< first error
       integer :: line = 0                          !< number of the last returned line
       integer, private :: next = 1                 !< position of the next line in the text
       integer, private :: last = 1                 !< position of the last returned line
@@ -36,7 +35,7 @@ contains
 
    !> Read a file, whose lines are then returned one by one.
    subroutine open_lines(reader, file)
-      type(line_reader_type), intent(out) :: reader          !< ready for `next_line`
+      type(line_reader_type), intent(out) :: reader          !< reader, ready for `next_line`
       character(len=*), intent(in) :: file                   !< path, any bytes
       integer :: length, dos
 
@@ -58,7 +57,7 @@ contains
 
    !> Return the next line without its end; `found` is false at the end of the file or on error.
    subroutine next_line(reader, text, found)
-      type(line_reader_type), intent(inout) :: reader  !< of the file
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file
       character(len=:), allocatable, intent(out) :: text     !< the line
       logical, intent(out) :: found                          !< a line was found
       integer :: after
@@ -85,7 +84,7 @@ contains
 
    !> Let the next call of `next_line` return the same line again.
    pure subroutine repeat_line(reader)
-      type(line_reader_type), intent(inout) :: reader  !< of the file
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file
 
       reader%next = reader%last
       reader%line = reader%line - 1
@@ -93,7 +92,7 @@ contains
 
    !> Let the next call of `next_line` return the first line.
    pure subroutine rewind_lines(reader)
-      type(line_reader_type), intent(inout) :: reader  !< of the file
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file
 
       reader%next = 1
       reader%line = 0
@@ -101,18 +100,18 @@ contains
 
    !> Check that a text has no control characters except tabs and form feeds.
    pure subroutine check_bytes(reader, text)
-      type(line_reader_type), intent(inout) :: reader  !< of the file
+      type(line_reader_type), intent(inout) :: reader  !< reader of the file
       character(len=*), intent(in) :: text  !< line of the file
       integer :: i
 
       do i = 1, len(text)
          if (ichar(text(i:i)) < blank .and. scan(text(i:i), tab//form_feed) == 0) &
             call fail_at(reader, 'the byte '//to_text(ichar(text(i:i)))// &
-            ' does not occur in a text file (binary, or UTF-16?)')
+            ' does not occur in text: the file may be binary or UTF-16')
       end do
    end subroutine check_bytes
 
-   !> Return an input error at the last line, with file and line number; keep an earlier error.
+   !> Return an input error with file and number of the last line; an earlier error is retained.
    pure subroutine fail_at(reader, what)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       character(len=*), intent(in) :: what                   !< sentence without the full stop

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Numbers in untrusted text.
 !>
-!> Fortran's own list-directed read accepts `3*5`, `/`, `NaN`, `1e400` and an empty field without an
-!> error.  Here a number is exactly: sign, digits with at most one point, exponent with E or D.
-!> Fixed-width output of old programs has numbers without blanks (`1.0E+0-2.0E+0`): on request,
-!> a sign directly after a complete number begins the next number.
+!> List-directed reads of Fortran accept `3*5`, `/`, `NaN`, `1e400` and an empty field without an
+!> error.  This module accepts only: sign, digits with at most one point, exponent with E or D.
+!> Old programs write fixed-width numbers without blanks between (`1.0E+0-2.0E+0`).  On request, a
+!> sign directly after a complete number therefore begins another number.
 module dda_text_numbers
    use dda_kinds, only: wp, long
    implicit none
@@ -13,12 +13,12 @@ module dda_text_numbers
    public :: number_found, number_none, number_bad, number_large
 
    integer, parameter :: number_found = 0  !< a number was read
-   integer, parameter :: number_none = 1   !< only blanks were left
+   integer, parameter :: number_none = 1   !< only blanks remain
    integer, parameter :: number_bad = 2    !< not a number
    integer, parameter :: number_large = 3  !< a number beyond 1e300
 
    integer, parameter :: most_digits = 18      ! of an integer(long) mantissa
-   ! well within the range, so that scaling cannot overflow
+   ! limits of the power of ten, so that scaling cannot overflow
    integer, parameter :: largest_power = 300, smallest_power = -400
    integer, parameter :: longest_number = 64   ! characters
    integer, parameter :: exact_power = 22      ! 10**22 is the last exact power of ten
@@ -38,10 +38,10 @@ contains
 
    !> Read the number at or after `position` and move past it.
    !>
-   !> With another state than `number_found`, the position is that of the faulty word.
+   !> If no valid number is found, `position` is that of the faulty word.
    pure subroutine next_number(text, position, value, state, joined, commas)
-      character(len=*), intent(in) :: text  !< looked through
-      integer, intent(inout) :: position             !< first character to look at
+      character(len=*), intent(in) :: text  !< text to scan
+      integer, intent(inout) :: position             !< first character to scan
       real(wp), intent(out) :: value  !< value; 0 if there is no number
       integer, intent(out) :: state                  !< `number_…`
       !> a sign may begin the next number without a blank
@@ -69,7 +69,7 @@ contains
       if (commas .and. is_one_of(text, at, ',')) position = at + 1
    end subroutine next_number
 
-   !> A value as a count; −1 if it is negative, not whole or too large.
+   !> A value converted to a count; −1 if the value is negative, not whole or too large.
    pure function whole_number(value) result(count)
       real(wp), intent(in) :: value  !< any
       integer(long) :: count
@@ -81,8 +81,8 @@ contains
 
    !> Word at or after a position, for messages.
    pure function word_at(text, position) result(word)
-      character(len=*), intent(in) :: text  !< looked through
-      integer, intent(in) :: position  !< first character to look at
+      character(len=*), intent(in) :: text  !< text to scan
+      integer, intent(in) :: position  !< first character to scan
       character(len=:), allocatable :: word
       integer :: first
 
@@ -92,8 +92,8 @@ contains
 
    !> Number of blanks and tabs from a position on.
    pure function count_blanks(text, position) result(count)
-      character(len=*), intent(in) :: text  !< looked through
-      integer, intent(in) :: position  !< first character to look at
+      character(len=*), intent(in) :: text  !< text to scan
+      integer, intent(in) :: position  !< first character to scan
       integer :: count
 
       count = verify(text(position:), ' '//tab) - 1
@@ -102,7 +102,7 @@ contains
 
    !> Scan sign, digits and at most one point.
    pure subroutine scan_mantissa(text, at, scan)
-      character(len=*), intent(in) :: text  !< looked through
+      character(len=*), intent(in) :: text  !< text to scan
       integer, intent(inout) :: at  !< position in the text
       type(scan_type), intent(out) :: scan  !< sign and mantissa
       logical :: after_point
@@ -122,7 +122,7 @@ contains
       end do
    end subroutine scan_mantissa
 
-   !> Append a digit to the mantissa, if it has space.
+   !> Append a digit to the mantissa, unless the mantissa is full.
    pure subroutine append_digit(scan, digit, after_point)
       type(scan_type), intent(inout) :: scan  !< number so far
       integer, intent(in) :: digit  !< 0 … 9
@@ -141,7 +141,7 @@ contains
 
    !> Scan `E` or `D`, sign, digits; an empty exponent is valid, a letter without digits is not.
    pure subroutine scan_exponent(text, at, scan, complete)
-      character(len=*), intent(in) :: text  !< looked through
+      character(len=*), intent(in) :: text  !< text to scan
       integer, intent(inout) :: at  !< position in the text
       type(scan_type), intent(inout) :: scan  !< number so far
       logical, intent(out) :: complete  !< the exponent has digits, or there is none
@@ -165,20 +165,20 @@ contains
 
    !> .true. if the character at a position is one of a set.
    pure function is_one_of(text, at, characters) result(is)  ! total
-      character(len=*), intent(in) :: text  !< looked through
+      character(len=*), intent(in) :: text  !< text to scan
       integer, intent(in) :: at  !< position in the text
-      character(len=*), intent(in) :: characters  !< looked for
+      character(len=*), intent(in) :: characters  !< the set
       logical :: is
 
       is = .false.
       if (at <= len(text)) is = index(characters, text(at:at)) > 0
    end function is_one_of
 
-   !> .true. if a number may end before this character.
+   !> .true. if a number may end before the character at a position.
    pure function ends_number(text, at, joined, commas) result(ends)
-      character(len=*), intent(in) :: text  !< looked through
+      character(len=*), intent(in) :: text  !< text to scan
       integer, intent(in) :: at  !< position in the text
-      logical, intent(in), optional :: joined, commas  !< as of `next_number`
+      logical, intent(in), optional :: joined, commas  !< options of `next_number`
       logical :: ends
 
       ends = at > len(text) .or. is_one_of(text, at, ' '//tab)
@@ -188,7 +188,7 @@ contains
 
    !> Convert a scanned number to its value, rounded correctly.
    pure subroutine to_value(word, scan, value, state)
-      character(len=*), intent(in) :: word  !< the whole number
+      character(len=*), intent(in) :: word  !< complete text of the number
       type(scan_type), intent(in) :: scan  !< complete number
       real(wp), intent(out) :: value  !< value; 0 if there is no number
       integer, intent(out) :: state  !< `number_…`

@@ -114,7 +114,7 @@ contains
       call damaged('.at2', 'UNITS OF G', 'UNITS OF H', 'does not state its unit')
       call damaged('_old.at2', '      50   .02000', '      50  unknown', 'does not begin with')
       call write_scratch(repeat('a line without numbers'//nl, 20))
-      call expect_error('at2', 'none of the first lines states NPTS')
+      call expect_error('at2', 'the first lines do not state NPTS')
       call damaged('.knet', '2000(gal)/8388608', '2000(gal)/0      ', 'scale factor')
       call damaged('.knet', '2000(gal)/8388608', '2000 gal          ', 'scale factor')
       call damaged('.knet', '50Hz', 'many', "'many'")
