@@ -4,7 +4,7 @@
 !> `serialise` writes a value or an array if the archive is being written, and reads it if the
 !> archive is being read, so that the two directions cannot differ.  Every array is preceded by its
 !> size; the first mismatch is stored in `failure`, and nothing is read after it.  The bytes of a
-!> large state pass through a stream, since they would need as much memory as the state itself.
+!> large state pass through a stream, since an array of them would need as much memory as the state.
 module dda_archive
    use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_ptr
    use, intrinsic :: iso_fortran_env, only: int8
@@ -17,7 +17,8 @@ module dda_archive
 
    integer(long), parameter :: buffer_size = 2_long**20  !< bytes
 
-   !> Target of the bytes when the buffer of an archive is full, and source when it is empty.
+   !> Stream that receives the buffer of an archive when it is full, and refills it when it is
+   !> empty.
    type, abstract :: archive_stream_type
    contains
       procedure(move_bytes), deferred :: put  !< write all these bytes
@@ -27,7 +28,7 @@ module dda_archive
    abstract interface
       subroutine move_bytes(self, bytes)
          import :: archive_stream_type, int8
-         class(archive_stream_type), intent(inout) :: self  !< at its position
+         class(archive_stream_type), intent(inout) :: self  !< stream at its position
          integer(int8), contiguous, intent(inout) :: bytes(:)  !< [any] bytes, written or read
       end subroutine move_bytes
    end interface
@@ -37,8 +38,8 @@ module dda_archive
       logical :: reading = .false.
       integer(int8), allocatable :: bytes(:)     !< all bytes, or the buffer of the stream
       class(archive_stream_type), allocatable :: stream
-      integer(long) :: at = 0                    !< bytes written or read
-      integer(long) :: before = 0                !< bytes before the first of `bytes`
+      integer(long) :: at = 0                    !< number of bytes written or read
+      integer(long) :: before = 0  !< number of archive bytes before the first element of `bytes`
       integer(long) :: length = 0                !< number of bytes to be read
       character(len=:), allocatable :: failure   !< reason why the rest cannot be read
    end type archive_type
@@ -53,7 +54,7 @@ contains
 
    !> Begin an archive for writing; its stream, if any, is at its beginning.
    pure subroutine write_archive(archive)
-      type(archive_type), intent(inout) :: archive  !< written
+      type(archive_type), intent(inout) :: archive  !< archive to be written
 
       archive%reading = .false.
       archive%at = 0
@@ -64,7 +65,7 @@ contains
 
    !> Begin to read `bytes` from their start, or a stream of a given length from its position.
    pure subroutine read_archive(archive, length)
-      type(archive_type), intent(inout) :: archive     !< read
+      type(archive_type), intent(inout) :: archive     !< archive to be read
       integer(long), intent(in), optional :: length    !< length of the stream, bytes
 
       archive%reading = .true.
@@ -81,7 +82,7 @@ contains
    !> Record a failure, after which nothing is read; an earlier reason is retained.
    pure subroutine fail_archive(archive, reason)
       type(archive_type), intent(inout) :: archive  !< archive that is written or read
-      character(len=*), intent(in) :: reason  !< for a person
+      character(len=*), intent(in) :: reason  !< reason, for messages
 
       if (.not. allocated(archive%failure)) archive%failure = reason
    end subroutine fail_archive
@@ -89,13 +90,13 @@ contains
    !> Copy bytes from an address to the archive, or from the archive to the address.
    subroutine transfer_bytes(archive, place, bytes)
       type(archive_type), intent(inout) :: archive  !< archive that is written or read
-      type(c_ptr), intent(in) :: place        !< of the value
-      integer(long), intent(in) :: bytes      !< of the value
+      type(c_ptr), intent(in) :: place        !< address of the value
+      integer(long), intent(in) :: bytes      !< bytes of the value
       integer(int8), pointer, contiguous :: value(:)
       integer(long) :: done, part, used
 
       if (archive%reading .and. bytes > archive%length - archive%at) &
-         call fail_archive(archive, 'it ends too early')
+         call fail_archive(archive, 'the data end too early')
       if (allocated(archive%failure) .or. bytes == 0) return
       call c_f_pointer(place, value, [bytes])
       done = 0
@@ -116,7 +117,7 @@ contains
    !> Enlarge the buffer if the next position would lie beyond its end.
    subroutine extend_buffer(archive, wanted)
       type(archive_type), intent(inout) :: archive  !< archive that is written or read
-      integer(long), intent(in) :: wanted           !< bytes that come
+      integer(long), intent(in) :: wanted           !< bytes that follow
       integer(long) :: used
 
       used = archive%at - archive%before
@@ -146,7 +147,7 @@ contains
 
       found = label
       call serialise_text(archive, found)
-      if (found /= label) call fail_archive(archive, label//' are missing in it')
+      if (found /= label) call fail_archive(archive, label//' are missing')
    end subroutine serialise_label
 
    !> Serialise a number that must lie within limits.
@@ -161,7 +162,7 @@ contains
       if (archive%reading .and. allocated(archive%failure)) value = lowest
    end subroutine serialise_number
 
-   !> Serialise a size; on reading, at least as many bytes must remain.
+   !> Serialise a count; on reading, at least as many bytes must remain in the archive.
    subroutine serialise_count(archive, count)
       type(archive_type), intent(inout) :: archive  !< archive that is written or read
       integer, intent(inout) :: count  !< count, written or read
@@ -172,12 +173,12 @@ contains
       call serialise_number(archive, count, 0, int(limit))
    end subroutine serialise_count
 
-   !> Serialise the size and the bytes of an array; a size that is read must be that of the array.
+   !> Serialise the size and the bytes of an array; a size that is read must fit the array.
    subroutine serialise_array(archive, place, items, bits)
       type(archive_type), intent(inout) :: archive  !< archive that is written or read
       type(c_ptr), intent(in) :: place  !< address of the values
-      integer(long), intent(in) :: items  !< of the array
-      integer, intent(in) :: bits        !< of an item
+      integer(long), intent(in) :: items  !< items of the array
+      integer, intent(in) :: bits        !< bits of an item
       integer(long), target :: bytes
       integer(long) :: wanted
 
@@ -228,7 +229,7 @@ contains
       call serialise_array(archive, c_loc(values), size(values, kind=long), storage_size(values))
    end subroutine serialise_logicals
 
-   !> Serialise a text; on reading, it has the length that was written.
+   !> Serialise a text; on reading, the text gets the length that was written.
    subroutine serialise_text(archive, text)
       type(archive_type), intent(inout) :: archive  !< archive that is written or read
       character(len=:), allocatable, intent(inout) :: text  !< text, written or read

@@ -13,7 +13,7 @@ module dda_checksum
    !> Checksum of the bytes so far, and tables to process eight bytes at a time.
    type :: checksum_type
       integer(long) :: value = 0
-      !> remainders of a byte with 0 … 7 zero bytes after it
+      !> remainders of a byte that 0 … 7 zero bytes follow
       integer(long) :: table(0:255, 0:7) = 0
    end type checksum_type
 
@@ -21,7 +21,7 @@ contains
 
    !> Begin a checksum, and compute its tables.
    pure subroutine begin_checksum(checksum)
-      type(checksum_type), intent(out) :: checksum  !< of no bytes
+      type(checksum_type), intent(out) :: checksum  !< checksum of no bytes
       integer :: byte, bit, behind
       integer(long) :: rest
 
@@ -47,7 +47,7 @@ contains
       low_byte = int(iand(word, 255_long))
    end function low_byte
 
-   !> Update a checksum by more bytes.
+   !> Extend a checksum by more bytes.
    pure subroutine add_bytes(checksum, bytes)
       type(checksum_type), intent(inout) :: checksum  !< checksum of the bytes so far
       integer(int8), contiguous, intent(in) :: bytes(:)  !< [bytes]

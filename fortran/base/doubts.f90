@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Warnings on a run: topics with a sentence each.
+!> Warnings on a run: each has a topic and a sentence.
 module dda_doubts
    use dda_archive, only: archive_type, serialise, serialise_count
    implicit none
@@ -10,7 +10,7 @@ module dda_doubts
 
    !> A warning.
    type :: doubt_type
-      character(len=:), allocatable :: topic  !< topic; blank: none
+      character(len=:), allocatable :: topic  !< topic; blank: no topic
       character(len=:), allocatable :: words  !< a sentence
       logical :: of_check = .false.           !< reported by the check of the model
    end type doubt_type
@@ -19,9 +19,9 @@ contains
 
    !> Add a warning to a list, which need not be allocated.
    pure subroutine add_doubt(doubts, topic, words, of_check)
-      type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< so far
+      type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< list of warnings, extended
       character(len=*), intent(in) :: topic, words               !< see `doubt_type`
-      logical, intent(in), optional :: of_check                  !< likewise; default: no
+      logical, intent(in), optional :: of_check  !< see `doubt_type`; default: .false.
       type(doubt_type), allocatable :: longer(:)
       integer :: n
 
@@ -37,8 +37,8 @@ contains
 
    !> Add all warnings of another list.
    pure subroutine add_doubts(doubts, more)
-      type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< so far
-      type(doubt_type), intent(in) :: more(:)                    !< the next ones
+      type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< list of warnings, extended
+      type(doubt_type), intent(in) :: more(:)                    !< warnings to add
       integer :: i
 
       do i = 1, size(more)
@@ -48,7 +48,7 @@ contains
 
    !> Text of a warning: "topic: sentence", after "check: " for warnings of the check.
    pure function doubt_text(doubt) result(text)
-      type(doubt_type), intent(in) :: doubt  !< one
+      type(doubt_type), intent(in) :: doubt  !< warning
       character(len=:), allocatable :: text
 
       text = doubt%words
@@ -59,7 +59,7 @@ contains
    !> Save or restore a list of warnings; on reading, the archive determines its length.
    subroutine serialise_doubts(archive, doubts)
       type(archive_type), intent(inout) :: archive               !< archive that is written or read
-      type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< of a run
+      type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< warnings of a run
       integer :: i, n
 
       n = size(doubts)

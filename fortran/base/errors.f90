@@ -30,13 +30,13 @@ contains
    !> Set an error: its kind and its message.
    pure subroutine fail(error, kind, message)
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      integer, intent(in) :: kind  !< `error_…`
+      integer, intent(in) :: kind  !< kind: `error_…`
       character(len=*), intent(in) :: message  !< one or more sentences for the user
 
       error = error_type(kind, message)
    end subroutine fail
 
-   !> Exit status of the executable: the kind; an error of a checkpoint is one of a file.
+   !> Exit status of the executable: the kind of the error; checkpoint errors count as file errors.
    pure integer function exit_status(error)
       type(error_type), intent(in) :: error  !< error that ends the program
 

@@ -2,8 +2,8 @@
 !> Allocatable arrays that grow: contents are retained, new elements are zero.
 !>
 !> `grow` does nothing if the array is large enough; otherwise the array at least doubles, so that
-!> appending n values one by one copies fewer than 2n.  On request, it gets the exact size.
-!> Old and new array exist together only while one is copied into the other.
+!> appending n values one by one copies fewer than 2n.  On request, the array gets the exact
+!> size.  Old and new arrays exist together only while the old is copied into the new.
 module dda_growth
    use, intrinsic :: iso_fortran_env, only: int8
    use dda_kinds, only: wp, long
@@ -79,7 +79,7 @@ contains
       call move_alloc(longer, list)
    end subroutine grow_texts
 
-   !> Enlarge an array of bytes, of which there may be more than 2³¹.
+   !> Enlarge an array of bytes, possibly to more than 2³¹ elements.
    pure subroutine grow_bytes(list, least)
       integer(int8), allocatable, intent(inout) :: list(:)  !< [≥ least] old elements, then 0
       integer(long), intent(in) :: least  !< elements needed
@@ -127,7 +127,7 @@ contains
 
    !> New size of an array that has become too small.
    pure integer function enlarged_size(present_size, least, exactly)
-      integer, intent(in) :: present_size, least  !< elements; needed
+      integer, intent(in) :: present_size, least  !< present and required number of elements
       logical, intent(in), optional :: exactly    !< .true.: exactly this number
 
       enlarged_size = max(least, 2*present_size)

@@ -9,9 +9,9 @@ module dda_interpolation
 contains
 
    !> Find the interval of a table that contains a time, and the fraction of the time in it.
-   !> The value there is v(k) + share (v(last) − v(k)).  Of equal times the last one is used.
+   !> The value at this time is v(k) + share (v(last) − v(k)).  Of equal times, the last is used.
    pure subroutine find_interval(times, time, k, last, share)
-      real(wp), intent(in) :: times(:)  !< s, ascending, times(1) ≤ time ≤ times(size(times))
+      real(wp), intent(in) :: times(:)  !< times, s, ascending, times(1) ≤ time ≤ times(size(times))
       real(wp), intent(in) :: time      !< time, s
       integer, intent(out) :: k, last   !< ends of the interval; equal in a table of one time
       real(wp), intent(out) :: share    !< 0 … 1

@@ -9,7 +9,7 @@ contains
 
    !> Join the parts of two items; the smaller of the two roots becomes the common root.
    pure subroutine join(part, a, b)
-      integer, intent(inout) :: part(:)  !< [items] an item of the same part, or itself
+      integer, intent(inout) :: part(:)  !< [items] an item of the same part; a root: itself
       integer, intent(in) :: a, b        !< items
       integer :: root(2), i
 
@@ -23,7 +23,7 @@ contains
       part(maxval(root)) = minval(root)
    end subroutine join
 
-   !> Name the part of each item by the first item of the part.
+   !> Set the part of each item to the first item of the part.
    pure subroutine name_parts(part)
       integer, intent(inout) :: part(:)  !< [items] partition after the last `join`
       integer :: i

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Rate limiter for a side task, such as writing a checkpoint: the pause after it is proportional to
-!> its cost, so that its fraction of the run time is limited.
+!> Rate limiter for a side task, such as writing a checkpoint: the pause after the task is
+!> proportional to its cost, which limits its fraction of the run time.
 module dda_rate_limiter
    use dda_kinds, only: long
    implicit none
@@ -9,17 +9,17 @@ module dda_rate_limiter
 
    !> Times and pause of a task, in clock counts.
    type :: rate_limiter_type
-      !> pause over cost
+      !> ratio of pause to cost
       integer :: cost_ratio = 100
-      integer(long) :: begun = 0, ended = 0
-      integer(long) :: cost = 0    !< cost of the last execution
+      integer(long) :: begun = 0, ended = 0  !< times of the last execution
+      integer(long) :: cost = 0    !< duration of the last execution
    end type rate_limiter_type
 
 contains
 
    !> .true. if the pause since the last execution is over.
    logical function is_due(limiter)
-      type(rate_limiter_type), intent(in) :: limiter  !< of the task
+      type(rate_limiter_type), intent(in) :: limiter  !< limiter of the task
       integer(long) :: now
 
       call system_clock(now)
@@ -28,14 +28,14 @@ contains
 
    !> Record the start of the task.
    subroutine begin_task(limiter)
-      type(rate_limiter_type), intent(inout) :: limiter  !< of the task
+      type(rate_limiter_type), intent(inout) :: limiter  !< limiter of the task
 
       call system_clock(limiter%begun)
    end subroutine begin_task
 
    !> Record the end of the task; its cost determines the next pause.
    subroutine end_task(limiter)
-      type(rate_limiter_type), intent(inout) :: limiter  !< of the task
+      type(rate_limiter_type), intent(inout) :: limiter  !< limiter of the task
 
       call system_clock(limiter%ended)
       limiter%cost = limiter%ended - limiter%begun

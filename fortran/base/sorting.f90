@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Stable orders: by insertion for short lists, such as the crossings of an edge; by merging for
-!> long ones.
+!> Stable sorting: by insertion for short lists, such as the crossings of an edge; by merging for
+!> long lists.
 module dda_sorting
    use dda_kinds, only: wp
    implicit none

@@ -14,7 +14,7 @@ module dda_stopwatch
    integer, parameter :: phase_assemble = 3
    integer, parameter :: phase_factorise = 4
    integer, parameter :: phase_solve = 5
-   integer, parameter :: phase_iterate = 6    !< open–close iteration without its solves
+   integer, parameter :: phase_iterate = 6    !< open–close iteration without linear solves
    integer, parameter :: phase_update = 7     !< new state and energy audit
 
    character(len=*), parameter :: phase_names(7) = [character(len=9) :: 'search', 'detect', &
@@ -23,7 +23,7 @@ module dda_stopwatch
    !> Clock counts by phase.
    type :: stopwatch_type
       logical :: running = .false.
-      integer(int64) :: since = 0                       !< when the last lap ended
+      integer(int64) :: since = 0                       !< clock count at the end of the last lap
       integer(int64) :: spent(size(phase_names)) = 0
    end type stopwatch_type
 
@@ -50,7 +50,7 @@ contains
 
    !> Seconds spent in each phase.
    function seconds_of(watch) result(seconds)
-      type(stopwatch_type), intent(in) :: watch  !< stopped between laps
+      type(stopwatch_type), intent(in) :: watch  !< stopwatch between laps
       real(wp) :: seconds(size(phase_names))
       integer(int64) :: rate
 

@@ -7,7 +7,7 @@ module dda_text
    public :: to_text, short_text, lower_case, quoted, whole_characters, valid_text, joined, &
       closest, counted, wrapped, padded, screen_width
 
-   integer, parameter :: screen_width = 80  !< characters
+   integer, parameter :: screen_width = 80  !< width of a screen, characters
 
    !> Write a number with as few characters as possible.
    interface to_text
@@ -55,7 +55,7 @@ contains
 
    !> Text with four significant digits; with powers of ten if plain notation is long.
    pure function short_text(value) result(text)
-      real(wp), intent(in) :: value  !< to be written
+      real(wp), intent(in) :: value  !< number to write
       character(len=:), allocatable :: text
       integer, parameter :: digits = 4
       character(len=24) :: buffer
@@ -75,7 +75,7 @@ contains
 
    !> Remove trailing zeros, and a trailing point.
    pure function without_trailing_zeros(digits) result(text)
-      character(len=*), intent(in) :: digits  !< as 1.500
+      character(len=*), intent(in) :: digits  !< number such as 1.500
       character(len=:), allocatable :: text
 
       text = digits
@@ -86,7 +86,7 @@ contains
 
    !> Convert 1.500E-007 to 1.5e-7; other texts are unchanged.
    pure function short_exponent(number) result(text)
-      character(len=*), intent(in) :: number  !< with an exponent
+      character(len=*), intent(in) :: number  !< number with an exponent
       character(len=:), allocatable :: text
       integer :: e, power, status
 
@@ -171,8 +171,8 @@ contains
 
    !> .true. if bytes, the first of which is above 127, form one character.
    pure logical function is_character(bytes, length)
-      character(len=*), intent(in) :: bytes  !< to judge
-      integer, intent(in) :: length          !< length that the first requires
+      character(len=*), intent(in) :: bytes  !< possible character
+      integer, intent(in) :: length          !< length that the first byte requires
       integer :: code(4), i, lowest, highest
 
       is_character = .false.
@@ -190,7 +190,7 @@ contains
 
    !> Text of a count with its noun: 1 step, 3 steps.
    pure function counted(count, one, many) result(text)
-      character(len=*), intent(in) :: count      !< its digits
+      character(len=*), intent(in) :: count      !< digits of the count
       character(len=*), intent(in) :: one, many  !< singular and plural of the noun
       character(len=:), allocatable :: text
 
@@ -200,7 +200,7 @@ contains
 
    !> Number of characters of a text in UTF-8.
    pure integer function characters(text)
-      character(len=*), intent(in) :: text  !< valid
+      character(len=*), intent(in) :: text  !< valid UTF-8
       integer :: i
 
       characters = count([(iachar(text(i:i)) < 128 .or. iachar(text(i:i)) >= 192, i=1, len(text))])
@@ -215,8 +215,8 @@ contains
       filled = text//repeat(' ', max(0, width - characters(text)))
    end function padded
 
-   !> Wrap a text to the width of a screen, at blanks; each line has its line end.
-   !> The first line begins after its indent.
+   !> Wrap a text at blanks to a width; every line ends with a line end.
+   !> The caller has written the indent of the first line.
    pure function wrapped(words, indent, width) result(text)
       character(len=*), intent(in) :: words  !< words with single blanks between
       integer, intent(in) :: indent          !< blanks before each further line
@@ -259,9 +259,10 @@ contains
    end function joined
 
    !> Find the most similar word; 0 if none is similar.
-   !> About a third of the letters may differ (Levenshtein 1966); or the word is its beginning.
+   !> A similar word differs in at most about a third of its letters (Levenshtein 1966), or begins
+   !> with the given word.
    pure integer function closest(word, words) result(best)
-      character(len=*), intent(in) :: word       !< looked for
+      character(len=*), intent(in) :: word       !< word to find
       character(len=*), intent(in) :: words(:)   !< known words; trailing blanks are ignored
       integer :: i, difference, least
 

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Buffers of OpenBLAS.
 !>
-!> OpenBLAS allocates a buffer for each thread within one of its calls, if no free buffer exists,
-!> and never releases it.  If the system refuses a buffer, OpenBLAS repeats the request for ever.
-!> So all buffers are allocated at once, when it is known that they fit.  Most of their pages are
-!> never written to: they count in limits on addresses, not in the memory that is used.
+!> A thread that calls OpenBLAS needs a buffer.  OpenBLAS allocates it if no free buffer exists, and
+!> never releases it.  If the system refuses a buffer, OpenBLAS repeats the request endlessly.
+!> `allocate_buffers` therefore allocates all buffers at once, after a check that they fit.  Most of
+!> their pages are never written to: they count in limits on addresses, not in the used memory.
 module dda_blas_buffers
    use, intrinsic :: iso_c_binding, only: c_int, c_null_ptr, c_ptr
    use dda_kinds, only: wp
@@ -14,7 +14,7 @@ module dda_blas_buffers
 
    !> bytes of one buffer (BUFFER_SIZE and a page of OpenBLAS on 64-bit processors)
    real(wp), parameter :: buffer_bytes = 135266304.0_wp
-   integer :: taken = 0  !< buffers that OpenBLAS has
+   integer :: taken = 0  !< buffers that OpenBLAS has allocated
 
    interface
       !> OpenBLAS: returns a free buffer, or a new one.
@@ -23,7 +23,7 @@ module dda_blas_buffers
          integer(c_int), value :: unused
       end function blas_memory_alloc
 
-      !> OpenBLAS: makes the buffer free for the next call.
+      !> OpenBLAS: marks the buffer as free for another call.
       subroutine blas_memory_free(buffer) bind(c, name='blas_memory_free')
          import :: c_ptr
          type(c_ptr), value :: buffer
@@ -32,7 +32,7 @@ module dda_blas_buffers
 
 contains
 
-   !> Bytes of addresses that simultaneous calls by a number of threads still need.
+   !> Bytes of addresses for the buffers that simultaneous calls by a number of threads lack.
    real(wp) function missing_buffers(threads) result(bytes)  ! total
       integer, intent(in) :: threads  !< threads within a call at the same time
 

@@ -17,9 +17,9 @@ module dda_byte_file
    public :: write_bytes, read_bytes, cut_file, flush_stream, close_file, reserve_space, &
       flush_file, check_plain
 
-   !> Modes: read from the beginning; write a new file that replaces an old one; append; write
-   !> from the beginning over an existing file, whose blocks on the disk are reused (`cut_file`
-   !> removes the rest of it).  Links are never followed for writing.
+   !> Modes: read; write a new file that replaces an old one; append; overwrite an existing file
+   !> from its beginning, which reuses its blocks on the disk (`cut_file` removes the old rest).
+   !> Links are never followed for writing.
    character(len=*), parameter :: to_read = 'rb', to_create = 'w+b', to_append = 'a+b', &
       to_overwrite = 'r+b'
    integer(c_int), parameter :: exclusive = 2_c_int, at_once = 4_c_int  !< LOCK_EX, LOCK_NB
@@ -34,13 +34,13 @@ module dda_byte_file
    interface
       type(c_ptr) function c_fopen(path, mode) bind(c, name='fopen')
          import :: c_char, c_ptr
-         character(kind=c_char), intent(in) :: path(*), mode(*)  !< ending in NUL
+         character(kind=c_char), intent(in) :: path(*), mode(*)  !< texts that end in NUL
       end function c_fopen
 
       type(c_ptr) function c_fdopen(descriptor, mode) bind(c, name='fdopen')
          import :: c_char, c_int, c_ptr
          integer(c_int), value :: descriptor  !< descriptor of an open file
-         character(kind=c_char), intent(in) :: mode(*)  !< ending in NUL
+         character(kind=c_char), intent(in) :: mode(*)  !< text that ends in NUL
       end function c_fdopen
 
       integer(c_int) function c_dup(descriptor) bind(c, name='dup')
@@ -126,7 +126,7 @@ module dda_byte_file
 
       integer(c_size_t) function c_strlen(text) bind(c, name='strlen')
          import :: c_ptr, c_size_t
-         type(c_ptr), value :: text  !< ending in NUL
+         type(c_ptr), value :: text  !< text that ends in NUL
       end function c_strlen
    end interface
 
@@ -134,7 +134,7 @@ contains
 
    !> Open a file in a mode of fopen: `to_read`, …
    subroutine open_file(file, name, mode, error)
-      type(byte_file_type), intent(out) :: file  !< open afterwards
+      type(byte_file_type), intent(out) :: file  !< opened file
       character(len=*), intent(in) :: name, mode  !< path; mode
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
@@ -155,15 +155,15 @@ contains
       call check_plain(name, found, error)
       if (allocated(error)) return
       if (found%names > 1 .and. mode == to_append) then
-         call fail(error, error_file, name//' is also known by another name (a hard link), '// &
-            'whose content would change; remove it, or name another output')
+         call fail(error, error_file, name//' has another name (a hard link): '// &
+            'appending would change both; remove it, or name another output')
          return
       end if
       anew = mode == to_create .or. (found%names > 1 .and. mode == to_overwrite)
       if (found%exists .and. anew) call remove_file(name)
       if (found%exists .and. .not. anew) then
          file%stream = c_fopen(name//c_null_char, mode//c_null_char)
-      else  ! x: only if there is nothing of that name, not even a link
+      else  ! x: only if the name does not exist, not even as a link
          file%stream = c_fopen(name//c_null_char, merge(mode, to_create, mode == to_append)//'x'// &
             c_null_char)
          if (c_associated(file%stream)) found = status_of(name)  ! otherwise errno has the reason
@@ -184,7 +184,7 @@ contains
 
       if (allocated(error) .or. .not. found%exists) return
       if (found%link) then
-         call fail(error, error_file, name//' is a link, and links are never written to; '// &
+         call fail(error, error_file, name//' is a link, and links are never overwritten; '// &
             'remove it, or name another output')
       else if (.not. found%regular) then
          call fail(error, error_file, name//' is not a regular file and is not replaced; '// &
@@ -195,9 +195,9 @@ contains
       end if
    end subroutine check_plain
 
-   !> Open an open file again, by any of its names, to read it from its beginning.
+   !> Open an open file a second time, to read it from its beginning, whatever its name is now.
    subroutine open_again(file, other, error)
-      type(byte_file_type), intent(out) :: file       !< open afterwards
+      type(byte_file_type), intent(out) :: file       !< opened file
       type(byte_file_type), intent(in) :: other       !< open file, flushed; not written meanwhile
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer(long) :: unused
@@ -211,7 +211,7 @@ contains
       end if
    end subroutine open_again
 
-   !> .true. if a file exists under a name.
+   !> .true. if a name belongs to an open file.
    logical function is_under(file, name)
       type(byte_file_type), intent(in) :: file  !< open
       character(len=*), intent(in) :: name      !< path
@@ -226,7 +226,7 @@ contains
       locked = c_flock(c_fileno(file%stream), ior(exclusive, at_once)) == 0
    end function lock_file
 
-   !> Bytes in an open file; leaves it at its beginning.
+   !> Size of an open file, whose position is set to its beginning.
    integer(long) function size_of_file(file) result(bytes)
       type(byte_file_type), intent(in) :: file  !< open
 
@@ -248,7 +248,7 @@ contains
          call system_failure(file, 'cannot be written', error)
    end subroutine write_bytes
 
-   !> Fill `bytes` from the file; an error if the file ends before.
+   !> Fill `bytes` from the file; it is an error if the file is too short.
    subroutine read_bytes(file, bytes, error)
       type(byte_file_type), intent(in) :: file  !< open
       integer(int8), contiguous, target, intent(inout) :: bytes(:)  !< [bytes] filled
@@ -258,7 +258,7 @@ contains
       wanted = size(bytes, kind=c_size_t)
       if (allocated(error) .or. wanted == 0) return
       if (c_fread(c_loc(bytes), 1_c_size_t, wanted, file%stream) /= wanted) &
-         call fail(error, error_file, file%name//': it ends too early')
+         call fail(error, error_file, file%name//': the file ends too early')
    end subroutine read_bytes
 
    !> Cut a file that is open for writing to a length.
@@ -293,7 +293,7 @@ contains
 
    !> Close a file, also after an error.
    subroutine close_file(file, error)
-      type(byte_file_type), intent(inout) :: file  !< closed afterwards
+      type(byte_file_type), intent(inout) :: file  !< file to close
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer(c_int) :: status
 
@@ -304,7 +304,7 @@ contains
          error)
    end subroutine close_file
 
-   !> Allocate the disk space of a new file, which replaces an old one of that name.
+   !> Create a file with disk space for its content; an old file of that name is replaced.
    subroutine reserve_space(name, bytes, error)
       character(len=*), intent(in) :: name  !< path
       integer(long), intent(in) :: bytes  !< size
@@ -320,7 +320,7 @@ contains
       call close_file(file, error)
    end subroutine reserve_space
 
-   !> Flush a file that is not open to the disk.
+   !> Flush a closed file to the disk.
    subroutine flush_file(name, error)
       character(len=*), intent(in) :: name  !< path
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Archive in a file that shows whether it is complete: a mark and the format version before
-!> it, its length and a checksum after it.
+!> File of an archive that shows whether it is complete: mark and format version, the archive, its
+!> length, a checksum.
 module dda_checked_file
    use, intrinsic :: iso_fortran_env, only: int8
    use dda_kinds, only: long
@@ -17,13 +17,13 @@ module dda_checked_file
    character(len=8), parameter :: mark = 'SITEDDA'//achar(26)
    integer(long), parameter :: format_version = 2
    integer, parameter :: head_bytes = 16, length_bytes = 8, sum_bytes = 8
-   integer(long), parameter :: chunk = 2_long**20  !< bytes read together to check them
+   integer(long), parameter :: chunk = 2_long**20  !< bytes that are read at a time for the checksum
 
    !> An open file, and the checksum of the written bytes.
    type, extends(archive_stream_type) :: checked_stream_type
       type(byte_file_type) :: file
       type(checksum_type) :: checksum
-      type(error_type), allocatable :: error  !< the first error; nothing is done after it
+      type(error_type), allocatable :: error  !< first error; calls after it do nothing
    contains
       procedure :: put => put_bytes
       procedure :: get => get_bytes
@@ -31,10 +31,10 @@ module dda_checked_file
 
 contains
 
-   !> Begin to write an archive over a file of that name.
+   !> Begin to write an archive; a file of that name is overwritten.
    subroutine begin_writing(name, archive, error)
       character(len=*), intent(in) :: name  !< path
-      type(archive_type), intent(inout) :: archive  !< to be written
+      type(archive_type), intent(inout) :: archive  !< archive to be written
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(checked_stream_type), allocatable :: stream
       integer(int8) :: head(head_bytes)
@@ -51,7 +51,7 @@ contains
 
    !> End writing the archive; flush it to the disk or only to the system.
    subroutine end_writing(archive, to_disk, error)
-      type(archive_type), intent(inout) :: archive  !< written
+      type(archive_type), intent(inout) :: archive  !< archive being written
       logical, intent(in) :: to_disk  !< flush to disk; .false.: only to the system
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer(int8) :: word(length_bytes)
@@ -70,10 +70,10 @@ contains
       call end_stream(archive, error)
    end subroutine end_writing
 
-   !> Begin to read an archive; an error if it is not an archive, of another format, or incomplete.
+   !> Begin to read an archive; it is an error if the file is no complete archive of this format.
    subroutine begin_reading(name, archive, error)
       character(len=*), intent(in) :: name  !< path
-      type(archive_type), intent(inout) :: archive  !< to be read
+      type(archive_type), intent(inout) :: archive  !< archive to be read
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(checked_stream_type), allocatable :: stream
       integer(int8) :: head(head_bytes)
@@ -97,15 +97,15 @@ contains
 
    !> End reading the archive.
    subroutine end_reading(archive, error)
-      type(archive_type), intent(inout) :: archive  !< read
+      type(archive_type), intent(inout) :: archive  !< archive being read
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       call end_stream(archive, error)
    end subroutine end_reading
 
-   !> Close the file and return its error.
+   !> Close the file of an archive and return its error.
    subroutine end_stream(archive, error)
-      type(archive_type), intent(inout) :: archive  !< archive without its stream afterwards
+      type(archive_type), intent(inout) :: archive  !< archive; its stream is removed
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       select type (stream => archive%stream)
@@ -141,10 +141,10 @@ contains
       head = transfer([transfer(mark, 0_long), format_version], head)
    end function head_of_file
 
-   !> Check that mark and version are those of this format.
+   !> Check that a file begins with the mark and the version of this format.
    subroutine check_head(name, head, error)
       character(len=*), intent(in) :: name  !< path
-      integer(int8), intent(in) :: head(head_bytes)  !< of the file
+      integer(int8), intent(in) :: head(head_bytes)  !< first bytes of the file
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer(long) :: words(2)
 
@@ -152,16 +152,16 @@ contains
       if (transfer(words(1), mark) /= mark) then
          call fail(error, error_file, name//' is not a checkpoint of sitedda')
       else if (words(2) /= format_version) then
-         call fail(error, error_file, name//' has format '//to_text(words(2))// &
-            ', this version reads '//to_text(format_version))
+         call fail(error, error_file, name//' has the format version '//to_text(words(2))// &
+            ', but this program reads version '//to_text(format_version))
       end if
    end subroutine check_head
 
    !> Check length and checksum, and return to the start of the archive.
    subroutine check_content(name, file, head, bytes, error)
       character(len=*), intent(in) :: name           !< path
-      type(byte_file_type), intent(in) :: file       !< behind its head
-      integer(int8), intent(in) :: head(head_bytes)  !< of the file
+      type(byte_file_type), intent(in) :: file       !< file, read up to its head
+      integer(int8), intent(in) :: head(head_bytes)  !< first bytes of the file
       integer(long), intent(in) :: bytes             !< bytes between head and length
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer(int8), allocatable :: part(:)
@@ -187,7 +187,7 @@ contains
          call fail(error, error_file, name//' is cut short or has grown')
       else if (transfer(found, bytes) /= checksum%value) then
          call fail(error, error_file, name//' is damaged: its checksum is wrong')
-      else if (size_of_file(file) > 0) then  ! back to the beginning
+      else if (size_of_file(file) > 0) then  ! size_of_file returns to the beginning
          call read_bytes(file, again, error)
       end if
    end subroutine check_content

@@ -21,9 +21,9 @@ module dda_file_system
    type :: file_status_type
       logical :: exists = .false.
       logical :: regular = .false.  !< regular file: no folder, link, pipe or device
-      logical :: link = .false.     !< a symbolic one
+      logical :: link = .false.     !< symbolic link
       logical :: protected = .false. !< the owner has no permission to write it
-      integer(long) :: names = 0    !< hard links
+      integer(long) :: names = 0    !< number of hard links
       integer(long) :: inode = 0, device(2) = 0
    end type file_status_type
 
@@ -42,7 +42,7 @@ module dda_file_system
    interface
       integer(c_int) function c_rename(from, to) bind(c, name='rename')
          import :: c_char, c_int
-         character(kind=c_char), intent(in) :: from(*), to(*)  !< paths, ending in NUL
+         character(kind=c_char), intent(in) :: from(*), to(*)  !< paths that end in NUL
       end function c_rename
 
       integer(c_int) function c_renameat2(from_folder, from, to_folder, to, flags) &
@@ -50,18 +50,18 @@ module dda_file_system
          import :: c_char, c_int
          !> descriptors or AT_FDCWD; RENAME_…
          integer(c_int), value :: from_folder, to_folder, flags
-         character(kind=c_char), intent(in) :: from(*), to(*)  !< paths, ending in NUL
+         character(kind=c_char), intent(in) :: from(*), to(*)  !< paths that end in NUL
       end function c_renameat2
 
       integer(c_int) function c_unlink(path) bind(c, name='unlink')
          import :: c_char, c_int
-         character(kind=c_char), intent(in) :: path(*)  !< ending in NUL
+         character(kind=c_char), intent(in) :: path(*)  !< path that ends in NUL
       end function c_unlink
 
       integer(c_int) function c_statx(folder, path, flags, mask, found) bind(c, name='statx')
          import :: c_char, c_int, statx_type
          integer(c_int), value :: folder, flags, mask  !< descriptor or AT_FDCWD; AT_…; STATX_…
-         character(kind=c_char), intent(in) :: path(*)  !< ending in NUL
+         character(kind=c_char), intent(in) :: path(*)  !< path that ends in NUL
          type(statx_type), intent(out) :: found  !< filled if 0 is returned
       end function c_statx
    end interface
@@ -76,7 +76,7 @@ contains
    end function rename_file
 
    !> Exchange the names of two files atomically; .false. if that is not possible.
-   !> A file may not exist, or the file system may not support it.
+   !> The exchange fails if a file does not exist, or if the file system has no exchange.
    logical function exchange_files(first, second) result(done)
       character(len=*), intent(in) :: first, second  !< paths
 
@@ -99,15 +99,15 @@ contains
       same = is_same(status_of(first, .true.), status_of(second, .true.))
    end function same_file
 
-   !> .true. if two statuses are those of the same existing file.
+   !> .true. if two statuses belong to the same existing file.
    pure logical function is_same(first, second)
-      type(file_status_type), intent(in) :: first, second  !< of files
+      type(file_status_type), intent(in) :: first, second  !< statuses of files
 
       is_same = first%exists .and. second%exists .and. first%inode == second%inode .and. &
          all(first%device == second%device)
    end function is_same
 
-   !> Status of a file name; of a symbolic link itself, unless it is to be followed.
+   !> Status of a file; for a symbolic link, the status of the link unless `follow` is .true.
    type(file_status_type) function status_of(name, follow) result(status)
       character(len=*), intent(in) :: name           !< path
       logical, intent(in), optional :: follow        !< follow a link to its target
@@ -129,9 +129,9 @@ contains
          status = status_from(found)
    end function status_of_descriptor
 
-   !> Extract the requested part of a structure of Linux.
+   !> Convert a statx structure of Linux to a status.
    pure type(file_status_type) function status_from(found) result(status)
-      type(statx_type), intent(in) :: found  !< filled
+      type(statx_type), intent(in) :: found  !< structure, filled by Linux
 
       status%exists = .true.
       status%regular = iand(int(found%mode), kinds) == regular
@@ -142,9 +142,9 @@ contains
       status%device = found%device
    end function status_from
 
-   !> .true. if a name is a pipe, a device, a socket or a folder, whose reading might never end.
+   !> .true. if a name belongs to a pipe, a device, a socket or a folder; a read might never end.
    logical function is_special(name)
-      character(len=*), intent(in) :: name  !< path, also of a link
+      character(len=*), intent(in) :: name  !< path; links are followed
       type(file_status_type) :: found
 
       found = status_of(name, follow=.true.)

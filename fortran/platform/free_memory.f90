@@ -20,14 +20,14 @@ module dda_free_memory
    character(len=*), parameter :: own_status = '/proc/self/status', groups = '/sys/fs/cgroup'
    integer, parameter :: longest_line = 1024
    real(wp), parameter :: step_bytes = 3000.0_wp  !< bytes per block and step, measured
-   real(wp), parameter :: worth_asking = 2.0_wp**23  !< bytes; less is not checked
-   character(len=*), parameter :: advice_on_factors = "try solver = 'jacobi', which makes none"
+   real(wp), parameter :: worth_asking = 2.0_wp**23  !< bytes; smaller amounts are not checked
+   character(len=*), parameter :: advice_on_factors = "try solver = 'jacobi', which has no factor"
    character(len=*), parameter :: advice_on_limits = 'raise the limit of the process (ulimit -v)'
 
    real(wp), parameter :: call_bytes = 2.0_wp**22  !< bytes of a LAPACK call without its buffer
 
-   !> Memory reserved for operations that must not fail, deallocated while they run.  Its pages are
-   !> never written to.
+   !> Memory reserved for operations that must not fail; it is deallocated while they run.  Pages of
+   !> the reserve are never written to.
    type :: reserve_type
       integer(int8), allocatable :: bytes(:)
    end type reserve_type
@@ -52,9 +52,9 @@ contains
 
    !> Return an error if a given amount of memory is not free.
    subroutine require_memory(bytes, what, advice, error)
-      real(wp), intent(in) :: bytes            !< needed
+      real(wp), intent(in) :: bytes            !< bytes needed
       character(len=*), intent(in) :: what     !< user of the memory, for the message
-      character(len=*), intent(in) :: advice   !< what to do
+      character(len=*), intent(in) :: advice   !< advice in the message
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp) :: free
 
@@ -65,7 +65,7 @@ contains
          buffer_addresses_text()//'; '//advice)
    end subroutine require_memory
 
-   !> Text on addresses that a limit must leave in addition.
+   !> Text on the addresses for BLAS that a limit must leave besides the free memory.
    function buffer_addresses_text() result(words)
       character(len=:), allocatable :: words
 
@@ -74,12 +74,12 @@ contains
          short_text(missing_buffers(1)/giga)//' GB of addresses for BLAS'
    end function buffer_addresses_text
 
-   !> Return an error if a factor, and BLAS within it, leave no memory for the steps.
+   !> Return an error if a factor and the buffers of BLAS leave no memory for the steps.
    !> Otherwise let BLAS allocate its buffers.
-   !> Unused pages left by reading and planning are returned to the system.
+   !> Unused pages left by reading and symbolic analysis are first returned to the system.
    subroutine require_for_factor(bytes, blocks, threads, what, error)
-      real(wp), intent(in) :: bytes         !< of the factor
-      integer, intent(in) :: blocks         !< of the matrix
+      real(wp), intent(in) :: bytes         !< bytes of the factor
+      integer, intent(in) :: blocks         !< blocks of the matrix
       integer, intent(in) :: threads        !< threads that call BLAS at the same time
       character(len=*), intent(in) :: what  !< user of the memory, for the message
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
@@ -98,7 +98,7 @@ contains
       if (.not. allocated(error)) call allocate_buffers(threads)
    end subroutine require_for_factor
 
-   !> Return an error if a call of BLAS or LAPACK by one thread cannot have its buffer.
+   !> Return an error if the buffer for a call of BLAS or LAPACK by one thread does not fit.
    subroutine require_for_blas(error)
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
@@ -110,9 +110,9 @@ contains
 
    !> Return an error if the system refuses a number of addresses, few of which will be used.
    subroutine require_addresses(bytes, what, advice, error)
-      real(wp), intent(in) :: bytes            !< of addresses
+      real(wp), intent(in) :: bytes            !< bytes of addresses
       character(len=*), intent(in) :: what     !< user of the addresses, for the message
-      character(len=*), intent(in) :: advice   !< what to do
+      character(len=*), intent(in) :: advice   !< advice in the message
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(reserve_type), volatile :: trial  ! prevents compilers from removing the unread array
 
@@ -122,9 +122,9 @@ contains
    !> Reserve memory, or return an error.
    subroutine make_reserve(reserve, bytes, what, advice, error)
       type(reserve_type), intent(inout) :: reserve  !< reserve; allocated unless it exists
-      real(wp), intent(in) :: bytes            !< to reserve
+      real(wp), intent(in) :: bytes            !< bytes to reserve
       character(len=*), intent(in) :: what     !< user of the memory, for the message
-      character(len=*), intent(in) :: advice   !< what to do
+      character(len=*), intent(in) :: advice   !< advice in the message
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: status
 
@@ -134,32 +134,32 @@ contains
          ' GB of memory, which the system refuses; '//advice)
    end subroutine make_reserve
 
-   !> Return the error of a factor for which the system has no memory.
+   !> Return the error that the system has no memory for a factor.
    subroutine fail_allocation(bytes, what, error)
-      real(wp), intent(in) :: bytes         !< needed
+      real(wp), intent(in) :: bytes         !< bytes needed
       character(len=*), intent(in) :: what  !< user of the memory, for the message
-      type(error_type), allocatable, intent(inout) :: error  !< allocated
+      type(error_type), allocatable, intent(inout) :: error  !< error, allocated
 
       call fail(error, error_memory, what//' needs '//short_text(bytes/giga)// &
          ' GB of memory, which the system refuses; '//advice_on_factors)
    end subroutine fail_allocation
 
-   !> Free bytes by the system, the limits of the process and its control groups; huge if unknown.
-   !> Limits on addresses must also leave space for a buffer of BLAS.
+   !> Free bytes according to the system, the limits of the process and its control groups; huge if
+   !> unknown.  A limit on addresses must also leave space for a buffer of BLAS.
    real(wp) function free_memory() result(bytes)
       bytes = min(kibi*number_after('/proc/meminfo', 'MemAvailable:', unknown), &
          free_in_groups(), free_addresses() - missing_buffers(1))
    end function free_memory
 
-   !> Bytes left by limits on the addresses of this process.
+   !> Bytes that limits on addresses leave to this process.
    real(wp) function free_addresses() result(bytes)  ! total
       bytes = min(bytes_to_limit(data_pages, 'VmData:'), bytes_to_limit(address_space, 'VmSize:'))
    end function free_addresses
 
-   !> Bytes left by a limit of the process.
+   !> Bytes that a limit of the process leaves.
    real(wp) function bytes_to_limit(resource, taken) result(bytes)
       integer(c_int), intent(in) :: resource  !< RLIMIT_…
-      character(len=*), intent(in) :: taken !< name of the counted amount in the status of a process
+      character(len=*), intent(in) :: taken !< name of the used amount in the status of a process
       integer(c_long) :: limits(2)
 
       bytes = unknown
@@ -168,7 +168,7 @@ contains
       bytes = real(limits(1), wp) - kibi*number_after(own_status, taken, 0.0_wp)
    end function bytes_to_limit
 
-   !> Bytes left by the control groups (version 2) of this process.
+   !> Bytes that the control groups (version 2) leave to this process.
    !> Batch systems and containers set these limits.
    real(wp) function free_in_groups() result(bytes)
       character(len=:), allocatable :: folder
@@ -188,7 +188,7 @@ contains
 
    !> Number after a key at the start of a line.
    real(wp) function number_after(file, key, otherwise) result(value)
-      character(len=*), intent(in) :: file, key  !< path; key, '': the first line
+      character(len=*), intent(in) :: file, key  !< path; key; '': the first line
       real(wp), intent(in) :: otherwise          !< value if the line or file is missing
       character(len=:), allocatable :: text
       integer :: status
@@ -200,7 +200,7 @@ contains
 
    !> Text after a key at the start of a line of a file; blank if missing.
    function text_after(file, key) result(text)
-      character(len=*), intent(in) :: file, key  !< path; key, '': the first line
+      character(len=*), intent(in) :: file, key  !< path; key; '': the first line
       character(len=:), allocatable :: text
       character(len=longest_line) :: line
       integer :: unit, status

@@ -1,10 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Requests to stop: by signals that the executable watches, or by the host program of the
-!> engine.
+!> Requests to stop, by signals that the executable watches or by the host program of the engine.
 !>
-!> Long loops call `stop_requested` and end with an error.  A step is completed first, so that its
-!> checkpoint can be written, unless it takes longer than `patience`.  The engine watches no signals
-!> unless `watch_interrupts` is called.
+!> Long loops poll `stop_requested` and end with an error.  The present step is completed first, so
+!> that a checkpoint can be written, unless the step takes longer than `patience`.  The engine
+!> watches no signals unless `watch_interrupts` is called.
 module dda_interrupts
    use, intrinsic :: iso_c_binding, only: c_funloc, c_funptr, c_int, c_intptr_t
    !$ use omp_lib, only: omp_get_thread_num
@@ -19,8 +18,8 @@ module dda_interrupts
    integer(c_int), parameter :: interrupt = 2_c_int, user = 10_c_int, terminate = 15_c_int, &
       file_size = 25_c_int
    integer(c_intptr_t), parameter :: ignored = 1_c_intptr_t   !< SIG_IGN
-   real(wp), parameter :: patience = 0.3_wp  !< processor time for a step to end, s
-   real(wp), parameter :: between = 0.05_wp  !< s between two calls of the host
+   real(wp), parameter :: patience = 0.3_wp  !< processor time granted to the present step, s
+   real(wp), parameter :: between = 0.05_wp  !< time between two calls of the host, s
 
    !> Messages to the working thread.
    type :: request_type
@@ -46,7 +45,7 @@ module dda_interrupts
       !> C library: set the handler of a signal.
       type(c_funptr) function c_signal(number, handler) bind(c, name='signal')
          import :: c_funptr, c_int
-         integer(c_int), value :: number  !< of the signal
+         integer(c_int), value :: number  !< number of the signal
          type(c_funptr), value :: handler  !< SIG_IGN or a procedure
       end function c_signal
    end interface
@@ -54,7 +53,7 @@ module dda_interrupts
 contains
 
    !> Begin to watch signals, which then only set a flag.
-   !> A file that exceeds a size limit then causes an error of its write.
+   !> A write beyond a file size limit then returns an error instead of ending the process.
    subroutine watch_interrupts()
       type(c_funptr) :: before, ignore
 
@@ -67,14 +66,14 @@ contains
 
    !> Handle a signal by recording it.
    subroutine record_signal(number) bind(c)
-      integer(c_int), value :: number  !< of the signal
+      integer(c_int), value :: number  !< number of the signal
 
       last_signal = number
    end subroutine record_signal
 
    !> Register the host function, which is polled from now on.
    subroutine ask_host(question)
-      procedure(host_type) :: question  !< to the host
+      procedure(host_type) :: question  !< function of the host
 
       host => question
    end subroutine ask_host
@@ -87,8 +86,8 @@ contains
    end subroutine request_stop
 
    !> .true. if a signal has arrived, or the host requests this thread to stop.
-   !> In a team only the thread that called the engine polls the host.
-   !> It may hold a lock of the host for which the other threads would wait for ever.
+   !> In a team only the thread that called the engine polls the host: this thread may hold a lock
+   !> of the host, for which the other threads would wait endlessly.
    logical function stop_requested()  ! total
       logical :: may_ask
 
@@ -115,7 +114,7 @@ contains
       request%host = host() /= 0
    end subroutine poll_host
 
-   !> .true. if a started step must be abandoned; SIGUSR1, which batch systems send early, can wait.
+   !> .true. if the present step must be abandoned; SIGUSR1, which batch systems send early, waits.
    logical function stop_within_step() result(now)
       real(wp) :: seconds
 
@@ -142,8 +141,8 @@ contains
    subroutine fail_within_step(error)
       type(error_type), allocatable, intent(out) :: error  !< allocated
 
-      call fail(error, error_interrupted, 'interrupted within a step that is too long to '// &
-         'wait for its end; resume continues from the last checkpoint')
+      call fail(error, error_interrupted, 'interrupted within a step that takes too long '// &
+         'to complete; resume continues from the last checkpoint')
    end subroutine fail_within_step
 
 end module dda_interrupts

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Large pages for large arrays: reading hundreds of megabytes otherwise waits for the
+!> Large pages for large arrays.  With small pages, reading hundreds of megabytes waits for the
 !> translation of addresses (TLB misses).
 module dda_large_pages
    use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_ptr, c_size_t
@@ -15,7 +15,7 @@ module dda_large_pages
    interface
       integer(c_int) function c_madvise(start, length, advice) bind(c, name='madvise')
          import :: c_int, c_intptr_t, c_size_t
-         integer(c_intptr_t), value :: start  !< address, at a page
+         integer(c_intptr_t), value :: start  !< address of the first page
          integer(c_size_t), value :: length  !< bytes
          integer(c_int), value :: advice  !< MADV_…
       end function c_madvise
@@ -26,7 +26,7 @@ contains
    !> Request large pages for memory that has not been written to.
    !> The request has no effect on systems without large pages.
    subroutine prefer_large_pages(memory, bytes)
-      type(c_ptr), intent(in) :: memory  !< its address
+      type(c_ptr), intent(in) :: memory  !< address of the memory
       integer(long), intent(in) :: bytes  !< size
       integer(c_intptr_t) :: first, last
       integer(c_int) :: unused

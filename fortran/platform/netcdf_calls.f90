@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> netCDF calls that convert a bad status into an error with file and action.
+!> Calls of netCDF; a bad status is converted to an error that names the file and the action.
 module dda_netcdf_calls
    use, intrinsic :: iso_c_binding, only: c_null_char
    use dda_kinds, only: wp
@@ -15,7 +15,7 @@ module dda_netcdf_calls
       name_length, put_names
 
    integer, parameter :: name_length = 64     !< length of names in a file
-   integer, parameter :: names_at_once = 256  !< written together
+   integer, parameter :: names_at_once = 256  !< names in one write
 
    !> An open file; after a failed call, later calls do nothing.
    type :: dataset_type
@@ -24,7 +24,7 @@ module dda_netcdf_calls
       type(error_type), allocatable :: error
    end type dataset_type
 
-   ! Calls that take an array of any shape as a plain sequence are not in the netcdf module.
+   ! The netcdf module has no call for arrays of any shape, passed as a sequence.
    interface
       integer function nf_put_vara_double(id, variable, start, count, values)
          import :: wp
@@ -36,7 +36,7 @@ module dda_netcdf_calls
 contains
 
    !> Convert a name to a path for netCDF, which strips leading blanks and control characters.
-   !> It also treats a name with a colon as an address.
+   !> netCDF also treats a name with a colon as an address.
    pure function path_of(name) result(path)
       character(len=*), intent(in) :: name  !< path of a file
       character(len=:), allocatable :: path
@@ -45,7 +45,7 @@ contains
       if (index(name, '/') /= 1) path = './'//name
    end function path_of
 
-   !> Record the error of a call, unless there was one before.
+   !> Record the error of a call; an earlier error is retained.
    subroutine checked(dataset, status, action)
       type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
       integer, intent(in) :: status  !< status of a netCDF call
@@ -59,8 +59,8 @@ contains
    !> Define a dimension.
    subroutine define_dimension(dataset, name, length)
       type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
-      character(len=*), intent(in) :: name  !< in the file
-      integer, intent(in) :: length  !< of the dimension
+      character(len=*), intent(in) :: name  !< name in the file
+      integer, intent(in) :: length  !< length of the dimension
       integer :: unused
 
       if (.not. allocated(dataset%error)) call checked(dataset, nf90_def_dim(dataset%id, name, &
@@ -70,7 +70,7 @@ contains
    !> Define a variable with defined dimensions.
    subroutine define_variable(dataset, name, kind, dimensions)
       type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
-      character(len=*), intent(in) :: name           !< in the file
+      character(len=*), intent(in) :: name           !< name in the file
       integer, intent(in) :: kind                    !< nf90_double, …
       character(len=*), intent(in) :: dimensions(:)  !< names of the dimensions, the fastest first
       integer :: i, id, ids(size(dimensions))
@@ -87,8 +87,8 @@ contains
    !> Write a text attribute of a variable, if it is not blank.
    subroutine describe_variable(dataset, variable, name, text)
       type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
-      character(len=*), intent(in) :: variable      !< of the file
-      character(len=*), intent(in) :: name, text    !< of the attribute
+      character(len=*), intent(in) :: variable      !< name of the variable
+      character(len=*), intent(in) :: name, text    !< name and text of the attribute
       integer :: id
 
       if (allocated(dataset%error) .or. text == '') return
@@ -100,7 +100,7 @@ contains
    !> Write the meanings of the values 0, 1, … of a variable, by the CF conventions.
    subroutine describe_flags(dataset, variable, meanings)
       type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
-      character(len=*), intent(in) :: variable      !< of the file
+      character(len=*), intent(in) :: variable      !< name of the variable
       character(len=*), intent(in) :: meanings      !< one word per value; blank: no meanings
       integer :: id, i
 
@@ -116,7 +116,7 @@ contains
    !> Write a text attribute of the file.
    subroutine describe(dataset, name, text)
       type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
-      character(len=*), intent(in) :: name, text  !< of the attribute
+      character(len=*), intent(in) :: name, text  !< name and text of the attribute
 
       if (allocated(dataset%error)) return
       call checked(dataset, nf90_put_att(dataset%id, nf90_global, name, text), &
@@ -127,7 +127,7 @@ contains
    subroutine describe_number(dataset, name, value)
       type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
       character(len=*), intent(in) :: name  !< name of the attribute, with its unit
-      real(wp), intent(in) :: value  !< in that unit
+      real(wp), intent(in) :: value  !< value in the unit of the name
 
       if (allocated(dataset%error)) return
       call checked(dataset, nf90_put_att(dataset%id, nf90_global, name, value), &
@@ -137,7 +137,7 @@ contains
    !> Read a text attribute of the file; blank if missing.
    function text_of(dataset, name) result(text)  ! total
       type(dataset_type), intent(in) :: dataset  !< open
-      character(len=*), intent(in) :: name      !< of the attribute
+      character(len=*), intent(in) :: name      !< name of the attribute
       character(len=:), allocatable :: text
       integer :: length
 
@@ -148,10 +148,10 @@ contains
       if (nf90_get_att(dataset%id, nf90_global, name, text) /= nf90_noerr) text = ''
    end function text_of
 
-   !> Write numbers, in the order of the file, at a start and count, as the type of the variable.
+   !> Write numbers to a section of a variable, converted to its type.
    subroutine put(dataset, name, values, start, count)
       type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
-      character(len=*), intent(in) :: name  !< of the variable
+      character(len=*), intent(in) :: name  !< name of the variable
       real(wp), contiguous, intent(in) :: values(:)  !< values in the order of the file
       integer, intent(in) :: start(:), count(:)  !< [dimensions] from 1
       integer :: variable
@@ -162,7 +162,7 @@ contains
          variable, start, count, values), 'write '//name)
    end subroutine put
 
-   !> Write names with visible ends; bytes that are not text (UTF-8) become question marks.
+   !> Write names that end in NUL; bytes that are not UTF-8 become question marks.
    subroutine put_names(dataset, variable, names, otherwise)
       type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
       character(len=*), intent(in) :: variable  !< variable with the dimension `name_length` first

@@ -16,8 +16,8 @@ module dda_own_file
 
    !> A kind of file, identified by its first bytes.
    type :: own_kind_type
-      character(len=24) :: name        !< for messages
-      character(len=mark_length) :: mark(4)  !< one mark, without trailing blanks; else blank
+      character(len=24) :: name        !< name of the kind for messages
+      character(len=mark_length) :: mark(4)  !< possible first bytes; blank: unused
    end type own_kind_type
 
    type(own_kind_type), parameter :: netcdf_file = own_kind_type('a netCDF file', &
@@ -32,7 +32,7 @@ module dda_own_file
 
 contains
 
-   !> Return an error if a name belongs to a file that must not be replaced.
+   !> Return an error if the file of a name must not be replaced.
    subroutine check_replaceable(name, kind, error)
       character(len=*), intent(in) :: name     !< path
       type(own_kind_type), intent(in) :: kind  !< kind of a file that may be replaced
@@ -62,11 +62,11 @@ contains
       if (begins_as(name, kind, other)) call remove_file(name)
    end subroutine remove_own
 
-   !> .true. if a file begins like those of a kind.
+   !> .true. if a file begins like files of a kind.
    !> An empty file, or a file of zeros whose content never reached the disk, may be of any kind.
    logical function begins_as(name, kind, error)
       character(len=*), intent(in) :: name     !< path of a regular file
-      type(own_kind_type), intent(in) :: kind  !< asked about
+      type(own_kind_type), intent(in) :: kind  !< kind of file
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(byte_file_type) :: file
       integer(int8), allocatable :: bytes(:)

@@ -4,9 +4,9 @@
 !> Threads that share the loops of a step wait for the slowest.  If another program alternates
 !> with one of them on a processor, each wait may last for a time slice of some milliseconds, and
 !> two threads take many times as long as one.  Linux counts the time for which a thread could run
-!> but had to wait for a processor.  If the team loses more of it than `bearable`, the team is
-!> reduced to the mean number of processors that it had, and later increased again.  Results do not
-!> depend on the number of threads.
+!> but had to wait for a processor.  If the team loses more processors by waiting than `bearable`,
+!> it is reduced to the mean number of processors that it had, and later enlarged again.  Results do
+!> not depend on the number of threads.
 module dda_team
    !$ use omp_lib, only: omp_get_max_threads, omp_set_num_threads
    use dda_kinds, only: wp, long
@@ -15,21 +15,21 @@ module dda_team
    private
    public :: begin_team, adjust_team, largest_team, team_words
 
-   real(wp), parameter :: between = 0.3_wp  !< s between checks, many time slices of the system
+   real(wp), parameter :: between = 0.3_wp  !< time between checks, many time slices, s
    real(wp), parameter :: bearable = 0.25_wp      !< processors that may be lost to other programs
-   real(wp), parameter :: first_pause = 5.0_wp    !< s until all threads are tried again
-   real(wp), parameter :: longest_pause = 64.0_wp !< s; the pause doubles with each failed attempt
+   real(wp), parameter :: first_pause = 5.0_wp    !< time until all threads are tried again, s
+   real(wp), parameter :: longest_pause = 64.0_wp !< limit of the pause, s; failed attempts double it
    character(len=*), parameter :: waits = '/proc/thread-self/schedstat'
 
    !> Threads of this process.
    type :: team_type
       integer :: full = 1                   !< threads that the user allows
       integer :: now = 1
-      integer(long) :: looked = 0           !< clock count of the last look
-      real(wp) :: waited = -1.0_wp          !< s, all threads, at that time; < 0: unknown
-      real(wp) :: pause = first_pause       !< s
-      real(wp) :: small_for = 0.0_wp        !< s since the team was made smaller
-      real(wp) :: small_in_all = 0.0_wp     !< s with fewer threads than allowed
+      integer(long) :: looked = 0           !< clock count of the last check
+      real(wp) :: waited = -1.0_wp  !< waiting time of all threads at that check, s; < 0: unknown
+      real(wp) :: pause = first_pause       !< time until all threads are tried again, s
+      real(wp) :: small_for = 0.0_wp        !< time since the team was reduced, s
+      real(wp) :: small_in_all = 0.0_wp     !< time with fewer threads than allowed, s
    end type team_type
 
    type(team_type) :: team
@@ -42,7 +42,7 @@ contains
 
       allowed = 1
       !$ allowed = omp_get_max_threads()
-      if (allowed == team%now) allowed = team%full  ! reduced by an earlier run
+      if (allowed == team%now) allowed = team%full  ! an earlier run reduced the team
       team = team_type()
       team%full = allowed
       call set_size(allowed)
@@ -72,7 +72,7 @@ contains
    !> Set the team size by the waiting times of the last seconds.
    subroutine resize_team(lost, seconds)
       real(wp), intent(in) :: lost     !< mean number of processors for which the team waited
-      real(wp), intent(in) :: seconds  !< since the look before
+      real(wp), intent(in) :: seconds  !< time since the last check, s
 
       if (team%now < team%full) then
          team%small_for = team%small_for + seconds
@@ -91,7 +91,7 @@ contains
 
    !> Set the number of threads of parallel loops.
    subroutine set_size(threads)
-      integer, intent(in) :: threads  !< of the team
+      integer, intent(in) :: threads  !< threads of the team
 
       team%now = threads
       team%small_for = 0.0_wp
@@ -114,7 +114,7 @@ contains
    !> Time for which this thread has waited for a processor, s; 0 if unknown.
    real(wp) function waited_by_me() result(seconds)
       real(wp), parameter :: nano = 1.0e-9_wp
-      integer(long) :: counts(2)  ! ns on a processor, ns waiting for one
+      integer(long) :: counts(2)  ! time on a processor, time of waiting for a processor, ns
       integer :: unit, status
 
       seconds = 0.0_wp
@@ -125,7 +125,7 @@ contains
       if (status == 0) seconds = nano*counts(2)
    end function waited_by_me
 
-   !> Text on the cost of other programs so far; blank if the team was never reduced.
+   !> Text on the time lost to other programs; blank if the team was never reduced.
    function team_words() result(words)
       character(len=:), allocatable :: words
 

@@ -11,7 +11,7 @@ module dda_text_file
 
 contains
 
-   !> Read a file; it must exist, be a regular file, and not exceed the largest size.
+   !> Read a file, which must exist, be regular and not exceed the largest size.
    subroutine read_text_file(file, text, largest, error)
       character(len=*), intent(in) :: file  !< path
       character(len=:), allocatable, intent(out) :: text  !< the whole file
@@ -48,7 +48,7 @@ contains
          trim(message))
    end subroutine read_text_file
 
-   !> Path for messages; of a very long one its end, which distinguishes files.
+   !> Path for messages; a very long path is reduced to its end, which distinguishes files.
    pure function short_path(file) result(short)
       character(len=*), intent(in) :: file  !< path
       character(len=:), allocatable :: short
