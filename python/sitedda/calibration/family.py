@@ -2,7 +2,7 @@
 """Stiffness as a linear function of unknown stiffnesses, its modes and their derivatives.
 
     K(θ) = K₀ + Σ θᵢ Kᵢ,    K x = ω² M x,    xᵀ M x = 1                               (1)
-    ∂ω²/∂θᵢ = xᵀ Kᵢ x                                                                 (2)
+    ∂ω²/∂θᵢ = xᵀ Kᵢ x,    ∂x/∂θᵢ = Σ xₘ (xₘᵀ Kᵢ x) / (ω² − ωₘ²)                       (2)
 
 Modes X that share a frequency are not unique: the derivatives of their ω² along θᵢ are the
 eigenvalues of Xᵀ Kᵢ X.  All matrices here are those of y in x = W y with Wᵀ M W = 1.
@@ -22,7 +22,8 @@ from ..engine.checking import matrices
 _DENSE = 900  # largest number of coordinates for which LAPACK computes all modes
 _NO_STIFFNESS = 1e-12  # ω² below this fraction of the largest entry: rigid motions and mechanisms
 _EQUAL = 1e-8  # relative difference of ω² that counts as round-off
-_LINEAR = 1e-3  # relative deviation of K from eq. 1: settled contacts move by micrometres
+_STEP = 1e-3  # relative change of an unknown
+_LINEAR = 1e-3  # largest relative curvature of K: settled contacts move by micrometres
 _FREE = 12  # number of modes in the search of motions without stiffness
 
 
@@ -67,21 +68,25 @@ class Family:
             squares, y = squares[order], y[:, order]
         return squares[self.free :], y[:, self.free :]
 
-    def slopes(self, theta, count: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return ω² and its derivatives, shape (count, unknowns), by eq. 2, also for repeated ω².
+    def slopes(self, squares: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return derivatives of ω², shape (unknowns, modes), and of modes y by eq. 2.
 
-        At a repeated ω², the derivatives are one-sided, for increasing unknowns, in ascending
-        order.
+        At a repeated ω², its derivatives are one-sided, for increasing unknowns, in ascending
+        order.  The sum of eq. 2 is over the given modes and omits those of equal ω².
         """
-        squares, y = self.modes(theta, count)
-        groups = np.split(np.arange(count), 1 + np.flatnonzero(
-            np.diff(squares[:count]) > _EQUAL * squares[1:count]))  # fmt: skip
-        found = np.zeros((count, len(self.parts)))
-        for i, part in enumerate(self.parts):
+        gaps = squares - squares[:, None]
+        equal = abs(gaps) <= _EQUAL * squares
+        inverse = np.divide(1.0, gaps, out=np.zeros_like(gaps), where=~equal)
+        groups = np.split(np.arange(squares.size), np.flatnonzero(~equal.diagonal(1)) + 1)
+        found, turned = [], []
+        for part in self.parts:
+            products = y.T @ (part @ y)
+            found.append(products.diagonal().copy())
             for group in groups:
-                shapes = y[:, group]
-                found[group, i] = np.linalg.eigvalsh(shapes.T @ (part @ shapes))
-        return squares[:count], found
+                if group.size > 1:
+                    found[-1][group] = np.linalg.eigvalsh(products[np.ix_(group, group)])
+            turned.append(y @ (products * inverse))
+        return np.array(found), np.array(turned)
 
     def reduced(self, y: np.ndarray) -> Family:
         """Return the dense family projected on vectors, shape (n, any)."""
@@ -94,7 +99,8 @@ class Family:
 def family_of(model, unknowns: Mapping, contacts="auto", changes=None) -> Family:
     """Return the family of a model about values of unknowns.
 
-    K is linear in each unknown, so that K(2θᵢ) − K(θ) = θᵢ Kᵢ exactly.
+    K is linear in each unknown, so that K(θᵢ + h θᵢ) − K(θ) = h θᵢ Kᵢ exactly.  A small h leaves
+    the contacts that gravity closes.
 
     Parameters
     ----------
@@ -111,29 +117,28 @@ def family_of(model, unknowns: Mapping, contacts="auto", changes=None) -> Family
     InputError
         If an unknown changes no stiffness, changes masses, or K is not linear in it.
     """
-    asked: dict = dict(changes or {})
-    base, mass, points, _ = matrices(model, contacts, asked | dict(unknowns))
+    at = dict(changes or {}) | dict(unknowns)
+    base, mass, points, _ = matrices(model, contacts, at)
     steps = []
     for name, value in unknowns.items():
-        stiffness, other, *_ = matrices(model, contacts, asked | dict(unknowns) | {name: 2 * value})
+        stiffness, other, *_ = matrices(model, contacts, at | {name: (1 + _STEP) * value})
         step = stiffness - base
-        if abs(other - mass).max() > _LINEAR * abs(mass).max():
+        if abs(other - mass).max() > _LINEAR * _STEP * abs(mass).max():
             raise InputError(f"{name} changes masses: only stiffnesses can be calibrated")
-        if not abs(step).max() > 0:
+        if abs(step).max() <= _NO_STIFFNESS * abs(base).max():
             raise InputError(f"{name} changes no stiffness of the model")
         steps.append(step)
-    factors = 2 + np.arange(len(steps))
-    mixed = {n: v * f for (n, v), f in zip(unknowns.items(), factors, strict=True)}
-    stiffness, *_ = matrices(model, contacts, asked | mixed)
-    linear = base + sum(step * (f - 1) for step, f in zip(steps, factors, strict=True))
-    if abs(stiffness - linear).max() > _LINEAR * min(abs(step).max() for step in steps):
+    mixed = {n: v * (1 + (i + 1) * _STEP) for i, (n, v) in enumerate(unknowns.items())}
+    stiffness, *_ = matrices(model, contacts, at | mixed)
+    linear = base + sum((i + 1) * step for i, step in enumerate(steps))
+    if abs(stiffness - linear).max() > _LINEAR * _STEP * max(abs(step).max() for step in steps):
         raise InputError(
             f"the stiffness is not linear in {', '.join(unknowns)}: choose stiffnesses instead of "
-            "ratios, none derived from another, and ranges in which the same contacts are closed"
+            "ratios, none derived from another; or contacts = 'closed', if gravity opens contacts"
         )
     w = _unit_mass(mass)
     theta = list(unknowns.values())
-    parts = [w.T @ (step / t) @ w for step, t in zip(steps, theta, strict=True)]
+    parts = [w.T @ (step / (_STEP * t)) @ w for step, t in zip(steps, theta, strict=True)]
     fixed = w.T @ base @ w - sum(t * part for t, part in zip(theta, parts, strict=True))
     if fixed.shape[0] <= _DENSE:
         fixed, parts = fixed.toarray(), [part.toarray() for part in parts]

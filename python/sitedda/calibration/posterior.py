@@ -25,7 +25,7 @@ from ..base.errors import ConvergenceError, MissingLibrary
 from .family import Family
 from .measured import Observations
 
-_STEP, _WIDTHS = 1e-2, 4  # first step of differences, in prior deviations; number of iterations
+_STEP = 1e-6  # of differences, in prior deviations
 _STILL = 1e-10  # fraction of the largest square of a shape at its points that counts as 0
 _PRIOR, _STARTS = 200, 5  # draws of the prior, and starts of the search of peaks
 _MOST, _LOWEST = 8, 7.0  # kept peaks: largest number, and largest difference to the highest in ln p
@@ -124,7 +124,10 @@ class Posterior:
 
         If δ adds to the variance of an error, the change of c is the square of one more.
         """
-        squares, y, chosen = self.solved(z, shapes=False)
+        return self._weigh_errors(z, *self.solved(z, shapes=False))
+
+    def _weigh_errors(self, z, squares, y, chosen) -> np.ndarray:
+        """Return `residuals` from modes at rows of z."""
         delta, rows, found = self._discrepancy(z), np.arange(len(z)), [z.T]
         for j, one in enumerate(self.seen.modes):
             off = np.log(2 * np.pi * one.frequency) - np.log(squares[rows, chosen[:, j]]) / 2
@@ -137,6 +140,23 @@ class Posterior:
                 found += [error / np.hypot(deviation, delta),
                           np.sqrt(count * np.log1p((delta / deviation) ** 2))[None]]  # fmt: skip
         return np.vstack(found).T
+
+    def jacobian(self, z: np.ndarray) -> np.ndarray:
+        """Return the derivatives of the residuals at z, shape (residuals, unknowns).
+
+        Those of the modes are exact (`Family.slopes`); only the residuals that follow from the
+        modes in closed form are differentiated by differences.
+        """
+        squares, y, chosen = self.solved(z[None])
+        count = len(self.family.parts)
+        scale = (self.deviation * self.values(z))[:count]
+        turn = np.zeros((z.size, *squares[0].shape)), np.zeros((z.size, *y[0].shape))
+        for whole, slope in zip(turn, self.family.slopes(squares[0], y[0]), strict=True):
+            whole[:count] = (slope.T * scale).T
+        low, high = (self._weigh_errors(z + h * np.eye(z.size), squares + h * turn[0],
+                                        y + h * turn[1], np.tile(chosen, (z.size, 1)))
+                     for h in (-_STEP, _STEP))  # fmt: skip
+        return (high - low).T / (2 * _STEP)
 
     def log(self, z: np.ndarray) -> np.ndarray:
         """Return ln p of rows of z."""
@@ -158,25 +178,12 @@ class Posterior:
 
         Several sets of stiffnesses may have the same frequencies.
         """
-        ends = [least_squares(lambda z: self.residuals(z[None])[0], start,
+        ends = [least_squares(lambda z: self.residuals(z[None])[0], start, self.jacobian,
                               bounds=(-_FARTHEST, _FARTHEST)) for start in starts]  # fmt: skip
         ends.sort(key=lambda one: one.cost)
         kept = [ends[i] for i in _apart([one.x for one in ends], 0.05)]
-        return [(one.x, self.covariance(one.x)) for one in kept
+        return [(one.x, np.linalg.inv(one.jac.T @ one.jac)) for one in kept
                 if one.cost < ends[0].cost + _LOWEST]  # fmt: skip
-
-    def covariance(self, z: np.ndarray) -> np.ndarray:
-        """Return the inverse of the Hessian of −ln p at a maximum (Laplace), by Gauss and Newton.
-
-        Slopes are differences over two standard deviations along the principal axes, which
-        iteration finds: where modes cross, residuals have kinks and no local slope.
-        """
-        steps = _STEP * np.eye(z.size)
-        for _ in range(_WIDTHS):
-            high, low = np.split(self.residuals(np.vstack([z + steps, z - steps])), 2)
-            _, sizes, axes = np.linalg.svd(np.linalg.solve(2 * steps, high - low).T)
-            steps = axes / sizes[:, None]
-        return steps.T @ steps
 
     def weighted(self, peaks: list[tuple], seed: int) -> tuple:
         """Return draws, weights, ln of the integral of p, its error, and effective fraction.

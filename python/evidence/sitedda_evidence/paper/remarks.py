@@ -53,11 +53,6 @@ def tasks(quick: bool = False) -> list[Task]:
     return [*todo, Task("rigid", _free_vibration_frequency, rigid, 1.0)]
 
 
-# ---------------------------------------------------------------------------------------------
-# Runs
-# ---------------------------------------------------------------------------------------------
-
-
 def _simulate_wave(case: tuple) -> dict:
     """Simulate the triangle of figure 8 as S or P wave; return its loss at M1 and its ripple."""
     kind, ratio, step = case
@@ -122,11 +117,6 @@ def _layer_accelerations(changes: dict) -> np.ndarray:
     return history.acceleration.sel(point="middle").isel(axis=0).values
 
 
-# ---------------------------------------------------------------------------------------------
-# Theory
-# ---------------------------------------------------------------------------------------------
-
-
 def _exact_peak(k: float):
     """Return the peak of the exact transfer function of the layers of table I at a penalty."""
     model = DiscreteModel.of(input_file("layers_table1.nml"), contact={"normal_stiffness": k})
@@ -176,11 +166,6 @@ def _restitutions(omega: float) -> np.ndarray:
                 break
         found.append(velocity)
     return np.array(found)
-
-
-# ---------------------------------------------------------------------------------------------
-# Results
-# ---------------------------------------------------------------------------------------------
 
 
 @study("Remarks: what the paper says without showing it", tasks)
