@@ -22,7 +22,7 @@ from ..engine.checking import matrices
 _DENSE = 900  # largest number of coordinates for which LAPACK computes all modes
 _NO_STIFFNESS = 1e-12  # ω² below this fraction of the largest entry: rigid motions and mechanisms
 _EQUAL = 1e-8  # relative difference of ω² that counts as round-off
-_STEP = 1e-3  # relative change of an unknown
+_STEP = 1e-4  # relative change of an unknown, small so that few contacts change
 _LINEAR = 1e-3  # largest relative curvature of K: settled contacts move by micrometres
 _FREE = 12  # number of modes in the search of motions without stiffness
 

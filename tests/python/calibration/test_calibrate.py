@@ -89,6 +89,25 @@ def test_recovers_stiffnesses():
     assert found.to_dataset().samples.shape == (1000, 2)
 
 
+def test_contacts_that_gravity_closes():
+    """An arch whose closed contacts depend on the stiffness of its ground."""
+    arch = sitedda.Model("arch", time_step=1e-3, steps=1, gravity=[0, -9.81])
+    arch.contact(normal_stiffness=5e9)
+    arch.material("stone", density=2300, young_modulus=8e9, poisson_ratio=0.2)
+    arch.joint("dry", friction_angle=40)
+    arch.arch(name="v", radius=5.0, thickness=0.9, voussoirs=7)
+    for name, left in (("a", -8.0), ("b", 4.0)):
+        arch.block([left, -1, left + 4, -1, left + 4, 0, left, 0], name=name)
+        arch.boundary(name=name, kind="springs", blocks=name, side="bottom",
+                      stiffness_per_area=1e9)  # fmt: skip
+    truth = {"contact.normal_stiffness": 4e9, "boundary[a].stiffness_per_area": 7e8}
+    modes = [MeasuredMode(f, 0.002 * f) for f in sitedda.modes(arch, 3, changes=truth).frequency]
+    ranges = {name: (value / 2.5, value * 3) for name, value in truth.items()}
+    found = calibrate(arch, modes, ranges, discrepancy=0.0)
+    assert found.best == pytest.approx(list(truth.values()), rel=0.02)
+    assert not any("gravity closes" in words for words in found.doubts)
+
+
 def test_shapes_say_which_mode_it_is():
     """A list of modes in another order, one of them left out, is met by their shapes."""
     modes = seen(5, shapes=True)
