@@ -168,15 +168,6 @@ contains
       call assemble(linear)
    end subroutine build_matrices
 
-   !> Assemble K and its pattern.
-   !> Elements may differ from the elements in static equilibrium, because bolts may break in a run.
-   subroutine assemble(linear)
-      type(linear_model_type), intent(inout) :: linear  !< linearised model
-
-      call set_pattern(linear%stiffness, linear%n, coupled_blocks(linear%terms))
-      call assemble_stiffness(linear)
-   end subroutine assemble
-
    !> List the distinct damping laws of the materials of blocks.
    pure subroutine collect_damping(linear, blocks)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
@@ -242,7 +233,7 @@ contains
             term(i)%coefficient = linear%given_terms(i)*(1.0_wp + sum(share*(factor - 1.0_wp)))
          end do
       end associate
-      call assemble_stiffness(linear)
+      call assemble(linear)
    end subroutine scale_moduli
 
    !> Return, for each damping law, the fraction of the stiffness of a welded face that it damps.
@@ -411,21 +402,22 @@ contains
 
       call scale_penalty(linear%terms, normal_stiffness/linear%normal_stiffness)
       linear%normal_stiffness = normal_stiffness
-      call assemble_stiffness(linear)
+      call assemble(linear)
    end subroutine set_penalty
 
-   !> Sum elasticity and terms into K.
-   subroutine assemble_stiffness(linear)
+   !> Sum elasticity and terms into K, with the pattern of the terms.
+   !> Elements may differ from those in static equilibrium, because bolts may break during a run.
+   subroutine assemble(linear)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       integer :: b
+      logical :: fits
 
-      linear%stiffness%lower = 0.0_wp
-      linear%stiffness%diagonal = 0.0_wp
+      call set_pattern(linear%stiffness, linear%n, coupled_blocks(linear%terms))
       do b = 1, linear%n
          linear%stiffness%diagonal(4:6, 4:6, b) = linear%elastic(:, :, b)
       end do
-      call add_to_matrix(linear%terms, stiffness_weights, linear%stiffness)
-   end subroutine assemble_stiffness
+      call add_to_matrix(linear%terms, stiffness_weights, linear%stiffness, fits)
+   end subroutine assemble
 
    !> Distribute the elastic energy xᵀKx of a motion x over the kinds of terms.
    pure function energy_of(linear, x) result(energy)

@@ -42,11 +42,11 @@ module dda_equilibrium
       error_solver, fail
    use dda_falling, only: find_falling
    use dda_kinematics, only: damp_velocity, farthest_move
+   use dda_matrix_pattern, only: assemble_step, fit_pattern
    use dda_model, only: half_size
    use dda_scheme, only: scheme_type
    use dda_settings, only: control_type
    use dda_simulation, only: simulation_type, next_step, exchange_lists, block_name
-   use dda_system, only: assemble_linear
    use dda_text, only: counted, quoted, short_text, to_text
    use dda_time_step, only: advance
    implicit none
@@ -152,7 +152,7 @@ contains
       simulation%blocks%damps = any(is_damped(simulation%blocks%damping))
       call begin_memory(simulation%blocks)
       call set_elements(simulation%elements, simulation%model, simulation%blocks, time)
-      call renew_pattern(simulation)
+      call fit_pattern(simulation)
       if (equilibrium%at_rest) call balance_elements(simulation%elements, simulation%blocks, &
          simulation%system%rhs)
    end subroutine equilibrate
@@ -235,21 +235,10 @@ contains
       simulation%scheme = scheme_type(1.0_wp, 1.0_wp)
       simulation%laws%theta = 1.0_wp
       call freeze_elements(simulation%elements, simulation%blocks, simulation%time)
-      call renew_pattern(simulation)
       call take_over_columns(simulation)
       call stop_blocks(simulation)
       call remove_damping_stress(simulation%blocks, simulation%energy)
    end subroutine begin_statics
-
-   !> Renew the pattern of the matrix if water couples different blocks in static and dynamic steps.
-   subroutine renew_pattern(simulation)
-      type(simulation_type), intent(inout) :: simulation  !< between two steps
-
-      if (.not. allocated(simulation%model%flow)) return
-      associate (state => simulation%model%flow%state)
-         if (state(1) /= state(2)) simulation%neighbours%reach = 0.0_wp  ! in the search
-      end associate
-   end subroutine renew_pattern
 
    !> Perform static steps until forces balance and explain all penetrations.
    subroutine step_to_rest(simulation, equilibrium, error)
@@ -385,7 +374,8 @@ contains
          blocks => simulation%blocks)
          call prepare_elements(simulation%elements, blocks, next_step(simulation), &
             system%d)
-         call assemble_linear(system, simulation%elements, blocks, next_step(simulation))
+         call assemble_step(simulation, error)
+         if (allocated(error)) return
          system%rhs = system%load
          do c = 1, contacts%n
             associate (v => contacts%block_v(c), e => contacts%block_e(c), &

@@ -3,7 +3,6 @@
 module dda_contact_search
    use dda_kinds, only: wp
    use dda_errors, only: error_type, error_input, fail
-   use dda_system, only: set_matrix_pattern
    use dda_energy_budget, only: update_geometric
    use dda_contact, only: contacts_type, contact_open
    use dda_contact_damping, only: damp_contacts
@@ -20,7 +19,7 @@ module dda_contact_search
    use dda_neighbours, only: find_neighbours
    use dda_model, only: force_noise, half_size
    use dda_simulation, only: simulation_type, next_step, exchange_lists
-   use dda_linear_solver, only: analyse
+   use dda_matrix_pattern, only: set_pattern_of_run
    use dda_stopwatch, only: lap, phase_detect, phase_search
    use dda_text, only: to_text
    implicit none
@@ -70,9 +69,7 @@ contains
             'max_displacement_ratio or time_step')
          return
       end if
-      call set_matrix_pattern(simulation%system, simulation%blocks, simulation%neighbours, &
-         simulation%elements, next_step(simulation))
-      call analyse(simulation%solver, simulation%system%matrix)
+      call set_pattern_of_run(simulation)
       simulation%counters%searches = simulation%counters%searches + 1
       call lap(simulation%system%watch, phase_search)
    end subroutine search_neighbours

@@ -10,8 +10,7 @@ module dda_system
    use dda_compact_block, only: compact_size, compact, expand, multiply_compact
    use dda_contact_terms, only: contact_terms_type, is_dirty_stiffness
    use dda_elements, only: elements_type, linear_terms_of, add_forces
-   use dda_linear_terms, only: linear_terms_type, step_weights, add_to_matrix, blocks_in, &
-      block_of, coupled_blocks
+   use dda_linear_terms, only: linear_terms_type, step_weights, add_to_matrix, coupled_blocks
    use dda_material_damping, only: add_damping_matrix, add_damping_loads
    use dda_neighbours, only: neighbours_type
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
@@ -19,8 +18,8 @@ module dda_system
    use dda_stopwatch, only: stopwatch_type
    implicit none
    private
-   public :: system_type, prepare_system, set_matrix_pattern, assemble_linear, begin_diagonal, &
-      multiply_diagonal
+   public :: system_type, prepare_system, set_matrix_pattern, fits_pattern, assemble_linear, &
+      begin_diagonal, multiply_diagonal
 
    !> Matrix, right-hand side and unknowns of a step.
    type :: system_type
@@ -76,8 +75,8 @@ contains
       allocate (system%contact_terms%dirty(n), source=is_dirty_stiffness)  ! not assembled
    end subroutine prepare_system
 
-   !> Allocate K̂ for all near pairs and all coupling elements.
-   !> Its pattern is valid until the list of neighbours changes.
+   !> Allocate K̂ for all near pairs, and for all pairs of blocks in the terms of the elements.
+   !> Terms without stiffness state couplings that may become stiff.
    subroutine set_matrix_pattern(system, blocks, neighbours, elements, step)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
@@ -105,6 +104,21 @@ contains
       end associate
       call index_linear(system)
    end subroutine set_matrix_pattern
+
+   !> .true. if the pattern couples the blocks that elements couple, and no other blocks.
+   logical function fits_pattern(system, blocks, elements, step) result(fits)
+      type(system_type), intent(inout) :: system  !< equations of the step; terms are listed again
+      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
+      type(elements_type), intent(in) :: elements  !< elements of the model
+      type(step_type), intent(in) :: step  !< the next step
+      type(block_matrix_type) :: stated
+
+      call linear_terms_of(elements, blocks, step, system%terms)
+      call set_pattern(stated, blocks%n, coupled_blocks(system%terms), untouched=.true.)
+      fits = size(stated%column) == size(system%linear%column)
+      if (fits) fits = all(stated%column == system%linear%column) .and. &
+         all(stated%row_start == system%linear%row_start)
+   end function fits_pattern
 
    !> Find the number in the linear part of each lower block of K̂.
    subroutine index_linear(system)
@@ -148,11 +162,12 @@ contains
    end subroutine set_constant
 
    !> Assemble the part of K̂ and f̂ that does not depend on contact states.
-   subroutine assemble_linear(system, elements, blocks, step)
+   subroutine assemble_linear(system, elements, blocks, step, fits)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(elements_type), intent(in) :: elements  !< elements of the model
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present step
+      logical, intent(out) :: fits  !< .false.: elements couple blocks that the pattern does not
       integer :: p
 
       call set_constant(system, blocks, step)
@@ -168,7 +183,7 @@ contains
       if (blocks%damps) call add_damping_loads(blocks, step, system%load)
       call linear_terms_of(elements, blocks, step, system%terms)
       call begin_terms(system)
-      call add_to_matrix(system%terms, step_weights(step), system%linear)
+      call add_to_matrix(system%terms, step_weights(step), system%linear, fits)
       call add_forces(elements, blocks, step, system%load)
       system%contact_terms%rebuild = .true.
    end subroutine assemble_linear
@@ -180,9 +195,14 @@ contains
 
       system%has_terms = .false.
       do i = 1, system%terms%n
-         do k = 1, blocks_in(system%terms%term(i))
-            call begin_diagonal(system, block_of(system%terms%term(i), k))
-         end do
+         associate (term => system%terms%term(i))
+            call begin_diagonal(system, term%block_a)
+            if (term%block_b > 0) call begin_diagonal(system, term%block_b)
+            if (.not. allocated(term%further)) cycle
+            do k = 1, size(term%further)
+               call begin_diagonal(system, term%further(k))
+            end do
+         end associate
       end do
    end subroutine begin_terms
 

@@ -21,6 +21,7 @@ module dda_time_step
    use dda_joint_law, only: weakened
    use dda_kinematics, only: damp_velocity, predict, integrate, farthest_move
    use dda_body_drift, only: begin_drift
+   use dda_matrix_pattern, only: assemble_step
    use dda_model, only: half_size
    use dda_material_search, only: shorten_step
    use dda_open_close, only: solve_contacts, counts_of, add_counts
@@ -29,7 +30,6 @@ module dda_time_step
    use dda_simulation, only: simulation_type, next_step, exchange_lists
    use dda_static_relaxation, only: many_changes, solve_statics
    use dda_stopwatch, only: begin_laps, lap, phase_assemble, phase_iterate, phase_update
-   use dda_system, only: assemble_linear
    use dda_text, only: to_text
    implicit none
    private
@@ -89,8 +89,8 @@ contains
             simulation%system%d)
          before = 0
          do round = 1, most_rounds
-            call assemble_linear(simulation%system, simulation%elements, simulation%blocks, &
-               next_step(simulation))
+            call assemble_step(simulation, error)
+            if (allocated(error)) exit
             call begin_drift(simulation%system, simulation%solver, simulation%blocks, &
                next_step(simulation))
             call lap(simulation%system%watch, phase_assemble)

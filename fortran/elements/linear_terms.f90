@@ -239,28 +239,33 @@ contains
       end do
    end function coupled_blocks
 
-   !> Add weight × c u uᵀ of all terms to a matrix whose pattern contains them.
+   !> Add weight × c u uᵀ of all terms to a matrix, unless its pattern lacks pairs of their blocks.
    !>
    !> The position in the matrix is searched only once for the consecutive springs of a welded face.
-   pure subroutine add_to_matrix(terms, weights, matrix)
+   pure subroutine add_to_matrix(terms, weights, matrix, fits)
       type(linear_terms_type), intent(in) :: terms  !< springs and dashpots
       real(wp), intent(in) :: weights(instants)  !< weight by instant; 0: omit the term
       type(block_matrix_type), intent(inout) :: matrix  !< block matrix
+      logical, intent(out) :: fits  !< .false.: the pattern lacks pairs, and the sum is incomplete
       real(wp) :: c
       integer :: i, pair(2), entry
 
+      fits = .true.
       pair = 0
       do i = 1, terms%n
          associate (term => terms%term(i))
             c = weights(term%instant)*term%coefficient
             if (.not. abs(c) > 0.0_wp) cycle
             if (allocated(term%further) .or. term%block_b == 0) then
-               call add_rows(term, c, matrix)
+               call add_rows(term, c, matrix, fits)
+               if (.not. fits) return
                cycle
             end if
             if (pair(1) /= term%block_a .or. pair(2) /= term%block_b) then
                pair = [term%block_a, term%block_b]
                entry = entry_of(matrix, pair(1), pair(2))
+               fits = entry > 0
+               if (.not. fits) return
             end if
             call add_product(matrix%diagonal(:, :, pair(1)), c, term%row_a, term%row_a)
             call add_product(matrix%diagonal(:, :, pair(2)), c, term%row_b, term%row_b)
@@ -274,10 +279,11 @@ contains
    end subroutine add_to_matrix
 
    !> Add c u uᵀ of a term with any number of blocks.
-   pure subroutine add_rows(term, c, matrix)
+   pure subroutine add_rows(term, c, matrix, fits)
       type(linear_term_type), intent(in) :: term  !< term
       real(wp), intent(in) :: c  !< factor, N/m per metre of thickness
       type(block_matrix_type), intent(inout) :: matrix  !< block matrix
+      logical, intent(inout) :: fits  !< set to .false. if the pattern lacks a pair
       real(wp) :: row_a(6), row_b(6)
       integer :: j, k, a, b, entry
 
@@ -287,6 +293,8 @@ contains
          do k = 1, j - 1
             call get_row(term, k, a, row_a)
             entry = entry_of(matrix, a, b)
+            fits = entry > 0
+            if (.not. fits) return
             if (a > b) then
                call add_product(matrix%lower(:, :, entry), c, row_a, row_b)
             else

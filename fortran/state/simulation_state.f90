@@ -4,7 +4,7 @@ module dda_simulation_state
    use dda_archive, only: archive_type, fail_archive, serialise, serialise_label, &
       serialise_number, serialise_count, serialise_list, check_list
    use dda_breaking, only: can_break, restore_faces
-   use dda_system, only: set_matrix_pattern
+   use dda_matrix_pattern, only: set_pattern_of_run
    use dda_blocks, only: blocks_type, has_memory
    use dda_columns, only: column_count, column_of
    use dda_changes, only: adopt_values
@@ -16,8 +16,8 @@ module dda_simulation_state
    use dda_model, only: model_type
    use dda_neighbours, only: find_corners, neighbours_type
    use dda_open_close, only: open_close_type
-   use dda_simulation, only: simulation_type, stop_state_type, next_step
-   use dda_linear_solver, only: analyse, solver_type, is_solver_name, set_method
+   use dda_simulation, only: simulation_type, stop_state_type
+   use dda_linear_solver, only: solver_type, is_solver_name, set_method
    use dda_stages, only: restore_stages
    use dda_support, only: point_type
    use dda_weld, only: weld_open, weld_whole
@@ -67,9 +67,7 @@ contains
       call serialise_iteration(archive, simulation%iteration, simulation%contacts(simulation%now)%n)
       if (archive%reading .and. .not. allocated(archive%failure)) then
          call find_corners(simulation%neighbours, simulation%blocks)
-         call set_matrix_pattern(simulation%system, simulation%blocks, simulation%neighbours, &
-            simulation%elements, next_step(simulation))
-         call analyse(simulation%solver, simulation%system%matrix)
+         call set_pattern_of_run(simulation)
       end if
       call serialise_solver(archive, simulation%solver, simulation%system%matrix)
       do i = 1, column_count(simulation)

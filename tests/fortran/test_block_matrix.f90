@@ -3,6 +3,8 @@
 module test_block_matrix
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, entry_of, multiply, set_pattern, terms_of_product
+   use dda_linear_terms, only: add_term, add_to_matrix, coupled_blocks, instants, &
+      linear_term_type, linear_terms_type
    use models, only: random_pairs, random_vector
    use testing, only: case, check, check_close
    implicit none
@@ -94,5 +96,34 @@ contains
       call check_close(sum(abs(matrix%diagonal)) + sum(abs(matrix%lower)), 0.0_wp, &
          'its values are zero')
    end subroutine another_pattern_in_the_same_matrix
+
+   !> The pattern of two blocks lacks the pair of a term: nothing is written, and that is reported.
+   subroutine terms_beyond_the_pattern()
+      type(block_matrix_type) :: matrix
+      type(linear_terms_type) :: terms
+      real(wp), parameter :: weights(instants) = 1.0_wp
+      logical :: fits
+      integer :: k
+
+      call set_pattern(matrix, 4, reshape([1, 2], [2, 1]))
+      do k = 1, 2
+         terms%n = 0
+         call add_term(terms, linear_term_type(block_a=1, block_b=3, coefficient=1.0_wp, &
+            row_a=random_vector(6), row_b=random_vector(6)))
+         if (k == 2) then
+            terms%term(1)%block_b = 2
+            terms%term(1)%further = [4]
+            terms%term(1)%further_row = reshape(random_vector(6), [6, 1])
+         end if
+         matrix%lower = 0.0_wp
+         call add_to_matrix(terms, weights, matrix, fits)
+         call check(.not. fits, 'the pattern lacks a pair')
+         call check(k == 2 .or. .not. any(abs(matrix%lower) > 0.0_wp), 'nothing is written')
+         call set_pattern(matrix, 4, coupled_blocks(terms))
+         call add_to_matrix(terms, weights, matrix, fits)
+         call check(fits, 'the pattern of the terms')
+         call set_pattern(matrix, 4, reshape([1, 2], [2, 1]))
+      end do
+   end subroutine terms_beyond_the_pattern
 
 end module test_block_matrix
