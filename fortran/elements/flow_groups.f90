@@ -1,11 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Groups of water nodes that are solved together, and their effect on the blocks as springs.
 !>
-!> The pressures of a group satisfy M Δp = r − Bᵀd.  With M = L Lᵀ and G = B L⁻ᵀ the force on the
-!> blocks is B (p₀ + M⁻¹r) − G Gᵀd: each column of G is a spring of stiffness 1 between all blocks
-!> of the group.  A single node has the spring B with the stiffness 1/M.  A node without flow is its
-!> own group and couples only the blocks around it; nodes with flow couple all blocks of their
-!> component, at a cost of nodes × blocks².
+!> The pressures of a group satisfy M Δp = r − Bᵀd.  With M = L Lᵀ the force on the blocks is
+!> B (p₀ + M⁻¹r) − G Gᵀd with G = B L⁻ᵀ: each column of G is a spring of stiffness 1 between all
+!> blocks of the group, at a cost of nodes × blocks².  Without flow there are no groups: the spring
+!> of a node is B with the stiffness 1/S, and couples only the blocks around the node.
 module dda_flow_groups
    use dda_kinds, only: wp
    use dda_flow_network, only: network_type
@@ -18,9 +17,8 @@ module dda_flow_groups
    !> A group of nodes that are solved together.
    type :: group_type
       integer, allocatable :: node(:)
-      ! Only in groups of several nodes
       integer, allocatable :: block(:)        !< blocks beside the nodes
-      real(wp), allocatable :: factor(:,:)    !< [nodes,nodes] L; M for a single node
+      real(wp), allocatable :: factor(:,:)    !< [nodes,nodes] L
       real(wp), allocatable :: spring(:,:,:)  !< [6,blocks,nodes] G
       integer, allocatable :: place(:)        !< [blocks of the model] position in `block`
    end type group_type
@@ -32,16 +30,18 @@ module dda_flow_groups
 
 contains
 
-   !> Form groups: components of the network, or single nodes.
+   !> Form groups: the components of the network; none without flow.
    pure subroutine set_groups(network, flowing, groups)
       type(network_type), intent(in) :: network  !< network of the model
       logical, intent(in) :: flowing             !< water flows from node to node
-      type(group_type), allocatable, intent(out) :: groups(:)  !< groups of all nodes
+      type(group_type), allocatable, intent(out) :: groups(:)  !< groups of all nodes, or none
       integer :: label(size(network%volume)), owner(size(network%volume)), c, i, n, low
       logical :: changed
 
       label = [(i, i=1, size(label))]
-      changed = flowing
+      if (.not. flowing) allocate (groups(0))
+      if (.not. flowing) return
+      changed = .true.
       do while (changed)
          changed = .false.
          do c = 1, size(network%absent)
@@ -64,7 +64,7 @@ contains
       do i = 1, n
          associate (nodes => size(groups(i)%node))
             allocate (groups(i)%factor(nodes, nodes))
-            if (nodes > 1) call find_blocks(network, groups(i))
+            call find_blocks(network, groups(i))
          end associate
       end do
    end subroutine set_groups
@@ -116,6 +116,7 @@ contains
       type(group_type), intent(inout) :: groups(:)    !< receive new values
       integer :: place(size(fixed)), owner(size(fixed)), g, i
 
+      if (size(groups) == 0) return
       do g = 1, size(groups)
          groups(g)%factor = 0.0_wp
          do i = 1, size(groups(g)%node)
@@ -127,7 +128,6 @@ contains
       end do
       call add_conductances(network, conductance, fixed, place, owner, groups)
       do g = 1, size(groups)
-         if (size(groups(g)%node) == 1) cycle
          call set_rows(network, fixed, groups(g))
          call factorise(groups(g))
       end do
@@ -193,15 +193,17 @@ contains
       type(linear_terms_type), intent(inout) :: terms   !< springs and dashpots
       integer :: g, i
 
+      if (size(groups) == 0) then
+         do i = 1, size(fixed)
+            associate (first => network%first(i), last => network%first(i + 1) - 1)
+               call add_spring(network, i, merge(0.0_wp, 1.0_wp/compliance_of(network, i), &
+                  fixed(i)), network%block(first:last), network%row(:, first:last), terms)
+            end associate
+         end do
+         return
+      end if
       do g = 1, size(groups)
-         associate (group => groups(g), first => network%first(groups(g)%node(1)), &
-            last => network%first(groups(g)%node(1) + 1) - 1)
-            if (size(group%node) == 1) then
-               call add_spring(network, group%node(1), merge(0.0_wp, &
-                  1.0_wp/group%factor(1, 1), fixed(group%node(1))), network%block(first:last), &
-                  network%row(:, first:last), terms)
-               cycle
-            end if
+         associate (group => groups(g))
             do i = 1, size(group%node)
                call add_spring(network, group%node(i), merge(0.0_wp, 1.0_wp, &
                   fixed(group%node(i))), group%block, group%spring(:, :, i), terms)
@@ -248,25 +250,30 @@ contains
       end associate
    end subroutine add_spring
 
-   !> Add M⁻¹ r to the pressures of all groups.
-   pure subroutine change_by(groups, rest, pressure)
+   !> Storage of a node without flow; 1 for a node without channels.
+   pure real(wp) function compliance_of(network, node) result(compliance)
+      type(network_type), intent(in) :: network  !< network of the model
+      integer, intent(in) :: node                !< number of the node
+
+      compliance = merge(network%storage(node), 1.0_wp, network%storage(node) > 0.0_wp)
+   end function compliance_of
+
+   !> Add M⁻¹ r to the pressures.
+   pure subroutine change_by(network, groups, rest, pressure)
+      type(network_type), intent(in) :: network !< network of the model
       type(group_type), intent(in) :: groups(:) !< groups with factors
       real(wp), intent(in) :: rest(:)           !< [nodes] r, m³ per metre of thickness
       real(wp), intent(inout) :: pressure(:)    !< [nodes] Pa
       integer :: g
 
+      if (size(groups) == 0) pressure = pressure + [(rest(g)/compliance_of(network, g), &
+         g=1, size(rest))]
       do g = 1, size(groups)
-         associate (node => groups(g)%node)
-            if (size(node) == 1) then
-               pressure(node(1)) = pressure(node(1)) + rest(node(1))/groups(g)%factor(1, 1)
-            else
-               call add_group_change(groups(g), rest, pressure)
-            end if
-         end associate
+         call add_group_change(groups(g), rest, pressure)
       end do
    end subroutine change_by
 
-   !> Add M⁻¹ r to the pressures of a group of several nodes.
+   !> Add M⁻¹ r to the pressures of a group.
    pure subroutine add_group_change(group, rest, pressure)
       type(group_type), intent(in) :: group     !< group with its factor
       real(wp), intent(in) :: rest(:)           !< [nodes] r, m³ per metre of thickness

@@ -151,7 +151,7 @@ contains
          associate (channel => network%flow%channel(c), a => network%aperture(:, c), &
             law => network%flow%law(network%flow%channel(c)%law))
             normal = channel_normal(network, blocks, c)
-            a = apertures_of(network, blocks, c)
+            a = apertures_of(network, blocks, c, normal)
             share = channel%length*(own*a + other*[a(2), a(1)])
             do k = 1, 2
                associate (node => channel%node(k))
@@ -201,21 +201,22 @@ contains
    end subroutine add_rows
 
    !> Apertures at the ends of channel c, m.
-   pure function apertures_of(network, blocks, c) result(a)
+   pure function apertures_of(network, blocks, c, normal) result(a)
       type(network_type), intent(in) :: network  !< network of the model
       type(blocks_type), intent(in) :: blocks    !< blocks in their present state
       integer, intent(in) :: c                   !< channel
-      real(wp) :: a(2), normal(2)
-      integer :: k
+      real(wp), intent(in) :: normal(2)          !< n of the channel
+      real(wp) :: a(2), height(2, 2)
+      integer :: side
 
-      normal = channel_normal(network, blocks, c)
       associate (channel => network%flow%channel(c), &
          law => network%flow%law(network%flow%channel(c)%law))
-         do k = 1, 2
-            a(k) = max(law%least, min(law%most, law%aperture + law%opening_factor &
-               *(point_height(normal, blocks, channel%block(2), channel%reference(:, k, 2)) &
-               - point_height(normal, blocks, channel%block(1), channel%reference(:, k, 1)))))
+         do side = 1, 2
+            height(:, side) = end_heights(normal, blocks, channel%block(side), &
+               channel%reference(:, :, side))
          end do
+         a = max(law%least, min(law%most, law%aperture + law%opening_factor &
+            *(height(:, 2) - height(:, 1))))
       end associate
    end function apertures_of
 
@@ -230,7 +231,7 @@ contains
       energy = 0.0_wp
       do c = 1, size(network%absent)
          if (network%absent(c)) cycle
-         a = apertures_of(network, blocks, c)
+         a = apertures_of(network, blocks, c, channel_normal(network, blocks, c))
          associate (channel => network%flow%channel(c), &
             law => network%flow%law(network%flow%channel(c)%law))
             energy = energy + 0.5_wp*channel%length/law%bulk_modulus &
@@ -240,18 +241,20 @@ contains
       end do
    end function stored_energy
 
-   !> Height n·x of the material point ρ of block b, m.
-   pure real(wp) function point_height(normal, blocks, b, reference) result(height)
+   !> Heights n·x of two material points ρ of block b, m.
+   pure function end_heights(normal, blocks, b, reference) result(height)
       real(wp), intent(in) :: normal(2)        !< n
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       integer, intent(in) :: b                 !< number of the block
-      real(wp), intent(in) :: reference(2)     !< m, offset ρ
+      real(wp), intent(in) :: reference(2, 2)  !< m, offsets ρ of the ends
+      real(wp) :: height(2)
 
       associate (f => blocks%gradient(:, :, b), x => blocks%position(:, b))
-         height = normal(1)*(x(1) + f(1, 1)*reference(1) + f(1, 2)*reference(2)) &
-            + normal(2)*(x(2) + f(2, 1)*reference(1) + f(2, 2)*reference(2))
+         height = normal(1)*x(1) + normal(2)*x(2) &
+            + (normal(1)*f(1, 1) + normal(2)*f(2, 1))*reference(1, :) &
+            + (normal(1)*f(1, 2) + normal(2)*f(2, 2))*reference(2, :)
       end associate
-   end function point_height
+   end function end_heights
 
    !> Scalar product of two rows, written out for speed.
    pure real(wp) function scalar_product(a, b)
@@ -297,7 +300,7 @@ contains
       do node = 1, size(pressure)
          do r = network%first(node), network%first(node + 1) - 1
             associate (b => network%block(r))
-               load(:, b) = load(:, b) + pressure(node)*network%row(:, r)
+               load(1:6, b) = load(1:6, b) + pressure(node)*network%row(1:6, r)
             end associate
          end do
       end do

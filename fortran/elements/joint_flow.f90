@@ -224,10 +224,9 @@ contains
       call set_conductance(self)
       call set_springs(self%network, self%step%time_step*self%conductance, self%fixed .or. &
          self%vented, self%group)
-      self%rest = merge(0.0_wp, self%step%time_step*(self%source - outflow_of(self%network, &
-         self%conductance, self%first + self%network%elevation)) - self%empty, &
-         self%fixed .or. self%vented)
-      call change_by(self%group, self%rest, self%first)
+      self%rest = merge(0.0_wp, self%step%time_step*self%source - outflow_in_step(self, &
+         self%first) - self%empty, self%fixed .or. self%vented)
+      call change_by(self%network, self%group, self%rest, self%first)
    end subroutine set_assumed_terms
 
    !> Find the increase of volumes and the pressures at the end of a step with increment d.
@@ -240,7 +239,7 @@ contains
       self%after = self%first
       if (stage_flow_state(self) == flow_steady) return
       rest = merge(0.0_wp, -self%growth, self%fixed .or. self%vented)
-      call change_by(self%group, rest, self%after)
+      call change_by(self%network, self%group, rest, self%after)
    end subroutine find_pressures
 
    !> Surplus of each node, m³ per metre of thickness: increase of empty volume, or external inflow.
@@ -249,9 +248,19 @@ contains
       real(wp) :: surplus(size(self%after))
 
       surplus = self%growth + self%network%storage*(self%after - self%pressure) &
-         + self%step%time_step*(outflow_of(self%network, self%conductance, self%after &
-         + self%network%elevation) - self%source)
+         + outflow_in_step(self, self%after) - self%step%time_step*self%source
    end function node_surplus
+
+   !> Volume Δt H (p + γy) that flows out of each node, m³ per metre of thickness.
+   pure function outflow_in_step(self, pressure) result(outflow)
+      class(joint_flow_type), intent(in) :: self  !< elements of this kind
+      real(wp), intent(in) :: pressure(:)  !< [nodes] Pa
+      real(wp) :: outflow(size(pressure))
+
+      outflow = 0.0_wp
+      if (stage_flow_state(self) == flow_transient) outflow = self%step%time_step &
+         *outflow_of(self%network, self%conductance, pressure + self%network%elevation)
+   end function outflow_in_step
 
    !> Append the springs of enclosed water.
    subroutine add_linear_terms(self, blocks, step, terms)
@@ -292,7 +301,6 @@ contains
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy  !< energy budget, J per metre
       real(wp) :: stored, change, viscous, lost, work
-      real(wp) :: outflow(size(self%first))
 
       associate (storage => self%network%storage, before => self%pressure, pressure => self%after, &
          elevation => self%network%elevation)
@@ -302,9 +310,7 @@ contains
          viscous = 0.0_wp
          lost = 0.0_wp
          if (stage_flow_state(self) /= flow_steady) then
-            outflow = step%time_step*outflow_of(self%network, self%conductance, pressure &
-               + elevation)
-            viscous = sum((pressure + elevation)*outflow)
+            viscous = sum((pressure + elevation)*outflow_in_step(self, pressure))
             lost = 0.5_wp*sum(storage*(pressure - before)**2) + sum(merge((pressure &
                - self%network%floor)*self%empty, 0.0_wp, .not. (self%vented .or. self%fixed)))
          end if
