@@ -13,7 +13,7 @@ module dda_arguments
    type :: arguments_type
       character(len=:), allocatable :: command   !< 'run', 'resume', 'check', 'help' or 'version'
       character(len=:), allocatable :: file      !< input file
-      character(len=:), allocatable :: output  !< output file that replaces the input's; '' if none
+      character(len=:), allocatable :: output  !< output file; '': as in the input
       character(len=longest_change), allocatable :: changes(:)  !< 'NAME=VALUE' each
       logical :: quiet = .false.                 !< no progress lines
       logical :: check_first = .false.           !< run only if the check does not fail
@@ -21,7 +21,7 @@ module dda_arguments
 
 contains
 
-   !> Read the command line; an error if it is not understood.
+   !> Read the command line; unknown arguments are errors.
    subroutine read_arguments(arguments, error)
       type(arguments_type), intent(out) :: arguments  !< arguments of the command line
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -81,7 +81,7 @@ contains
    !> Read a word: first the command, then the input file.
    subroutine read_word(arguments, word, error)
       type(arguments_type), intent(inout) :: arguments  !< arguments read so far
-      character(len=*), intent(in) :: word  !< argument
+      character(len=*), intent(in) :: word  !< command or input file
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       if (arguments%command == '') then
@@ -92,13 +92,13 @@ contains
       else if (arguments%file == '' .and. index(word, '-') /= 1) then
          arguments%file = word
       else
-         call fail(error, error_input, 'the argument '//quoted(word)//' is not understood')
+         call fail(error, error_input, 'the argument '//quoted(word)//' is unknown')
       end if
    end subroutine read_word
 
    !> Argument of the command line; blank after the last one.
    function command_argument(i) result(word)
-      integer, intent(in) :: i  !< from 1
+      integer, intent(in) :: i  !< number, from 1
       character(len=:), allocatable :: word
       integer :: length
 
@@ -162,14 +162,14 @@ contains
          '       sitedda-native resume FILE.nml [options]   resume a run that ended early', &
          '       sitedda-native check FILE.nml              check a model before its run', &
          'options:', &
-         '  -o, --output FILE.nc   the output, instead of that in the input', &
-         '      --set NAME=VALUE   a variable of the input changed: time_step=5e-4,', &
+         '  -o, --output FILE.nc   output file; replaces the file in the input', &
+         '      --set NAME=VALUE   change a variable of the input: time_step=5e-4,', &
          '                         material.clay.density=1900, joint[*].cohesion=0', &
          '      --check            check first, and do not start if the check fails', &
          '  -q, --quiet            no progress lines', &
          '  -h, --help             this text', &
          '      --version          the version', &
-         'exit status: 0 done, 1 bad input, 2 refused by the check, 3 a step does not converge,', &
+         'exit status: 0 done, 1 bad input, 2 the check fails, 3 a step does not converge,', &
          '  4 linear solver, 5 file, 6 interrupted (resume continues), 7 memory']
 
       text = joined(lines, new_line('a'))

@@ -33,7 +33,7 @@ contains
    !> Perform a command.
    subroutine act(arguments, error)
       type(arguments_type), intent(in) :: arguments  !< arguments of the command line
-      type(error_type), allocatable, intent(out) :: error  !< of the command
+      type(error_type), allocatable, intent(out) :: error  !< error of the command
 
       select case (arguments%command)
       case ('help')
@@ -139,7 +139,7 @@ contains
 
    !> Perform steps until the run is complete or a signal stops it.
    subroutine step_to_end(run, arguments, error)
-      type(run_type), intent(inout) :: run  !< and its files
+      type(run_type), intent(inout) :: run  !< run and its files
       type(arguments_type), intent(in) :: arguments  !< arguments of the command line
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(progress_type) :: progress
@@ -159,9 +159,9 @@ contains
       end do
    end subroutine step_to_end
 
-   !> Close the output, also after an error, which is then the one reported.
+   !> Close the output; an earlier error is retained.
    subroutine close_run(run, error)
-      type(run_type), intent(inout) :: run  !< and its files
+      type(run_type), intent(inout) :: run  !< run and its files
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(error_type), allocatable :: failure
 

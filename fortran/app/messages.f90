@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Lines for the terminal or the log of a batch job, each flushed at once, in chronological
-!> order; among them progress: completed fraction, remaining time.
+!> Lines for the terminal or the log of a batch job, each flushed at once, so that they appear in
+!> chronological order.  Progress lines show the completed fraction and the remaining time.
 module dda_messages
    use, intrinsic :: iso_fortran_env, only: error_unit, output_unit
    use dda_kinds, only: wp, long
@@ -8,7 +8,7 @@ module dda_messages
    private
    public :: say, warn, progress_type, start_progress, show_progress
 
-   real(wp), parameter :: every = 5.0_wp  !< s between lines
+   real(wp), parameter :: every = 5.0_wp  !< time between progress lines, s
 
    !> Times of the start of the run and of the last line.
    type :: progress_type
@@ -45,9 +45,9 @@ contains
 
    !> Start the clock.
    subroutine start_progress(progress, time, quiet)
-      type(progress_type), intent(out) :: progress  !< of this run
-      real(wp), intent(in) :: time   !< s of the model
-      logical, intent(in) :: quiet   !< no lines
+      type(progress_type), intent(out) :: progress  !< progress of this run
+      real(wp), intent(in) :: time   !< time of the model, s
+      logical, intent(in) :: quiet   !< write no progress lines
 
       progress%quiet = quiet
       progress%first = time
@@ -55,10 +55,10 @@ contains
       progress%shown = progress%begun
    end subroutine start_progress
 
-   !> Write a line, if the interval has passed or the run has ended.
+   !> Write a progress line if the interval has passed or the run has ended.
    subroutine show_progress(progress, time, duration)
-      type(progress_type), intent(inout) :: progress     !< of this run
-      real(wp), intent(in) :: time, duration  !< s of the model
+      type(progress_type), intent(inout) :: progress     !< progress of this run
+      real(wp), intent(in) :: time, duration  !< time of the model, s
       integer(long) :: now
       real(wp) :: spent, left
       character(len=160) :: line

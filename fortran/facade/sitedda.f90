@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Interface for programs in Fortran: an input, its check, its run step by step, its histories.
 !>
-!> This module has all procedures for such a program; lower modules may change from version to
+!> A program needs only the procedures of this module; other modules may change from version to
 !> version.  An error is returned as a value, and the program continues: it may run another
 !> analysis. Several analyses may be open at once, in one thread.
 module sitedda
@@ -57,7 +57,7 @@ contains
    subroutine check_input(analysis, report, passes, error)
       type(analysis_type), intent(in) :: analysis  !< analysis whose input has been read
       character(len=:), allocatable, intent(out) :: report  !< text of the report
-      logical, intent(out) :: passes               !< no line of the report is a failure
+      logical, intent(out) :: passes               !< the report has no failure
       type(error_type), allocatable, intent(out) :: error  !< the check could not be performed
       type(simulation_type), allocatable :: simulation
       type(report_type), allocatable :: found
@@ -79,7 +79,7 @@ contains
    subroutine begin_analysis(analysis, error, output, resume)
       type(analysis_type), intent(inout) :: analysis  !< analysis whose input has been read
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      !> path of the output, instead of that in the input; blank: no output is written
+      !> path of the output, which replaces the path in the input; blank: no output is written
       character(len=*), intent(in), optional :: output
       logical, intent(in), optional :: resume  !< continue from the last checkpoint, if any
       logical :: writes, from_checkpoint
@@ -103,9 +103,9 @@ contains
       if (allocated(error)) deallocate (analysis%run)
    end subroutine begin_analysis
 
-   !> Advance, at most until the run is complete.
+   !> Advance by a number of steps, or until the run is complete.
    subroutine advance_analysis(analysis, steps, error)
-      type(analysis_type), intent(inout) :: analysis  !< begun
+      type(analysis_type), intent(inout) :: analysis  !< analysis that has begun
       integer, intent(in) :: steps                    !< number of steps
       type(error_type), allocatable, intent(out) :: error  !< error with step, contact and blocks
 
@@ -115,7 +115,7 @@ contains
 
    !> Write the output; an incomplete run is written as FILE.partial, with a checkpoint.
    subroutine end_analysis(analysis, error)
-      type(analysis_type), intent(inout) :: analysis  !< started; its input can be started again
+      type(analysis_type), intent(inout) :: analysis  !< analysis; it can begin again from its input
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       call require_that(allocated(analysis%run), 'the analysis has not begun', error)
@@ -126,7 +126,7 @@ contains
 
    !> .true. if the run has reached its duration, or a rule of &stop has ended it.
    pure logical function is_complete(analysis)
-      type(analysis_type), intent(in) :: analysis  !< in any state
+      type(analysis_type), intent(in) :: analysis  !< analysis in any state
 
       is_complete = .false.
       if (allocated(analysis%run)) is_complete = is_done(analysis%run)
@@ -134,7 +134,7 @@ contains
 
    !> Present time of the run, s.
    pure real(wp) function present_time(analysis)
-      type(analysis_type), intent(in) :: analysis  !< in any state
+      type(analysis_type), intent(in) :: analysis  !< analysis in any state
 
       present_time = 0.0_wp
       if (allocated(analysis%run)) present_time = analysis%run%simulation%time
@@ -142,9 +142,9 @@ contains
 
    !> Present motion of a measured point.
    subroutine point_motion(analysis, name, displacement, velocity, acceleration, error)
-      type(analysis_type), intent(in) :: analysis  !< begun
-      character(len=*), intent(in) :: name         !< of the point
-      real(wp), intent(out) :: displacement(2)     !< since the start, m
+      type(analysis_type), intent(in) :: analysis  !< analysis that has begun
+      character(len=*), intent(in) :: name         !< name of the point
+      real(wp), intent(out) :: displacement(2)     !< displacement since the start, m
       real(wp), intent(out) :: velocity(2)         !< m/s
       real(wp), intent(out) :: acceleration(2)     !< m/s²
       type(error_type), allocatable, intent(out) :: error  !< error: unknown point
@@ -181,7 +181,7 @@ contains
       if (.not. allocated(error)) call require_that(present(point) .eqv. present(axis), &
          'a point also needs an axis', error)
       if (.not. allocated(error) .and. present(axis)) then
-         call require_that(index(axes, axis) > 0, quoted(axis)//" is no axis: give 'x' or 'y'", &
+         call require_that(index(axes, axis) > 0, quoted(axis)//" is not an axis: use 'x', 'y'", &
             error)
          if (.not. allocated(error)) call find_point(analysis%model, point, number, error)
          at = [index(axes, axis), number]
@@ -193,8 +193,8 @@ contains
    !> Number of a measured point.
    subroutine find_point(model, name, point, error)
       type(model_type), intent(in) :: model  !< model as read from the input
-      character(len=*), intent(in) :: name   !< of the point
-      integer, intent(out) :: point          !< from 1
+      character(len=*), intent(in) :: name   !< name of the point
+      integer, intent(out) :: point          !< number, from 1
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       point = findloc(model%points%name == name, .true., 1)
@@ -205,7 +205,7 @@ contains
    !> Return an error unless a condition is true.
    subroutine require_that(holds, message, error)
       logical, intent(in) :: holds
-      character(len=*), intent(in) :: message  !< of the error
+      character(len=*), intent(in) :: message  !< message of the error
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       if (.not. (holds .or. allocated(error))) call fail(error, error_input, message)

@@ -3,15 +3,15 @@
 !>
 !>     M (v₁ − v₀)/Δt = f − K (q₀ + θ d) − C d/Δt − ∇U(q₁),   d = Δt [(1 − χ) v₀ + χ v₁] .
 !>
-!> Elastic stress, bonded joints and loads act at t₀ + θΔt; U contains what acts at the end of
-!> the step for any θ and χ: unilateral contacts, their friction, and supports.  With d as unknown,
+!> Elastic stress, bonded joints and loads act at t₀ + θΔt.  Unilateral contacts, their friction and
+!> supports have the potential U and act at the end of the step for any θ and χ.  For the unknown d,
 !>
 !>     K̂ = M/(χΔt²) + θK + C/Δt + ∂²U,   f̂ = f + M v₀/(χΔt) − K q₀ − …,
 !>     v₁ = d/(χΔt) − (1/χ − 1) v₀ .
 !>
 !> Members: DDA (paper eq. 5: Newmark β = ½, γ = 1) is (1, ½); the midpoint rule (½, ½); the
-!> θ-method of Moreau (1999) and Jean (1999) has θ = χ; backward Euler is (1, 1).  With θ, χ ≥ ½ and
-!> a convex U no member gains energy:
+!> θ-method of Moreau (1999) and Jean (1999) has θ = χ; backward Euler is (1, 1).  If θ, χ ≥ ½
+!> and U is convex, no member gains energy:
 !>
 !>     ΔE = −(θ − ½) dᵀKd − (χ − ½) ΔvᵀMΔv − dᵀCd/Δt − [U(q₀) − U(q₁) + ∇U(q₁)·d] + work of loads.
 module dda_scheme
@@ -21,18 +21,18 @@ module dda_scheme
    public :: scheme_type, step_type, integration_names, default_theta, scheme_named
    public :: mass_weight, momentum_weight, velocity_weight, end_time, load_time, end_rate
 
-   !> Names, as in &control integration.
+   !> Values of `integration` in &control.
    character(len=*), parameter :: integration_names(4) = [character(len=14) :: 'dda', 'midpoint', &
       'theta', 'backward_euler']
-   real(wp), parameter :: default_theta = 0.75_wp  !< of 'theta'
+   real(wp), parameter :: default_theta = 0.75_wp  !< default θ of 'theta'
 
-   !> A member of the family.
+   !> A member of the family of schemes.
    type :: scheme_type
       real(wp) :: theta = 1.0_wp  !< weight of the end of the step in elastic forces, ½ … 1
       real(wp) :: chi = 0.5_wp    !< weight of the end velocity in the displacement, ½ … 1
    end type scheme_type
 
-   !> A time step: where it begins, how long it is, and how it is integrated.
+   !> A time step: its start, its length and its scheme.
    type :: step_type
       type(scheme_type) :: scheme = scheme_type()
       real(wp) :: time = 0.0_wp       !< time at the start of the step, s
@@ -41,7 +41,7 @@ module dda_scheme
 
 contains
 
-   !> Member of the family by name; `theta` is used for 'theta' only.
+   !> Scheme of a name; `theta` is used only for 'theta'.
    pure type(scheme_type) function scheme_named(name, theta) result(scheme)
       character(len=*), intent(in) :: name  !< one of `integration_names`
       real(wp), intent(in) :: theta         !< θ = χ, ½ … 1

@@ -1,16 +1,17 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Effect of the time integration on linear vibrations: closed forms for a member (θ, χ).
+!> Effect of the time integration on linear vibrations: exact formulas for a scheme (θ, χ).
 !>
-!> One oscillator, Ω = ωΔt, D = 1 + θχΩ²: the amplification matrix has
+!> For one oscillator, with Ω = ωΔt and D = 1 + θχΩ², the amplification matrix has
 !>
 !>     determinant = [1 + (1 − θ)(1 − χ)Ω²]/D,   trace = 2 − (θ + χ)Ω²/D,
 !>     4 determinant − trace² = Ω² [4 − (θ − χ)²Ω²]/D² .
 !>
-!> So a mode oscillates for Ω < 2/|θ − χ| (4 in DDA: paper eq. 13); beyond, both roots are real and
-!> one of them tends to 1 − 1/χ or 1 − 1/θ: −1 in DDA, a velocity that changes sign every step
-!> and hardly decays.  A support has the roots 1/(1 ± iΩ) of backward Euler in every member.
+!> A mode therefore oscillates for Ω < 2/|θ − χ| (4 in DDA: paper eq. 13).  For larger Ω both roots
+!> are real, and one root tends to 1 − 1/χ or 1 − 1/θ as Ω grows.  In DDA this limit is −1: the
+!> velocity changes sign every step and hardly decays.  A support has the roots 1/(1 ± iΩ) of
+!> backward Euler in every scheme.
 !>
-!> In steady vibration, z = exp(iωΔt), τ = tan(ωΔt/2), ω̃ = 2τ/Δt, the equations of a member have
+!> In steady vibration, z = exp(iωΔt), τ = tan(ωΔt/2), ω̃ = 2τ/Δt, the equations of a scheme have
 !> ω̃ instead of ω and a complex modulus K (1 + i(2θ−1)τ)(1 + i(2χ−1)τ); see `steady_weights`.
 module dda_scheme_response
    use dda_kinds, only: wp, pi
@@ -47,7 +48,7 @@ contains
          determinant = (1.0_wp + (1.0_wp - theta)*(1.0_wp - chi)*square)/d
          root = 0.5_wp*sqrt(cmplx(square*((theta - chi)**2*square - 4.0_wp), 0.0_wp, wp))/d
       end associate
-      ! The larger root first; the other from the product, without cancellation.
+      ! The larger root is computed first; the other follows from the product, without cancellation.
       roots(1) = half_trace + merge(root, -root, half_trace >= 0.0_wp)
       roots(2) = conjg(roots(1))
       if (real(root) > 0.0_wp) roots(2) = determinant/roots(1)
@@ -97,7 +98,7 @@ contains
    end function log_of_one_and
 
    !> Damping ratio of a free mode, ζ = ln(1/|λ|)/hypot(φ, ln|λ|); 1 without oscillation.
-   !> It is about (θ + χ − 1)Ω/2.
+   !> For small Ω the ratio is about (θ + χ − 1)Ω/2.
    elemental real(wp) function free_damping(scheme, omega, time_step) result(ratio)
       type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
       real(wp), intent(in) :: omega      !< rad/s
@@ -142,7 +143,7 @@ contains
    end function forced_damping
 
    !> Time step, s, for a damping ratio in steady vibration: the inverse of `forced_damping`.
-   !> It is huge for a member without damping.  DDA: 2 atan(2ζ)/ω.
+   !> The result is huge for a scheme without damping.  DDA: 2 atan(2ζ)/ω.
    elemental real(wp) function step_for_damping(scheme, ratio, omega) result(time_step)
       type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
       real(wp), intent(in) :: ratio  !< ζ > 0
@@ -152,13 +153,13 @@ contains
       a = 2.0_wp*scheme%theta - 1.0_wp
       b = 2.0_wp*scheme%chi - 1.0_wp
       time_step = huge(1.0_wp)
-      ! Root of 2ζab τ² + (a + b)τ − 2ζ = 0, in the form without cancellation.
+      ! τ solves 2ζab τ² + (a + b)τ − 2ζ = 0; this form of the root has no cancellation.
       if (a + b > 0.0_wp) time_step = 2.0_wp/omega*atan(4.0_wp*ratio &
          /(a + b + sqrt((a + b)**2 + 16.0_wp*a*b*ratio**2)))
    end function step_for_damping
 
    !> Find θ = χ for a damping ratio in steady vibration at a given Δt.
-   !> (1 + tan(½ atan 2ζ)/τ)/2; above 1 if the step is too short for that ratio.
+   !> θ = (1 + tan(½ atan 2ζ)/τ)/2; θ > 1 means that Δt is too short for this ratio.
    elemental real(wp) function theta_for_damping(ratio, omega, time_step) result(theta)
       real(wp), intent(in) :: ratio      !< ζ ≥ 0
       real(wp), intent(in) :: omega      !< rad/s, below π/Δt
@@ -167,8 +168,8 @@ contains
       theta = 0.5_wp*(1.0_wp + tan(0.5_wp*atan(2.0_wp*ratio))/tan(0.5_wp*omega*time_step))
    end function theta_for_damping
 
-   !> Steps in which a mode that alternates decays to 1/e.
-   !> The result is 0 if it does not change sign every step, and huge if it does not decay.
+   !> Number of steps in which a mode that changes sign every step decays to 1/e.
+   !> The result is 0 if the mode does not change sign every step, and huge if it does not decay.
    elemental real(wp) function steps_to_decay(scheme, omega, time_step) result(steps)
       type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
       real(wp), intent(in) :: omega      !< rad/s

@@ -18,7 +18,7 @@ module dda_team
    real(wp), parameter :: between = 0.3_wp  !< time between checks, many time slices, s
    real(wp), parameter :: bearable = 0.25_wp      !< processors that may be lost to other programs
    real(wp), parameter :: first_pause = 5.0_wp    !< time until all threads are tried again, s
-   real(wp), parameter :: longest_pause = 64.0_wp !< limit of the pause, s; failed attempts double it
+   real(wp), parameter :: longest_pause = 64.0_wp !< limit of the pause, s; failures double it
    character(len=*), parameter :: waits = '/proc/thread-self/schedstat'
 
    !> Threads of this process.

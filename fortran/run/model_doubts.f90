@@ -21,8 +21,9 @@ module dda_model_doubts
    integer, parameter :: few_blocks = 200  !< largest model that is checked for every run
    integer, parameter :: many_blocks = 5000       !< largest model that is checked for long runs
    integer(long), parameter :: many_steps = 2500 !< steps of a long run: a check takes less than 5 %
-   !> Limit of open–close iterations in the search for equilibrium, if the run has fewer steps:
-   !> stable models need fewer, and the search in a falling model takes at most as long as its run.
+   !> Least limit of open–close iterations in the search for equilibrium; the number of steps of the
+   !> run, if larger.  Stable models need fewer; the search in a failing model costs at most its
+   !> run.
    integer(long), parameter :: least_budget = 200
 
 contains
@@ -57,7 +58,8 @@ contains
       if (allocated(error)) call add_doubt(simulation%doubts, '', error%message, .true.)
    end subroutine doubt_as_begun
 
-   !> Add the short text of each line that is not ok, except bending, reported as the run ends.
+   !> Add the short text of each line that is not ok, except bending, which the end of the run
+   !> reports.
    pure subroutine add_lines(simulation, report)
       type(simulation_type), intent(inout) :: simulation  !< warnings are added
       type(report_type), intent(in) :: report             !< report of the check

@@ -18,9 +18,9 @@ module dda_peak_check
    private
    public :: peak_warning
 
-   real(wp), parameter :: most_difference = 0.02_wp   !< difference in amplitude or frequency
-   real(wp), parameter :: died_out = 1.0e-3_wp        !< motion at the end over its peak
-   real(wp), parameter :: long_ringing = 100.0_wp     !< duration of ringing, steps
+   real(wp), parameter :: most_difference = 0.02_wp   !< tolerance of amplitude and frequency
+   real(wp), parameter :: died_out = 1.0e-3_wp        !< final motion over its peak: limit
+   real(wp), parameter :: long_ringing = 100.0_wp     !< ringing that is named as a cause, steps
 
 contains
 
@@ -53,7 +53,7 @@ contains
          likely_cause(linear, simulation, peak)
    end subroutine peak_warning
 
-   !> Text on why the spectra of a run may differ from the exact function, and what to do.
+   !> Text on likely causes of the difference from the exact peak, and on remedies.
    function likely_cause(linear, simulation, peak) result(text)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(simulation_type), intent(in) :: simulation  !< a run and its state
@@ -75,7 +75,7 @@ contains
          if (ringing%steps > long_ringing) text = text//'; '//ringing%words//': try '// &
             ringing%advice
       end if
-      if (text == '') text = '; the motion of the base may be almost zero at that frequency'
+      if (text == '') text = '; the base motion may be almost zero at this frequency'
       text = 'likely cause: '//text(3:)
    end function likely_cause
 

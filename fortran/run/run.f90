@@ -2,7 +2,7 @@
 !> Run from input to output, for both the native executable and Python.
 !>
 !> During the run each sample and frame is appended to the journal, and a partial output and
-!> checkpoints are written at intervals.  They remain if a run ends before its duration, and
+!> checkpoints are written at intervals.  These files remain if a run ends before its duration;
 !> `resume_run` continues from them.
 module dda_run
    use dda_kinds, only: wp, long
@@ -46,7 +46,7 @@ module dda_run
       type(simulation_type) :: simulation
       type(journal_type) :: journal
       type(checkpoints_type) :: checkpoints
-      type(rate_limiter_type) :: publishing                 !< limits the rate of partial outputs
+      type(rate_limiter_type) :: publishing                 !< rate limiter of partial outputs
       real(wp), allocatable :: sample(:)            !< [`size_of_sample`] work space
       type(reserve_type) :: reserve                 !< memory reserved for writing the output
       character(len=:), allocatable :: notice       !< position from which a resumed run continues
@@ -71,7 +71,8 @@ contains
       if (.not. allocated(error)) call begin_stages(run, error)
    end subroutine begin_run
 
-   !> Set up the simulation of a model as in the input; the first stage begins in `continue_run`.
+   !> Set up the simulation of a model in its initial geometry; `continue_run` begins the first
+   !> stage.
    subroutine open_drawn(run, model, writes, error)
       type(run_type), intent(out) :: run  !< run and its files
       type(model_type), intent(in) :: model  !< model as read from the input

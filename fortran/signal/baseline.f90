@@ -3,20 +3,20 @@
 !>
 !> An offset of the accelerations, however small, grows with the square of time in the displacement.
 !> The correction subtracts from the velocity a polynomial that vanishes at the start, fitted by
-!> least squares.  Its order is at most two: that removes an offset and a trend of the acceleration,
-!> the usual instrument errors, and the derivative is a straight line, so that the corrected
-!> acceleration is still piecewise linear and integrates exactly.  A higher order would break that
-!> and remove long periods of the motion.
+!> least squares.  Its order is at most two.  Order two removes an offset and a trend of the
+!> acceleration, the usual instrument errors; its derivative is a straight line, so that the
+!> corrected acceleration is still piecewise linear and integrates exactly.  With a higher
+!> order the acceleration would not be piecewise linear, and the fit would remove long periods.
 !>
-!> By default the polynomial equals the last velocity, so that the corrected
-!> motion ends at rest, at the displacement then reached.  If a final velocity remains, the motion
-!> continues with it: stopped within one time step, it would be an impact.  Up to 10⁻⁴ of the
-!> largest velocity counts as zero: samples rounded to five digits leave some 10⁻⁵ in the sum.
-!> Stopping it is an acceleration of at most 10⁻⁴ PGV/Δt for one step; continued, it would be an
-!> endless drift.  A record of displacement ends at rest unless it is to continue.  The
+!> By default the polynomial equals the velocity at the last sample, so that the corrected motion
+!> ends at rest, at its last displacement.  If a final velocity remains, the motion continues at
+!> this velocity: a stop within one time step would be an impact.  A final velocity up to 10⁻⁴ of
+!> the largest velocity counts as zero: samples rounded to five digits leave some 10⁻⁵ in the sum.
+!> To stop it takes an acceleration of at most 10⁻⁴ PGV/Δt for one step; if it continued, it would
+!> be an endless drift.  A displacement record ends at rest unless the motion is to continue.  The
 !> acceleration may still jump at both ends; a cosine taper of the record before the fit (an option)
-!> reduces that.  The first sample of a record of velocity is not changed: if it is not zero, the
-!> motion starts with that jump unless it is tapered.
+!> reduces these jumps.  The first sample of a velocity record is not changed: if this velocity is
+!> not zero and the record is not tapered, the motion starts with a jump.
 module dda_baseline
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dda_kinds, only: wp
@@ -30,8 +30,8 @@ module dda_baseline
    public :: baseline_type, make_motion_curve
    public :: motion_curve_type, displacement_at, velocity_at, acceleration_at, step_acceleration
 
-   real(wp), parameter :: largest = 1.0e12_wp  ! largest value or time: keeps sums far from overflow
-   real(wp), parameter :: still = 1.0e-4_wp  ! fraction of the largest velocity: rounding at the end
+   real(wp), parameter :: largest = 1.0e12_wp  ! limit of values and times: sums cannot overflow
+   real(wp), parameter :: still = 1.0e-4_wp  ! final over largest velocity that counts as zero
 
    !> Treatment of a record.
    type :: baseline_type
@@ -40,8 +40,8 @@ module dda_baseline
       !> fraction of the record under a cosine taper, half at each end, 0 … 1
       real(wp) :: taper = 0.0_wp
       real(wp) :: scale = 1.0_wp    !< factor on the record
-      !> 'continue': with the final velocity, which is not fitted to zero; 'hold'; '': with the
-      !> final velocity, if any
+      !> 'continue': continue at the final velocity, not fitted to zero; 'hold': hold the last
+      !> displacement; '': continue at the final velocity, if any
       character(len=8) :: after_end = ''
    end type baseline_type
 
@@ -93,9 +93,9 @@ contains
 
    !> Make a motion from accelerations or velocities, without drift.
    !> Accelerations are integrated, their drift is removed, and the result is integrated again.
-   !> Velocities lose the fitted drift and are joined by cubics.
+   !> The fitted drift is subtracted from velocities, which are then joined by cubics.
    subroutine integrate_rates(curve, is_velocity, values, time_step, wanted)
-      type(motion_curve_type), intent(out) :: curve  !< complete
+      type(motion_curve_type), intent(out) :: curve  !< complete motion
       logical, intent(in) :: is_velocity         !< else acceleration
       real(wp), intent(in) :: values(:)          !< m/s or m/s² [samples]
       real(wp), intent(in) :: time_step          !< Δt, s
@@ -130,7 +130,7 @@ contains
 
    !> Make a motion from displacements, shifted to start at zero.
    subroutine shift_displacement(curve, displacement, time_step, wanted)
-      type(motion_curve_type), intent(out) :: curve  !< complete
+      type(motion_curve_type), intent(out) :: curve  !< complete motion
       real(wp), intent(in) :: displacement(:)    !< m [samples]
       real(wp), intent(in) :: time_step          !< Δt, s
       type(baseline_type), intent(in) :: wanted  !< processing of the record
@@ -180,7 +180,7 @@ contains
       tau = unit_times(n)
       drift = 0.0_wp
       if (ends_at_rest(wanted) .or. n < 3) then
-         ! c₁ + c₂ = v(T) leaves one free function, which vanishes at both ends.
+         ! With c₁ + c₂ = v(T), one function remains free; it vanishes at both ends.
          drift(1) = velocity(n)
          if (wanted%order < 2 .or. n < 3) return
          bow = tau**2 - tau
@@ -204,7 +204,7 @@ contains
       fourth = sum(tau**4)
       first = dot_product(tau, velocity)
       second = dot_product(tau**2, velocity)
-      ! From 1/21 of the product at n = 3 to 1/16 for long records: far from singular.
+      ! From 1/21 (n = 3) to 1/16 (long records) of the product of the diagonal: not singular.
       determinant = square*fourth - cube**2
       drift = [first*fourth - second*cube, second*square - first*cube]/determinant
    end function fit_parabola

@@ -16,10 +16,10 @@ contains
    subroutine forward_transform(series, spectrum, planned)
       real(wp), intent(inout) :: series(:)                  !< [n] series, unchanged on return
       complex(wp), intent(out) :: spectrum(:)               !< [n/2 + 1]
-      !> false: FFTW has no plan (out of memory)
+      !> .false.: FFTW could not make a plan (out of memory)
       logical, intent(out) :: planned
-      ! An estimated plan is the same in every run; without assumptions on the alignment of
-      ! arrays, so is the order of summation: results are bit-identical.
+      ! An estimated plan is the same in every run.  Without assumptions on the alignment of arrays,
+      ! the order of summation is the same too: results are bit-identical.
       integer(c_int), parameter :: flags = ior(FFTW_ESTIMATE, &
          ior(FFTW_UNALIGNED, FFTW_PRESERVE_INPUT))
       type(c_ptr) :: plan

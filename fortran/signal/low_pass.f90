@@ -2,8 +2,8 @@
 !> Butterworth low-pass of fourth order for accelerations, sample by sample.
 !>
 !> Two oscillators in series, u' = ωw and w' = ω(a − u − 2ζw) with ζ = cos(π/8) and cos(3π/8), are
-!> stepped by the trapezoidal rule.  With ωh/2 = tan(πfh), the power at f is halved for any
-!> step h.
+!> stepped by the trapezoidal rule.  With ωh/2 = tan(πfh), half of the power at f passes for
+!> any step h.
 module dda_low_pass
    use dda_kinds, only: wp, pi
    implicit none
@@ -15,13 +15,13 @@ module dda_low_pass
    real(wp), parameter :: most_share = 0.45_wp   !< largest f as a fraction of the sampling rate
    real(wp), parameter :: same_step = 1.0e-9_wp  !< relative difference: rounding of times
 
-   !> A filter of one motion.
+   !> Filter of one motion.
    type :: low_pass_type
       real(wp) :: frequency = 0.0_wp           !< f, Hz
       real(wp) :: step = 0.0_wp                !< step h of the factor, s
       real(wp) :: factor = 0.0_wp              !< ωh/2
       real(wp) :: rate(sections) = 0.0_wp      !< w, m/s²
-      real(wp) :: passed(0:sections) = 0.0_wp  !< a, and u of each, m/s²
+      real(wp) :: passed(0:sections) = 0.0_wp  !< a, and u of each section, m/s²
    end type low_pass_type
 
 contains
@@ -33,12 +33,12 @@ contains
       filter%frequency = frequency
    end function new_low_pass
 
-   !> Filter the next acceleration; the result is the filtered value at that time, m/s².
+   !> Filter one more acceleration, m/s².
    pure subroutine pass(filter, acceleration, step, low)
       type(low_pass_type), intent(inout) :: filter  !< filter of the motion so far
-      real(wp), intent(in) :: acceleration          !< m/s²
-      real(wp), intent(in) :: step                  !< time since the last one, s
-      real(wp), intent(out) :: low                  !< m/s²
+      real(wp), intent(in) :: acceleration          !< acceleration, m/s²
+      real(wp), intent(in) :: step                  !< time since the last acceleration, s
+      real(wp), intent(out) :: low                  !< filtered acceleration, m/s²
       real(wp) :: both, rate
       integer :: i
 

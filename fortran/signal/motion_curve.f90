@@ -5,9 +5,9 @@
 !> Within each interval of the samples the displacement is one polynomial of degree five at most;
 !> velocity and acceleration are its exact derivatives, so that all evaluations are consistent.
 !> Before the first sample there is no motion; after the last one the motion continues with the
-!> final velocity, or the displacement is constant.  At the first and the last sample velocity and
-!> acceleration are the limits from within, so they jump there unless the record begins and ends at
-!> rest; the velocity does not jump if the motion continues.
+!> final velocity, or the displacement is constant.  At the first and the last sample, velocity and
+!> acceleration have the limits from inside the record, and jump unless the record begins and ends
+!> at rest; the velocity does not jump if the motion continues.
 module dda_motion_curve
    use dda_kinds, only: wp
    implicit none
@@ -25,7 +25,7 @@ module dda_motion_curve
       real(wp), allocatable :: acceleration(:) !< acceleration at the samples (m/s²) [samples]
       real(wp), allocatable :: higher(:,:)     !< factors of s³, s⁴, s⁵ (m/s³ …) [3, samples − 1]
       real(wp) :: velocity_after = 0.0_wp      !< velocity after the last sample (m/s)
-      logical :: ends_at_rest = .true.         !< except for rounding
+      logical :: ends_at_rest = .true.         !< the final velocity is zero except for rounding
       !> velocity between the last two samples of a displacement that ends at rest (m/s)
       real(wp) :: cut_velocity = 0.0_wp
       real(wp) :: removed(2) = 0.0_wp          !< largest removed drift (m/s, m)
@@ -84,12 +84,12 @@ contains
          + s*(12.0_wp*curve%higher(2, i) + s*20.0_wp*curve%higher(3, i)))
    end function acceleration_at
 
-   !> Acceleration for a step (m/s²): at one time of it; in the last step, the mean over the step.
-   !> Otherwise the last acceleration of the record would count for all of that step or not at all.
+   !> Acceleration for a step (m/s²): its value at a time within the step; if the record ends within
+   !> the step, the mean over the step, so that the last acceleration counts for its part only.
    pure function step_acceleration(curve, from, to, time) result(acceleration)
       type(motion_curve_type), intent(in) :: curve  !< joined samples
       real(wp), intent(in) :: from, to              !< start and end of the step, s
-      real(wp), intent(in) :: time                  !< within it, s
+      real(wp), intent(in) :: time                  !< time within the step, s
       real(wp) :: acceleration
 
       acceleration = acceleration_at(curve, time)
@@ -102,8 +102,8 @@ contains
    pure subroutine locate_time(curve, time, i, s)
       type(motion_curve_type), intent(in) :: curve  !< joined samples
       real(wp), intent(in) :: time                  !< time, s
-      integer, intent(out) :: i                     !< 0 before and after the record
-      real(wp), intent(out) :: s                    !< s
+      integer, intent(out) :: i  !< number of the interval; 0 before and after the record
+      real(wp), intent(out) :: s                    !< time since its first sample, s
       real(wp) :: since
 
       i = 0
@@ -133,7 +133,7 @@ contains
       curve%higher(1, :) = (acceleration(2:) - acceleration(:last - 1))/(6.0_wp*time_step)
    end subroutine join_accelerations
 
-   !> Join velocities by cubics with continuous slope and integrate once, exactly.
+   !> Join velocities by cubics with continuous slope and integrate them exactly.
    pure subroutine join_velocities(curve, velocity, time_step)
       type(motion_curve_type), intent(out) :: curve  !< joined samples
       real(wp), intent(in) :: velocity(:)      !< m/s [samples]
@@ -182,12 +182,13 @@ contains
       end do
    end subroutine join_displacements
 
-   !> Coefficients of s³, s⁴, s⁵ that match displacement, velocity and acceleration at the end of i.
+   !> Coefficients of s³, s⁴, s⁵ that match the displacement, velocity and acceleration at the end
+   !> of an interval.
    pure function quintic_coefficients(curve, i) result(factor)
       type(motion_curve_type), intent(in) :: curve  !< curve; values at the samples are set
       integer, intent(in) :: i                      !< interval
       real(wp) :: factor(3)
-      real(wp) :: h, d, v, a  ! residuals at the end of the terms up to s², as displacements (m)
+      real(wp) :: h, d, v, a  ! values at the end minus the terms up to s², as displacements (m)
 
       h = curve%time_step
       d = curve%displacement(i + 1) - curve%displacement(i) - h*(curve%velocity(i) &
@@ -213,7 +214,8 @@ contains
       curve%method = ''
    end subroutine allocate_curve
 
-   !> First derivative at the samples: fourth order, second order at the ends and next to them.
+   !> First derivative at the samples: of fourth order; of second order at the two samples of each
+   !> end.
    pure function first_derivatives(value, h) result(slope)
       real(wp), intent(in) :: value(:)         !< [samples]
       real(wp), intent(in) :: h                !< s
@@ -232,7 +234,7 @@ contains
       end do
    end function first_derivatives
 
-   !> Second derivative at the samples, of the same orders; at the ends, that of the neighbour.
+   !> Second derivative at the samples, of the same orders; an end has the value of its neighbour.
    pure function second_derivatives(value, h) result(bend)
       real(wp), intent(in) :: value(:)         !< [samples]
       real(wp), intent(in) :: h                !< s

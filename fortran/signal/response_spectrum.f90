@@ -8,10 +8,10 @@
 !>     q₁ = e^z q₀ − h [ρ a₁ + (μ − ρ) a₀],   z = λh,   μ = (e^z − 1)/z,   ρ = (μ − 1)/z .
 !>
 !> The pseudo-spectral acceleration is the largest ω²|u|, u = Im q/Im λ, also in the free vibration
-!> after the motion.  Oscillators that are fast for the sampling are evaluated between samples.
+!> after the motion.  Oscillators with few samples per period are also evaluated between samples.
 !>
 !> With ζ = 1/√2 and ω = 2π 50 Hz, ω²u is the acceleration after a Butterworth low-pass of second
-!> order.  Impacts and ringing contacts are mostly above that frequency.
+!> order.  Impacts and ringing contacts act mostly above 50 Hz.
 module dda_response_spectrum
    use dda_kinds, only: wp, pi
    implicit none
@@ -32,8 +32,8 @@ module dda_response_spectrum
    !> Oscillators under one motion; number 0 is the low-pass, which has the highest frequency.
    type :: response_spectrum_type
       real(wp) :: step = 0.0_wp                         !< step of the factors, s
-      integer :: parts(0:periods) = 1                   !< of a step
-      real(wp) :: share(0:periods) = 1.0_wp             !< part of a step over the step
+      integer :: parts(0:periods) = 1                   !< parts into which a step is divided
+      real(wp) :: share(0:periods) = 1.0_wp             !< length of a part over the step
       real(wp), dimension(0:periods, 2) :: q = 0.0_wp   !< state, m/s; real and imaginary part
       real(wp), dimension(0:periods, 2) :: decay = 0.0_wp, before = 0.0_wp, after = 0.0_wp
       real(wp) :: weight(0:periods) = 0.0_wp            !< ω²/Im λ, 1/s
@@ -99,7 +99,7 @@ contains
 
    !> Set the factors of a step.
    pure subroutine set_step(spectrum, step)
-      type(response_spectrum_type), intent(inout) :: spectrum  !< its factors
+      type(response_spectrum_type), intent(inout) :: spectrum  !< spectrum; its factors are set
       real(wp), intent(in) :: step  !< Δt, s
       complex(wp) :: decay, before, after
       integer :: i
@@ -118,7 +118,7 @@ contains
 
    !> λ = −ζω + iω√(1 − ζ²), 1/s.
    elemental complex(wp) function eigenvalue_of(frequency, damping_ratio)
-      real(wp), intent(in) :: frequency      !< natural, Hz
+      real(wp), intent(in) :: frequency      !< natural frequency, Hz
       real(wp), intent(in) :: damping_ratio  !< ζ, at least 0 and below 1
 
       eigenvalue_of = 2.0_wp*pi*frequency*cmplx(-damping_ratio, sqrt(1.0_wp - damping_ratio**2), wp)
@@ -147,11 +147,11 @@ contains
    end subroutine set_factors
 
    !> Largest displacement, velocity (relative) and absolute acceleration of an oscillator.
-   !> It is initially at rest; values are taken up to the last sample.
+   !> The oscillator is initially at rest; its values are evaluated up to the last sample.
    pure function oscillator_peaks(acceleration, step, frequency, damping_ratio) result(largest)
       real(wp), intent(in) :: acceleration(:)  !< acceleration of the ground, [samples], m/s²
-      real(wp), intent(in) :: step             !< between samples, s
-      real(wp), intent(in) :: frequency        !< natural, Hz
+      real(wp), intent(in) :: step             !< time between samples, s
+      real(wp), intent(in) :: frequency        !< natural frequency, Hz
       real(wp), intent(in) :: damping_ratio    !< ζ, at least 0 and below 1
       real(wp) :: largest(3)                   !< m, m/s, m/s²
       complex(wp) :: eigenvalue, q, decay, before, after
@@ -185,10 +185,10 @@ contains
 
    !> Find the largest spectral acceleration and its period, after a motion has ended.
    elemental subroutine spectral_acceleration(spectrum, last, largest, at)
-      type(response_spectrum_type), intent(in) :: spectrum  !< of a motion
+      type(response_spectrum_type), intent(in) :: spectrum  !< spectrum of a motion
       real(wp), intent(in) :: last      !< acceleration at the end, after which it is zero, m/s²
-      real(wp), intent(out) :: largest  !< m/s²
-      real(wp), intent(out) :: at       !< s
+      real(wp), intent(out) :: largest  !< largest spectral acceleration, m/s²
+      real(wp), intent(out) :: at       !< its period, s
       type(response_spectrum_type) :: free
       real(wp) :: step
       integer :: i
@@ -207,7 +207,7 @@ contains
 
    !> Largest acceleration after a low-pass at 50 Hz, m/s².
    elemental real(wp) function low_passed_peak(spectrum)
-      type(response_spectrum_type), intent(in) :: spectrum  !< of a motion
+      type(response_spectrum_type), intent(in) :: spectrum  !< spectrum of a motion
 
       low_passed_peak = spectrum%largest(0)
    end function low_passed_peak

@@ -11,19 +11,19 @@ module dda_spectrum
    private
    public :: spectral_peak_type, fourier_spectrum, amplification, find_peak
 
-   ! samples with padding; 3 GiB of work space
+   ! largest number of samples with padding; 3 GiB of work space
    integer(long), parameter :: longest_series = 134217728_long
-   ! limits sums of products to values far from overflow
+   ! limit of samples: keeps sums of products far from overflow
    real(wp), parameter :: largest_value = 1.0e100_wp
 
    !> The largest amplitude in a band of frequencies.
    type :: spectral_peak_type
       real(wp) :: frequency = 0.0_wp     !< Hz, interpolated
       real(wp) :: amplitude = 0.0_wp     !< interpolated, in the unit of the amplitudes
-      integer :: bin = 0                 !< the highest bin, index in the spectrum
-      real(wp) :: bin_frequency = 0.0_wp !< Hz, of that bin
-      real(wp) :: bin_width = 0.0_wp     !< Hz between bins, refined by interpolation
-      !> false: the highest bin is at an end of the band and has a higher neighbour or none
+      integer :: bin = 0                 !< index of the highest bin in the spectrum
+      real(wp) :: bin_frequency = 0.0_wp !< frequency of the highest bin, Hz
+      real(wp) :: bin_width = 0.0_wp     !< distance of bins, Hz
+      !> .false.: the highest bin is at an end of the band, with a higher neighbour or none
       logical :: interpolated = .false.
    end type spectral_peak_type
 
@@ -37,9 +37,9 @@ contains
       real(wp), allocatable, intent(out) :: frequency(:)     !< 0 … 1/(2Δt) (Hz) [bins]
       complex(wp), allocatable, intent(out) :: spectrum(:)   !< S, unit of x times s [bins]
       type(error_type), allocatable, intent(out) :: error    !< allocated if an argument is wrong
-      !> length with added zeros over length, ≥ 1 (default 1)
+      !> length including added zeros, over the length of the series, ≥ 1 (default 1)
       integer, intent(in), optional :: padding
-      !> fraction of the length under the cosine taper, 0 … 1 (0)
+      !> fraction of the length under the cosine taper, 0 … 1 (default 0)
       real(wp), intent(in), optional :: taper
       real(wp), allocatable :: padded(:)
       logical :: planned
@@ -59,7 +59,7 @@ contains
       end do
    end subroutine fourier_spectrum
 
-   !> Ratio of two complex spectra, surface over base.
+   !> Ratio of the complex spectra of two motions, surface over base.
    !>
    !> Bins in which the base is below `least` of its largest bin are set to 0, since their ratio
    !> would contain only rounding errors.
@@ -101,11 +101,11 @@ contains
    !> Find the largest amplitude between two frequencies.
    !>
    !> The vertex of the parabola through the highest bin and its two neighbours refines frequency
-   !> and amplitude; a padding of 4 or more makes bins dense enough for that.
+   !> and amplitude; bins are dense enough for this parabola with a padding of 4 or more.
    subroutine find_peak(frequency, amplitude, lowest, highest, peak, error)
       real(wp), intent(in) :: frequency(:)                   !< evenly spaced, rising (Hz) [bins]
       real(wp), intent(in) :: amplitude(:)                   !< [bins]
-      real(wp), intent(in) :: lowest, highest                !< the band (Hz), ends included
+      real(wp), intent(in) :: lowest, highest                !< limits of the band (Hz), included
       type(spectral_peak_type), intent(out) :: peak  !< frequency (Hz) and amplitude
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 

@@ -8,8 +8,7 @@ module dda_taper
 
 contains
 
-   !> Weights that rise from 0 to 1 by half a cosine, are 1, and fall again.
-   !> Tukey window; Harris 1978.
+   !> Weights of a Tukey window (Harris 1978): half a cosine from 0 to 1, ones, half a cosine to 0.
    pure function cosine_taper(count, fraction) result(weight)
       integer, intent(in) :: count           !< samples
       !> fraction of the length that is tapered, half at each end, 0 … 1

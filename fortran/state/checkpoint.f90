@@ -1,12 +1,13 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Checkpoints of a run: FILE.checkpoint, and FILE.checkpoint.previous until it is replaced.
+!> Checkpoints of a run: FILE.checkpoint and, as a second copy, FILE.checkpoint.previous.
 !>
-!> A checkpoint is written under a third name and then exchanged with the newest, so that a complete
-!> one exists at every moment.  The older of the two is overwritten next, since creating and
-!> removing files costs more than the write itself.  A checkpoint names its input, records, version
-!> and build, and is rejected by any other.  All outlive the process.  Flushing to the disk, which
-!> is needed only if a machine fails, is rate-limited; a checkpoint on the disk becomes the previous
-!> one, which is never overwritten, only when the next one is on the disk as well.
+!> A checkpoint is written under a third name and then exchanged with the newest checkpoint, so that
+!> a complete checkpoint exists at every moment.  The file of the old checkpoint is overwritten by
+!> the next, since creating and removing files costs more than the write itself.  A checkpoint
+!> contains checksums of input and records, version and build, which must match on resuming.  Every
+!> checkpoint outlives the process.  Only the failure of a machine makes flushing to the disk
+!> necessary; flushes are rate-limited.  A flushed checkpoint is kept as the previous checkpoint
+!> until a newer checkpoint has been flushed.
 module dda_checkpoint
    use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
    use dda_kinds, only: long
@@ -32,7 +33,7 @@ module dda_checkpoint
    public :: checkpoints_type, begin_checkpoints, save_checkpoint, load_checkpoint, &
       has_checkpoint, remove_spare, remove_checkpoints
 
-   !> checksum of everything that is written
+   !> contents of a checkpoint, as part of the version
    character(len=*), parameter :: layout = &
       ', checkpoints with springs of contacts, crossings, joint laws, bolts, impacts, '// &
       'free fields, motions of boundaries, mean velocities, kept variables of contacts first, '// &
@@ -54,7 +55,7 @@ contains
 
    !> Set the names of the files and the checksums of the input.
    subroutine begin_checkpoints(checkpoints, model)
-      type(checkpoints_type), intent(out) :: checkpoints  !< of the output
+      type(checkpoints_type), intent(out) :: checkpoints  !< checkpoints of the output
       type(model_type), intent(in) :: model  !< model as read from the input
 
       checkpoints%newest = checkpoint_name(model%output%file)
@@ -68,7 +69,7 @@ contains
    !> Compute the checksums of an input and its files.
    subroutine digest_model(model, input, motions)
       type(model_type), intent(in) :: model  !< model as read from the input
-      integer(long), intent(out) :: input, motions  !< checksums of text with blocks, of curves
+      integer(long), intent(out) :: input, motions  !< checksums of text and block files, of motions
       type(archive_type) :: archive
       type(motion_curve_type) :: curve
       character(len=:), allocatable :: text
@@ -93,7 +94,7 @@ contains
 
    !> .true. if there is a checkpoint from which to resume.
    logical function has_checkpoint(checkpoints)
-      type(checkpoints_type), intent(in) :: checkpoints  !< of the output
+      type(checkpoints_type), intent(in) :: checkpoints  !< checkpoints of the output
 
       has_checkpoint = is_file(checkpoints%newest)
       if (.not. has_checkpoint) has_checkpoint = is_file(checkpoints%previous)
@@ -101,14 +102,14 @@ contains
 
    !> Remove the file into which the next checkpoint would be written.
    subroutine remove_spare(checkpoints)
-      type(checkpoints_type), intent(in) :: checkpoints  !< of the output
+      type(checkpoints_type), intent(in) :: checkpoints  !< checkpoints of the output
 
       call remove_own(checkpoints%coming, checkpoint_file)
    end subroutine remove_spare
 
    !> Remove all checkpoints of the output.
    subroutine remove_checkpoints(checkpoints)
-      type(checkpoints_type), intent(in) :: checkpoints  !< of the output
+      type(checkpoints_type), intent(in) :: checkpoints  !< checkpoints of the output
 
       call remove_spare(checkpoints)
       call remove_own(checkpoints%newest, checkpoint_file)
@@ -117,9 +118,9 @@ contains
 
    !> Write a checkpoint; older ones remain until it is complete.
    subroutine save_checkpoint(checkpoints, simulation, journal, error)
-      type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
+      type(checkpoints_type), intent(inout) :: checkpoints  !< checkpoints of the output
       type(simulation_type), intent(inout) :: simulation  !< simulation, written or read
-      type(journal_type), intent(inout) :: journal  !< of the run
+      type(journal_type), intent(inout) :: journal  !< journal of the run
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       logical :: to_disk
 
@@ -142,9 +143,9 @@ contains
       if (to_disk) call end_task(checkpoints%flushing)
    end subroutine save_checkpoint
 
-   !> Rename the new checkpoint to the newest.
+   !> Give the new checkpoint the name of the newest.
    subroutine rename_coming(checkpoints, on_disk, error)
-      type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
+      type(checkpoints_type), intent(inout) :: checkpoints  !< checkpoints of the output
       logical, intent(in) :: on_disk  !< the coming checkpoint is flushed to the disk
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       logical :: done
@@ -163,11 +164,11 @@ contains
 
    !> Set a started run to the state of the newest valid checkpoint.
    subroutine load_checkpoint(checkpoints, simulation, journal, model, notice, error)
-      type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
+      type(checkpoints_type), intent(inout) :: checkpoints  !< checkpoints of the output
       type(simulation_type), intent(inout) :: simulation  !< simulation, written or read
-      type(journal_type), intent(inout) :: journal  !< of the run
+      type(journal_type), intent(inout) :: journal  !< journal of the run
       type(model_type), intent(in) :: model  !< model as read from the input
-      character(len=:), allocatable, intent(out) :: notice  !< message: which checkpoint, and why
+      character(len=:), allocatable, intent(out) :: notice  !< message: which file was loaded, why
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(error_type), allocatable :: reason
       logical :: unused
@@ -189,12 +190,12 @@ contains
       notice = 'from '//checkpoints%previous//', because '//reason%message
    end subroutine load_checkpoint
 
-   !> Load one file; an error if it is incomplete or not of this run.
+   !> Load a file; it is an error if the file is incomplete or not a checkpoint of this run.
    subroutine load_from(name, checkpoints, simulation, journal, error)
       character(len=*), intent(in) :: name  !< path
-      type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
+      type(checkpoints_type), intent(inout) :: checkpoints  !< checkpoints of the output
       type(simulation_type), intent(inout) :: simulation  !< simulation, written or read
-      type(journal_type), intent(inout) :: journal  !< of the run
+      type(journal_type), intent(inout) :: journal  !< journal of the run
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       call begin_reading(name, checkpoints%archive, error)
@@ -209,7 +210,7 @@ contains
       call end_reading(checkpoints%archive, error)
       if (allocated(error)) return
       if (allocated(checkpoints%archive%failure)) then
-         call fail(error, error_file, name//' cannot be understood: '//checkpoints%archive%failure)
+         call fail(error, error_file, name//' cannot be read: '//checkpoints%archive%failure)
       else
          call return_to_mark(journal, error)
       end if
@@ -217,7 +218,7 @@ contains
 
    !> Save or check version, build and input of a checkpoint.
    subroutine serialise_identity(checkpoints, error)
-      type(checkpoints_type), intent(inout) :: checkpoints  !< of the output
+      type(checkpoints_type), intent(inout) :: checkpoints  !< checkpoints of the output
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=:), allocatable :: maker, build
       integer(long) :: input, motions
@@ -231,8 +232,8 @@ contains
       call serialise(checkpoints%archive, input)
       call serialise(checkpoints%archive, motions)
       if (maker /= version//layout) then
-         call fail(error, error_file, 'was made by version '//quoted(maker)//', this is '// &
-            quoted(version//layout))
+         call fail(error, error_file, 'was made by version '//quoted(maker)// &
+            ', but this program is version '//quoted(version//layout))
       else if (build /= checkpoints%build) then
          call fail(error, error_file, 'was made by another build: '//quoted(build))
       else if (input /= checkpoints%input) then

@@ -42,10 +42,10 @@ module dda_simulation_state
 
 contains
 
-   !> Save or restore a simulation; a restored one must have the same model.
+   !> Save or restore a simulation; on reading, it must have the model that was written.
    recursive subroutine serialise_simulation(archive, simulation)
       type(archive_type), intent(inout) :: archive  !< archive that is written or read
-      type(simulation_type), intent(inout) :: simulation  !< a run and its state
+      type(simulation_type), intent(inout) :: simulation  !< simulation and its state
       integer :: i
 
       call serialise_clock(archive, simulation)
@@ -76,10 +76,10 @@ contains
       call serialise_label(archive, 'end')
    end subroutine serialise_simulation
 
-   !> Save or restore step, time, bounds on movement and the index of the present list.
+   !> Save or restore step, time, bounds on movement and the index of the present contact list.
    subroutine serialise_clock(archive, simulation)
       type(archive_type), intent(inout) :: archive  !< archive that is written or read
-      type(simulation_type), intent(inout) :: simulation  !< a run and its state
+      type(simulation_type), intent(inout) :: simulation  !< simulation and its state
 
       call serialise_label(archive, 'clock')
       call serialise(archive, simulation%step)
@@ -93,7 +93,7 @@ contains
    !> Save or restore changes of the model by stages.
    subroutine serialise_stage(archive, simulation)
       type(archive_type), intent(inout) :: archive  !< archive that is written or read
-      type(simulation_type), intent(inout) :: simulation  !< a run and its state
+      type(simulation_type), intent(inout) :: simulation  !< simulation and its state
       integer :: i
 
       call serialise_label(archive, 'stage')
@@ -110,7 +110,7 @@ contains
          call serialise(archive, simulation%model%motions(i)%curve%start)
       end do
       if (archive%reading .and. .not. allocated(archive%failure)) call restore_stages(simulation)
-      ! Steps may have been changed since the stage began.
+      ! A change of the input may have changed the steps since the stage began.
       call serialise(archive, simulation%model%control%step_count)
       call serialise(archive, simulation%model%control%time_step)
       call serialise(archive, simulation%time_step)
@@ -123,7 +123,7 @@ contains
    !> Save or restore the origin of the displacements of points.
    subroutine serialise_points(archive, points)
       type(archive_type), intent(inout) :: archive  !< archive that is written or read
-      type(point_type), intent(inout) :: points(:)  !< measured
+      type(point_type), intent(inout) :: points(:)  !< measured points
       integer :: i
 
       do i = 1, size(points)
@@ -134,7 +134,7 @@ contains
    !> Save or restore targets of fixed points, and start times of loads.
    subroutine serialise_targets(archive, simulation)
       type(archive_type), intent(inout) :: archive  !< archive that is written or read
-      type(simulation_type), intent(inout) :: simulation  !< a run and its state
+      type(simulation_type), intent(inout) :: simulation  !< simulation and its state
       integer :: i
 
       do i = 1, size(simulation%model%fixed_points)
@@ -148,7 +148,7 @@ contains
    !> Save or restore welded faces that have broken.
    subroutine serialise_faces(archive, simulation)
       type(archive_type), intent(inout) :: archive  !< archive that is written or read
-      type(simulation_type), intent(inout) :: simulation  !< a run and its state
+      type(simulation_type), intent(inout) :: simulation  !< simulation and its state
       integer :: i
 
       if (.not. can_break(simulation%model)) return
@@ -165,7 +165,7 @@ contains
    !> Save or restore changes between steps; on reading, the changed input is read again.
    subroutine serialise_changes(archive, simulation)
       type(archive_type), intent(inout) :: archive  !< archive that is written or read
-      type(simulation_type), intent(inout) :: simulation  !< a run and its state
+      type(simulation_type), intent(inout) :: simulation  !< simulation and its state
       type(model_type) :: model
       type(error_type), allocatable :: error
 
@@ -185,7 +185,7 @@ contains
    !> Save or restore the counts of the run.
    subroutine serialise_counters(archive, simulation)
       type(archive_type), intent(inout) :: archive  !< archive that is written or read
-      type(simulation_type), intent(inout) :: simulation  !< a run and its state
+      type(simulation_type), intent(inout) :: simulation  !< simulation and its state
 
       call serialise_label(archive, 'counters')
       associate (counters => simulation%counters)
@@ -219,8 +219,8 @@ contains
       call serialise(archive, stop_state%window)
    end subroutine serialise_stop
 
-   !> Save or restore the outcome of the last iteration, from which the next tolerance follows.
-   !> Settings are those of the input.
+   !> Save or restore the outcome of the last iteration, which determines the next tolerance.
+   !> Settings of the iteration are not saved, but read from the input.
    subroutine serialise_iteration(archive, iteration, contacts)
       type(archive_type), intent(inout) :: archive  !< archive that is written or read
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
@@ -241,7 +241,7 @@ contains
    end subroutine serialise_iteration
 
    !> Save or restore the state of blocks.
-   !> Derived values are computed again, except the first vertices, which are those of the input.
+   !> Derived values are computed again, except the initial vertices, which the input determines.
    subroutine serialise_blocks(archive, blocks)
       type(archive_type), intent(inout) :: archive  !< archive that is written or read
       type(blocks_type), intent(inout) :: blocks  !< blocks in their present state
@@ -266,7 +266,7 @@ contains
    !> Save or restore the largest values, if the run records them.
    subroutine serialise_maxima(archive, simulation)
       type(archive_type), intent(inout) :: archive        !< archive that is written or read
-      type(simulation_type), intent(inout) :: simulation  !< a run and its state
+      type(simulation_type), intent(inout) :: simulation  !< simulation and its state
       integer :: contacts
 
       call serialise_label(archive, 'maxima')
@@ -285,11 +285,11 @@ contains
       call serialise_largest(archive, simulation)
    end subroutine serialise_maxima
 
-   !> Save or restore the origin from which values count.
+   !> Save or restore the state from which results are counted.
    subroutine serialise_base(archive, base, points)
       type(archive_type), intent(inout) :: archive  !< archive that is written or read
       type(base_type), intent(inout) :: base        !< base of the model
-      integer, intent(in) :: points                 !< measured
+      integer, intent(in) :: points                 !< number of measured points
 
       call serialise_number(archive, base%kind, 0, base_kinds)
       call serialise_number(archive, base%point, 0, points)
@@ -300,7 +300,7 @@ contains
       call serialise(archive, base%acceleration)
    end subroutine serialise_base
 
-   !> Save or restore the initial contacts, and their last scan.
+   !> Save or restore the initial contacts, and the last search of them.
    subroutine serialise_first(archive, first, vertices)
       type(archive_type), intent(inout) :: archive       !< archive that is written or read
       type(first_contacts_type), intent(inout) :: first  !< first contacts, with memory
@@ -318,7 +318,7 @@ contains
    !> Save or restore values, times, and their blocks or points.
    subroutine serialise_largest(archive, simulation)
       type(archive_type), intent(inout) :: archive        !< archive that is written or read
-      type(simulation_type), intent(inout) :: simulation  !< a run and its state
+      type(simulation_type), intent(inout) :: simulation  !< simulation and its state
       integer :: i, most
 
       do i = 1, number_of_maxima
@@ -342,7 +342,8 @@ contains
       call serialise_label(archive, 'solver')
       method = trim(solver%method)
       call serialise(archive, method)
-      if (.not. is_solver_name(method)) call fail_archive(archive, 'it names no solver')
+      if (.not. is_solver_name(method)) call fail_archive(archive, &
+      'its solver name is unknown')
       call serialise(archive, solver%last_iterations)
       call serialise(archive, solver%shifted)
       call serialise(archive, solver%exact)
@@ -356,13 +357,14 @@ contains
       call solver%active%serialise(matrix, archive)
    end subroutine serialise_solver
 
-   !> Save or restore the complete list: the next step inherits from it, and frames contain it.
+   !> Save or restore the complete contact list: the next step inherits from the list, and frames
+   !> contain it.
    subroutine serialise_contacts(archive, contacts, blocks, neighbours, joints)
       type(archive_type), target, intent(inout) :: archive  !< archive that is written or read
       type(contacts_type), intent(inout) :: contacts        !< list, replaced when read
       type(blocks_type), intent(in) :: blocks               !< blocks of the model
-      type(neighbours_type), intent(in) :: neighbours       !< already written or read
-      integer, intent(in) :: joints                         !< joint materials
+      type(neighbours_type), intent(in) :: neighbours       !< neighbours, already written or read
+      integer, intent(in) :: joints                         !< number of joint materials
       type(serialisation_type) :: serialisation
       integer :: n, vertices
 
@@ -399,10 +401,10 @@ contains
       end associate
    end subroutine serialise_variable
 
-   !> Save or restore pairs and probes of the last search, which cannot be recomputed.
+   !> Save or restore pairs and probes of the last search, which cannot be computed again.
    subroutine serialise_neighbours(archive, neighbours, blocks)
       type(archive_type), intent(inout) :: archive        !< archive that is written or read
-      type(neighbours_type), intent(inout) :: neighbours  !< replaced when read
+      type(neighbours_type), intent(inout) :: neighbours  !< neighbours, replaced when read
       type(blocks_type), intent(in) :: blocks             !< blocks of the model
       integer :: pairs, probes, edges
 
