@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Check a model in a separate process, which is ended when the model is edited.
+"""Check a model in a separate process, which is killed when the user edits the model.
 
-Run as a program it reads an input from its standard input and prints findings as JSON.
+As a program, this module reads an input from its standard input and prints findings as JSON.
 """
 
 import ctypes
@@ -23,7 +23,7 @@ class Checker:
     Parameters
     ----------
     tell : callable
-        Called with the findings, from a thread.
+        Called with the findings as a dict, from a thread of the checker.
     """
 
     def __init__(self, tell: Callable[[dict], None]):
@@ -32,9 +32,9 @@ class Checker:
         self._one = threading.Lock()
 
     def start(self, text: str, file: Path, version: int) -> None:
-        """Check an input; the answer contains its version."""
+        """Start to check an input; `tell` receives the findings and the version of the input."""
         with self._one:
-            self._end_process()
+            self._kill_check()
             self._process = subprocess.Popen(
                 [sys.executable, "-m", __name__, os.fspath(file)],
                 stdin=subprocess.PIPE,
@@ -45,10 +45,11 @@ class Checker:
             process = self._process
         self._tell({"kind": "check", "version": version, "state": "running"})
         threading.Thread(
-            target=self._await_result, args=(process, text, version), daemon=True
+            target=self._report_findings, args=(process, text, version), daemon=True
         ).start()
 
-    def _await_result(self, process: subprocess.Popen, text: str, version: int) -> None:
+    def _report_findings(self, process: subprocess.Popen, text: str, version: int) -> None:
+        """Send the input to the checking process, wait for its findings and report them."""
         said, _ = process.communicate(text.encode("utf-8", "surrogateescape"))
         with self._one:
             if process is not self._process:
@@ -62,16 +63,16 @@ class Checker:
     def stop(self) -> None:
         """End the running check."""
         with self._one:
-            self._end_process()
+            self._kill_check()
 
-    def _end_process(self) -> None:
+    def _kill_check(self) -> None:
         process, self._process = self._process, None
         if process is not None and process.poll() is None:
             process.kill()
 
 
 def main() -> None:
-    """Check the input read from standard input."""
+    """Check the input on the standard input and print the findings as JSON."""
     ctypes.CDLL(None).prctl(_DIE_WITH_PARENT, signal.SIGKILL)
     from ..base.errors import SiteddaError
     from ..engine.checking import check

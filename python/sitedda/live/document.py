@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""An edited input as text and as groups, with its comments and with undo of every edit."""
+"""An input that the user edits, as text and as groups; each edit can be undone."""
 
 import re
 from pathlib import Path
@@ -11,13 +11,13 @@ from ..input.groups import single_groups
 from ..input.input_text import UNSET, Found, find_groups, with_changes
 from ..input.schema import GROUPS
 
-MOST_TEXT = 8_000_000  # largest number of characters of an edited input
+MOST_TEXT = 8_000_000  # largest number of characters of an input
 _VERSIONS = 400  # largest number of edits that can be undone
-_SHOWN = 60  # largest number of groups of a kind with a form
-_VALUES = 200  # longest list with a field; longer lists are edited in the text
+_SHOWN = 60  # largest number of groups of one kind that the forms show
+_VALUES = 200  # number of values of the longest list that the forms show
 _REFERS = re.compile(r"the name of a &(\w+)$")
-_TURN = 60  # angle between added joint sets, degrees
-# Lines used if the example in the schema refers to parts of another model.
+_TURN = 60  # angle between joint sets that the user adds, degrees
+# Examples that replace those of the schema if these refer to parts of another model.
 EXAMPLES = {
     "motion": "&motion name = 'shaking', quantity = 'acceleration', time_step = 0.1, "
     "values = 0, 1, 0, -1, 0, 1, 0, -1, 0 /",
@@ -34,7 +34,8 @@ class Document:
     ----------
     text : str
     file : path
-        Its file, existing or not: files that it names are relative to its folder.
+        File of the text, which need not exist; names of files in the text are relative to its
+        folder.
     """
 
     def __init__(self, text: str, file):
@@ -43,7 +44,7 @@ class Document:
         self.version = 0
         self._past: list[str] = []
         self._future: list[str] = []
-        self._last: str | None = None  # last edited variable: the edits of a slider count as one
+        self._last: str | None = None  # last edited variable: edits of a slider are undone together
 
     # --- edits --------------------------------------------------------------------------------
 
@@ -57,20 +58,20 @@ class Document:
         Parameters
         ----------
         group, number : str, int
-            The group: its kind, and which of them, from 1.
+            Kind of the group, and its number among the groups of this kind, from 1.
         variable : str
         value : str or None
-            As typed.
+            Value as in the input; None removes the variable.
 
         Raises
         ------
         InputError
-            If there is no such group or variable, or the value is of another kind.
+            If the group or variable does not exist, or the value has another type.
         """
         which = "" if group in single_groups() else f"[{number}]"
         path = f"{group}{which}.{variable}"
         text, _ = with_changes(self.text, [(path, value)], self.file)
-        find_groups(text, self.file, ("block",))  # rejects a value of another kind
+        find_groups(text, self.file, ("block",))  # rejects a value of another type
         self._replace_text(text, path)
 
     def add(self, group: str) -> None:
@@ -94,7 +95,7 @@ class Document:
         return max((one.end for one in before), default=len(self.text.rstrip()))
 
     def take_out(self, group: str, number: int) -> None:
-        """Remove a group, with its line if nothing else is on it."""
+        """Remove a group, and its lines if they contain nothing else."""
         same = [one for one in self.found() if one.name == group]
         if not 0 < number <= len(same):
             raise InputError(f"there is no &{group} number {number}")
@@ -107,13 +108,14 @@ class Document:
 
     def undo(self) -> None:
         """Undo the last edit."""
-        self._move_in_history(self._past, self._future)
+        self._restore_text(self._past, self._future)
 
     def redo(self) -> None:
-        """Repeat the last edit that was undone."""
-        self._move_in_history(self._future, self._past)
+        """Redo the last edit that was undone."""
+        self._restore_text(self._future, self._past)
 
-    def _move_in_history(self, source: list[str], target: list[str]) -> None:
+    def _restore_text(self, source: list[str], target: list[str]) -> None:
+        """Replace the text by the last one of `source`, and append the old text to `target`."""
         if source:
             target.append(self.text)
             self.text = source.pop()
@@ -121,10 +123,11 @@ class Document:
             self._last = None
 
     def _replace_text(self, text: str, what: str) -> None:
+        """Replace the text; successive edits of one variable `what` are undone together."""
         if len(text) > MOST_TEXT:
             raise InputError(f"the text has more than {MOST_TEXT:,} characters")
         if "\0" in text:
-            raise InputError("the text holds a zero byte")
+            raise InputError("the text contains a zero byte")
         if text == self.text:
             return
         if not what or what != self._last:
@@ -145,7 +148,7 @@ class Document:
         return find_groups(self.text, self.file)
 
     def described(self) -> dict:
-        """Return text and groups as plain values for the page; only text if it is invalid."""
+        """Return text and groups as values for JSON; without groups if the text is invalid."""
         plain = {
             "version": self.version,
             "file": self.file.name,
@@ -160,6 +163,7 @@ class Document:
 
 
 def _groups_as_values(found: list[Found]) -> list[dict]:
+    """Return at most `_SHOWN` groups of each kind, and the number of further groups, for JSON."""
     counts: dict[str, int] = {}
     plain = []
     for one in found:
@@ -174,7 +178,7 @@ def _groups_as_values(found: list[Found]) -> list[dict]:
 
 
 def _format_value(value) -> str | None:
-    """Format a value as typed; None if the list is too long for a field."""
+    """Format a value as in an input; return None for a list of more than `_VALUES` values."""
     if isinstance(value, bool):
         return ".true." if value else ".false."
     if isinstance(value, str):
@@ -191,7 +195,7 @@ def _format_value(value) -> str | None:
 
 
 def _refer_to_existing(example: str, kind, found: list[Found]) -> str:
-    """Return the line of an example, in which references name existing groups."""
+    """Make an example refer to existing groups; return its line."""
     for one in kind.variables:
         match = _REFERS.match(one.values)
         if match is None:
@@ -206,7 +210,7 @@ def _refer_to_existing(example: str, kind, found: list[Found]) -> str:
 
 
 def _make_name_unique(example: str, same: list[Found]) -> str:
-    """Return the line of an example with a unique name."""
+    """Number the name in an example if a group `same` has this name; return its line."""
     names = {one.values.get("name") for one in same}
     match = re.search(r"name = '([^']*)'", example)
     if match is None or match[1] not in names:
@@ -216,7 +220,7 @@ def _make_name_unique(example: str, same: list[Found]) -> str:
 
 
 def _make_angle_unique(example: str, same: list[Found]) -> str:
-    """Return the line of an example with an angle that no other set has."""
+    """Rotate the joint set of an example by multiples of 60° to a new angle; return its line."""
     match = re.search(r"\bangle = ([-\d.]+)", example)
     if match is None:
         return example
@@ -227,7 +231,7 @@ def _make_angle_unique(example: str, same: list[Found]) -> str:
 
 
 def place_of_trouble(message: str, text: str, file) -> dict:
-    """Return group, number and variable to which a message of the engine refers, if any."""
+    """Return the group, line, number and variable that a message of the engine names, if any."""
     match = _PLACE.search(message)
     if match is None:
         return {}

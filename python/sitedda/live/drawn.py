@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Data of the model for the page before any stage has started."""
+"""The drawing of a model that the server sends to the page before a run."""
 
 import base64
 import json
@@ -20,8 +20,8 @@ from ..input.groups import group_text
 from ..input.source import InputOfRun, blocks_text
 from ..output.scene import Scene
 
-_MANY = 1_000  # blocks
-_ALIGNED = 8  # bytes: typed arrays of the browser are aligned to their size
+_MANY = 1_000  # number of blocks from which the engine reads them faster from a file
+_ALIGNED = 8  # bytes; an array in the browser must start at a multiple of the size of its numbers
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Drawing:
     Attributes
     ----------
     message : bytes
-        For the page, see `packed`.
+        Message to the page in the format of `packed`.
     notes : list of str
         Notes on blocks that were removed or merged, and on probable mistakes of the input.
     start : ndarray, shape (blocks, 6)
@@ -44,7 +44,7 @@ class Drawing:
 
 
 def draw_model(text: str, file: Path, **more) -> Drawing:
-    """Build the blocks of an input, read it by the engine and draw it.
+    """Draw the model of an input.
 
     Parameters
     ----------
@@ -52,12 +52,12 @@ def draw_model(text: str, file: Path, **more) -> Drawing:
     file : path
         File of the input.
     **more
-        Additional values in the head of the message.
+        Additional values for the head of the message.
 
     Raises
     ------
     InputError
-        If the input cannot be run; the message names group, line and value.
+        If the input is invalid; the message names group, line and value.
     """
     with TemporaryDirectory(prefix="sitedda") as folder:
         put = partial(_blocks_text, Path(folder) / "blocks.nc")
@@ -66,7 +66,7 @@ def draw_model(text: str, file: Path, **more) -> Drawing:
 
 
 def _blocks_text(file: Path, blocks: Sequence[dict]) -> str:
-    """Return blocks as text; many are written to a file, which the engine reads faster."""
+    """Return the groups of the blocks; write `_MANY` or more blocks to a file instead."""
     if len(blocks) >= _MANY:
         with suppress(OutputError):  # a full disk
             return group_text("blocks", {"file": str(write_block_file(file, blocks))})
@@ -74,7 +74,7 @@ def _blocks_text(file: Path, blocks: Sequence[dict]) -> str:
 
 
 def draw_simulation(simulation: Simulation, **more) -> Drawing:
-    """Draw the present state of a simulation as the model."""
+    """Draw the present state of a simulation, and add `more` values to the head of the message."""
     scene = Scene.of(simulation)
     notes = f"{simulation.notes}\n{simulation.block_notes()}".split("\n")
     notes = [note for note in notes if note.strip()]
@@ -91,9 +91,9 @@ def draw_simulation(simulation: Simulation, **more) -> Drawing:
 
 
 def packed(head: dict, streams: dict[str, bytes]) -> bytes:
-    """Pack a message: length of its head (4 bytes), head as JSON, streams.
+    """Pack a message: length of the head (4 bytes), head as JSON, streams of bytes.
 
-    The head contains the offset of each stream, from the end of the head, and its length.
+    The head contains the offset of each stream from the end of the head, and its length, in bytes.
     """
     places, at = {}, 0
     for name, data in streams.items():
@@ -108,7 +108,10 @@ def packed(head: dict, streams: dict[str, bytes]) -> bytes:
 
 
 def marks(scene: Scene) -> dict:
-    """Return supports, boundaries, loads, points, water and slivers relative to the origin."""
+    """Return supports, boundaries, loads, points, water and slivers; positions from the centre, m.
+
+    The edges of boundaries have absolute positions.
+    """
     low, high = scene.box
     x0, y0 = 0.5 * (low + high)
 
@@ -136,14 +139,14 @@ def marks(scene: Scene) -> dict:
 
 
 def card(text: str, file: Path, most: int = 4000) -> dict:
-    """Return the outlines of the blocks of an input in whole numbers, for a small picture.
+    """Return the outlines of blocks in thousandths of the size of the model, for a thumbnail.
 
     Parameters
     ----------
     text, file
-        The input, and where it is from.
+        The input and its file.
     most : int
-        Largest number of blocks; of more blocks, every second or third one is drawn.
+        Largest number of blocks in the thumbnail; of more blocks, every second, third … is drawn.
     """
     with Simulation(InputOfRun(file, text), drawn=True) as simulation:
         polygons, materials = simulation.polygons, simulation.block_materials

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Frames of a run as messages, and their storage for pages that open later."""
+"""Frames of a run as messages; they are stored for pages that open later."""
 
 import numpy as np
 
@@ -7,8 +7,8 @@ from ..drawing.view.encode import NOT_FULL
 from ..engine.simulation import Simulation
 from .drawn import packed
 
-_BYTES = 128_000_000  # largest size of the stored frames
-_CONTACTS = 40_000  # largest number of forces of a frame
+_BYTES = 128_000_000  # largest total size of the stored frames
+_CONTACTS = 40_000  # number of contacts above which a frame has no contact forces
 _ENERGIES = ("kinetic", "strain", "contact", "input", "friction", "balance")
 
 
@@ -19,16 +19,16 @@ def frame_message(simulation: Simulation, start: np.ndarray) -> bytes:
     ----------
     simulation : Simulation
     start : ndarray, shape (blocks, 6)
-        Block coordinates from which these count: positions in the first frame of the output (m),
-        rotations, and strains of the model as drawn.
+        Reference of the block coordinates: positions (m) and rotations in the first frame of the
+        output, strains in the drawing.
 
     Notes
     -----
-    ``blocks``: ten quantities of all blocks as float32, one after the other: displacement (2, m),
-    rotation (rad) and strains (3) since the start, speed (m/s), stresses (3, Pa).  ``base``: its
-    displacement, m, that the page subtracts.  ``pairs`` and
-    ``forces``: vertex, edge and hundredths of the vertex's edge of the closed contacts (int32),
-    normal and shear force (float32, N/m).  ``bolts``: force (N/m) and state of each (float32).
+    ``blocks``: ten quantities, each for all blocks (float32): displacement (2, m), rotation (rad)
+    and strains (3) since the start, speed (m/s), stresses (3, Pa).  ``base``: displacement of the
+    base (m), which the page subtracts.  ``pairs``: vertex, edge, and position on this edge in
+    hundredths of its length (int32) per closed contact.  ``forces``: normal and shear force of
+    this contact (float32, N/m).  ``bolts``: force (N/m) and state of each bolt (float32).
     ``water``: pressure (Pa) and state of each channel (float32).
     """
     coordinates, rates, stresses = simulation.block_states
@@ -56,6 +56,7 @@ def frame_message(simulation: Simulation, start: np.ndarray) -> bytes:
 
 
 def _contact_streams(simulation: Simulation) -> dict[str, bytes]:
+    """Return ``pairs`` and ``forces`` of the closed contacts; nothing if they are too many."""
     closed = simulation.closed_contacts
     if len(closed) > _CONTACTS:
         return {}
@@ -65,7 +66,7 @@ def _contact_streams(simulation: Simulation) -> dict[str, bytes]:
 
 
 class Frames:
-    """Stored messages of a run; if they are too many, every second one is dropped."""
+    """Stored frames of a run; if they exceed `_BYTES`, every second one is deleted."""
 
     def __init__(self):
         self._kept: list[bytes] = []
@@ -74,7 +75,7 @@ class Frames:
         self._count = 0
 
     def add(self, message: bytes) -> None:
-        """Store a frame, unless only every second, fourth … frame is stored by now."""
+        """Store a frame; after deletions, store only every second, fourth … frame."""
         self._count += 1
         if (self._count - 1) % self._every:
             return

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Access control of the server: one user with a token, from a page of the server itself.
+"""Access control: only pages of the server itself that send its secret token are served.
 
 The token is stored in a private file, never in an argument, a transmitted address or a log.  The
-browser opens this file, which forwards the token behind the ``#`` of the address, and the page
-sends the token in its first message.  Only host names and origins of the server are accepted, so
-that no other page can reach it by another name.
+browser opens this file, which forwards to the address of the server with ``#`` and the token.  The
+page sends the token in its first message.  The server rejects requests with other host names and
+origins, so that foreign web pages have no access.
 """
 
 import hmac
@@ -15,17 +15,17 @@ from pathlib import Path
 
 from ..base.files import make_folder, write
 
-SECONDS_TO_ENTER = 10.0  # s in which a new connection must send the token
+SECONDS_TO_ENTER = 10.0  # s within which a new connection must send the token
 LOOPBACK = "127.0.0.1"
 
 
 class Guard:
-    """The token and the names of a server.
+    """The token of a server, and its accepted host names.
 
     Parameters
     ----------
     host : str
-        Address that the server listens at.
+        Address at which the server listens.
     port : int
     notebook : bool
         Whether notebooks on this machine may show the page in a frame.
@@ -33,21 +33,21 @@ class Guard:
 
     def __init__(self, host: str, port: int, notebook: bool = False):
         names = {host, "localhost"} if host == LOOPBACK else {host}
-        self.hosts = {f"{_bracket_ipv6(name)}:{port}" for name in names}
-        self.address = f"http://{_bracket_ipv6(host)}:{port}/"
+        self.hosts = {f"{_host_in_url(name)}:{port}" for name in names}
+        self.address = f"http://{_host_in_url(host)}:{port}/"
         self.token = secrets.token_urlsafe(32)
         self.frames = "http://127.0.0.1:* http://localhost:*" if notebook else "'none'"
 
     def knows_origin(self, origin: str | None) -> bool:
-        """Return whether a page of this server requests a connection."""
+        """Return whether an origin is that of a page of this server."""
         return origin in {f"http://{host}" for host in self.hosts}
 
     def admits(self, token) -> bool:
-        """Return whether a token is correct, compared in constant time."""
+        """Return whether a token is correct; the time of the comparison reveals nothing."""
         return isinstance(token, str) and hmac.compare_digest(token.encode(), self.token.encode())
 
     def headers(self) -> dict[str, str]:
-        """Return the headers of every answer: the page may use only content of this server."""
+        """Return the headers of all responses, which allow only content of this server."""
         sockets = " ".join(f"ws://{host}" for host in sorted(self.hosts))
         policy = (
             "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; "
@@ -87,5 +87,5 @@ def private_folder(folder: Path) -> Path:
     return folder
 
 
-def _bracket_ipv6(host: str) -> str:
+def _host_in_url(host: str) -> str:
     return f"[{host}]" if ":" in host else host

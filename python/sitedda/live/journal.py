@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Store the session of a server in a private folder, so that nothing is lost at its end.
+"""Store the session of a server in a private folder, from which the next server continues it.
 
 The model is written after each edit, before the page is informed.  Input and actions of a run are
 written before they take effect.  The engine stores results and checkpoints in the same folder.
@@ -15,11 +15,11 @@ from ..base.errors import OutputError
 from ..base.files import ANY, write
 from .guard import private_folder
 
-_OTHERS = 20  # largest number of servers in a folder
+_OTHERS = 20  # largest number of servers of a working folder at a time
 
 
 class Journal:
-    """The private folder of the sessions of a working folder.
+    """Storage of a session in the private folder that belongs to a working folder.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ class Journal:
         if value is None:
             file.unlink(missing_ok=True)
         else:
-            # Written data survive the process, so that it need not wait for the disk.
+            # Written data survive the end of the process, so synchronisation is not needed.
             write(file, json.dumps(value), ANY, sync=False)
 
     def kept(self, name: str) -> dict | None:
@@ -80,6 +80,6 @@ class Journal:
 
 
 def state_folder() -> Path:
-    """Return the state folder of this user."""
+    """Return the folder in which the sessions of this user are stored."""
     home = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
     return Path(home) / "sitedda" / "live"

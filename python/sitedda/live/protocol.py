@@ -1,33 +1,33 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Check messages of the page: JSON objects with a command and fields of known kinds.
+"""Check messages of the page: JSON objects with a command and its fields.
 
-Other messages are rejected with an error and not executed.
+Messages with other commands, fields or types are rejected with an error.
 """
 
 import json
 
 from ..base.errors import InputError
 
-MOST = 9_000_000  # largest size of a message, bytes: a text of the largest size
+MOST = 9_000_000  # largest size of a message, bytes; sufficient for the longest input
 _FEW = 20  # largest number of members of an object
-_LONG = 4096  # largest number of characters of a value
+_LONG = 4096  # largest number of characters of a short text
 
 
-def _is_short(value) -> bool:
+def _is_short_text(value) -> bool:
     return isinstance(value, str) and len(value) <= _LONG and value.isprintable()
 
 
-def _is_integer(value) -> bool:
+def _is_positive_integer(value) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and 0 < value < 2**31
 
 
-def _is_typed_value(value) -> bool:
+def _is_text_or_none(value) -> bool:
     return value is None or (isinstance(value, str) and len(value) <= 20 * _LONG)
 
 
-def _are_named_texts(value) -> bool:
+def _is_dict_of_texts(value) -> bool:
     return isinstance(value, dict) and 0 < len(value) <= _FEW and all(
-        _is_short(name) and isinstance(one, str) and _is_short(one) for name, one in value.items()
+        _is_short_text(name) and _is_short_text(one) for name, one in value.items()
     )  # fmt: skip
 
 
@@ -37,31 +37,31 @@ def _is_text(value) -> bool:
 
 # The fields of each command; all are required.
 COMMANDS = {
-    "open": {"source": _is_short, "name": _is_short},
+    "open": {"source": _is_short_text, "name": _is_short_text},
     "leave": {},
     "write": {"text": _is_text},
     "set": {
-        "group": _is_short,
-        "number": _is_integer,
-        "variable": _is_short,
-        "value": _is_typed_value,
+        "group": _is_short_text,
+        "number": _is_positive_integer,
+        "variable": _is_short_text,
+        "value": _is_text_or_none,
     },
     "settle": {},
-    "add": {"group": _is_short},
-    "take_out": {"group": _is_short, "number": _is_integer},
-    "record": {"number": _is_integer, "name": _is_short},
+    "add": {"group": _is_short_text},
+    "take_out": {"group": _is_short_text, "number": _is_positive_integer},
+    "record": {"number": _is_positive_integer, "name": _is_short_text},
     "undo": {},
     "redo": {},
     "check": {},
     "rest": {},
     "run": {},
     "pause": {},
-    "step": {"steps": _is_integer},
+    "step": {"steps": _is_positive_integer},
     "stop": {},
     "back": {},
-    "change": {"values": _are_named_texts},
-    "stage": {"values": _are_named_texts},
-    "save": {"what": _is_short, "name": _is_short},
+    "change": {"values": _is_dict_of_texts},
+    "stage": {"values": _is_dict_of_texts},
+    "save": {"what": _is_short_text, "name": _is_short_text},
 }
 
 
@@ -71,7 +71,7 @@ def read_message(data: str | bytes) -> tuple[str, dict]:
     Raises
     ------
     InputError
-        If it is not a message.
+        If the message is invalid.
     """
     if not isinstance(data, str):
         raise InputError("a message must be a text")
@@ -91,5 +91,5 @@ def read_message(data: str | bytes) -> tuple[str, dict]:
         raise InputError(f"{command} has the fields {', '.join(fields) or 'none'}")
     for name, good in fields.items():
         if not good(found[name]):
-            raise InputError(f"{command}: {name} is not of its kind")
+            raise InputError(f"{command}: the field {name} has an invalid value")
     return command, found

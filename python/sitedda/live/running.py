@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A controlled run in a separate thread: equilibrium, run, pause, step, stop, changes.
+"""A run in a separate thread, which the user controls: run, pause, step, stop, changes, stages.
 
-The engine runs without the lock of the interpreter for about 1/30 s at a time. In between, commands
-are executed and, while a page is open, a frame is sent.
+The engine runs for about 1/30 s at a time without the lock of the interpreter. Between these
+intervals, the thread executes commands and sends frames to open pages.
 """
 
 import hashlib
@@ -28,14 +28,14 @@ from .drawn import draw_simulation
 from .frames import Frames, frame_message
 
 _PIECE = 0.03  # s for which the engine runs between checks for commands
-_FRAME = 0.04  # s between frames, or more if they take more than a fraction of the processor
+_FRAME = 0.04  # s between frames, or more if frames use more than `_SHARE` of the processor time
 _SHARE = 0.04
 _UNWATCHED = 1.0  # s between frames while no page is open
 _STATUS = 0.2  # s between reports of progress
-_CHECKPOINT = 5.0  # s between checkpoints, or more if they take more than 1 % of the time
-_TO_THE_END = 2**31 - 1  # steps
+_CHECKPOINT = 5.0  # s between checkpoints, or more if checkpoints need more than 1 % of the time
+_TO_THE_END = 2**31 - 1  # largest number of steps in a call of the engine
 OVER = ("done", "stopped", "failed")
-ENDED = "the run has ended and cannot change; edit the model to run it with other values"
+ENDED = "the run has ended and cannot be changed; edit the model to run it with other values"
 
 
 class LiveRun:
@@ -54,9 +54,9 @@ class LiveRun:
     watched : callable
         Returns whether a page is open.
     keep : callable
-        Called with all actions, before the engine stores them in a checkpoint.
+        Called with all actions of the run before a checkpoint is written.
     actions : list of dict, optional
-        Actions of a run that continues: see `script.py`.
+        Actions, as in `script.py`, of an earlier run that is continued.
     """
 
     def __init__(
@@ -86,44 +86,44 @@ class LiveRun:
         self._used = self._cost = 0.0  # processor time at the last frame, and of this frame, s
         self._pace: list[tuple[float, float]] = []
         self._begun = self._closing = self._interrupted = False
-        self._thread = threading.Thread(target=self._run_commands, name="run", daemon=True)
+        self._thread = threading.Thread(target=self._run_thread, name="run", daemon=True)
         self._thread.start()
 
     # --- commands -----------------------------------------------------------------------------
 
     def rest(self) -> None:
-        """Compute the static equilibrium at which the first dynamic step starts, and pause."""
+        """Compute the static equilibrium before the first dynamic step, then pause."""
         self._tasks.put(self._find_equilibrium)
 
     def run(self) -> None:
-        """Run until it is over or paused."""
+        """Compute steps until the end of the run or a pause."""
         self._tasks.put(lambda: self._set_status("running"))
 
     def pause(self) -> None:
-        """Pause after the present step."""
-        self._tasks.put(self._report_pause)
+        """Pause the run after the present step."""
+        self._tasks.put(self._pause_run)
 
     def step(self, steps: int) -> None:
-        """Take some steps and pause."""
+        """Compute a number of steps, then pause."""
         self._tasks.put(lambda: self._take_steps(steps))
 
     def stop(self) -> None:
-        """End the run here; its results are kept."""
+        """End the run at the present time and keep its results."""
         self._interrupt()
         self._tasks.put(self._stop_run)
 
     def change(self, values: dict[str, str]) -> None:
-        """Change variables of the input from now on, with values as typed."""
+        """Change variables of the input from the present time; values are texts as in the input."""
         self._tasks.put(lambda: self._apply_action({"do": "change", "changes": values}))
 
     def stage(self, values: dict[str, str]) -> None:
-        """Begin a stage at the end of the present step Δt, with values as typed."""
+        """Begin a stage after the present step; values are texts as in the input."""
         if "name" not in values:
             raise InputError("a stage needs a name")
         self._tasks.put(lambda: self._apply_action({"do": "stage", "values": values}))
 
     def close(self) -> None:
-        """End the thread; the results so far and a checkpoint are kept."""
+        """End the thread; keep the results and a checkpoint."""
         self._closing = True
         self._interrupt()
         self._tasks.put(None)
@@ -137,7 +137,8 @@ class LiveRun:
 
     # --- thread -------------------------------------------------------------------------------
 
-    def _run_commands(self) -> None:
+    def _run_thread(self) -> None:
+        """Open the simulation, execute commands and advance the run until `close` is called."""
         try:
             self._open_simulation()
             while not self._closing:
@@ -150,7 +151,7 @@ class LiveRun:
             self._close_simulation()
 
     def _execute_commands(self) -> None:
-        """Execute the commands that have arrived; if the run is paused, wait for one."""
+        """Execute the commands in the queue; while the run does not advance, wait for commands."""
         wait = self.status != "running"
         while not self._closing:
             try:
@@ -172,6 +173,7 @@ class LiveRun:
             wait = self.status != "running"
 
     def _open_simulation(self) -> None:
+        """Draw the model and start its simulation, or continue the simulation of an earlier run."""
         source = InputOfRun(self.file, self.text)
         with Simulation(source, drawn=True) as model:
             drawing = draw_simulation(model, run=True)
@@ -188,45 +190,48 @@ class LiveRun:
         self._set_status("paused")
 
     def _advance_steps(self, steps: int) -> bool:
-        """Advance; displacements count from the end of a first stage of rest, as in the output."""
+        """Compute steps; return whether the run has ended.
+
+        As in the output, displacements count from the end of an initial static stage.
+        """
         if not self._begun:
             self._simulation.advance(0)
             self._set_reference(self._simulation.coordinates[:, :3])
         return self._simulation.advance(steps)
 
     def _set_reference(self, positions: np.ndarray) -> None:
-        """Set positions (m) and rotations from which displacements count, shape (blocks, 3)."""
+        """Set the reference of displacements: positions (m) and rotations, shape (blocks, 3)."""
         self._start[:, :3] = positions
         self._begun = True
 
     def _repeat_actions(self) -> None:
-        """Repeat the actions after the checkpoint from which the run continues."""
+        """Repeat the actions that followed the checkpoint from which the run continues."""
         simulation = self._simulation
         present = _input_key(simulation)
         known = [i for i, one in enumerate(self.actions, 1) if one["mark"] == present]
         for action in self.actions[max(known, default=0) :]:
             if simulation.steps < action["step"]:
                 simulation.advance(action["step"] - simulation.steps)
-            self._replay_action(action)
+            self._execute_action(action)
 
     def _find_equilibrium(self) -> None:
         self._set_status("resting")
-        self._take_safely(lambda: self._advance_steps(0))
+        self._report_if_failed(lambda: self._advance_steps(0))
         if self.status == "resting" and not self._closing:
             self._send_frame()
             self._set_status("paused")
 
     def _take_steps(self, steps: int) -> None:
         self._set_status("running")
-        self._take_safely(lambda: self._conclude_if_ended(self._advance_steps(steps)))
+        self._report_if_failed(lambda: self._close_if_ended(self._advance_steps(steps)))
         if self.status == "running":
             self._send_frame()
             self._set_status("paused")
 
-    def _report_pause(self) -> None:
+    def _pause_run(self) -> None:
         if self.status == "running":
             self._send_frame()
-            self._save_progress()
+            self._write_checkpoint()
             self._set_status("paused")
 
     def _stop_run(self) -> None:
@@ -236,8 +241,9 @@ class LiveRun:
         self._close_output("stopped")
 
     def _advance_run(self) -> None:
+        """Compute steps for about `_PIECE` seconds; then report and store if this is due."""
         begun = time.perf_counter()
-        self._take_safely(lambda: self._conclude_if_ended(self._advance_steps(self._chunk)))
+        self._report_if_failed(lambda: self._close_if_ended(self._advance_steps(self._chunk)))
         took = time.perf_counter() - begun
         if took < 0.5 * _PIECE:
             self._chunk = min(2 * self._chunk, _TO_THE_END)
@@ -250,12 +256,12 @@ class LiveRun:
         if now - self._shown > wait and time.thread_time() - self._used > self._cost / _SHARE:
             self._send_frame()
         if now - self._said > _STATUS:
-            self._send_state()
+            self._send_progress()
         if now - self._saved > _CHECKPOINT:
-            self._save_progress()
+            self._write_checkpoint()
 
-    def _take_safely(self, work: Callable) -> None:
-        """Take steps; if one fails, keep the results and the state before it."""
+    def _report_if_failed(self, work: Callable) -> None:
+        """Execute some work; if it fails, report this and keep the earlier results."""
         try:
             work()
         except InterruptedRun as error:
@@ -268,24 +274,25 @@ class LiveRun:
                 self._interrupted = False
                 api.stop_engine(0)
 
-    def _conclude_if_ended(self, done: bool) -> None:
-        if done:
+    def _close_if_ended(self, ended: bool) -> None:
+        if ended:
             self._send_frame()
             self._close_output("done")
 
     def _apply_action(self, action: dict) -> None:
+        """Execute an action and store it with its step, time, stage and resulting input."""
         simulation = self._simulation
         stage = asdict(simulation.present_stage)
         action = {"step": simulation.steps, "time": simulation.time, "stage": stage} | action
-        self._replay_action(action)
+        self._execute_action(action)
         self.actions.append(action | {"mark": _input_key(simulation)})
         self._keep(self.actions)
-        self._save_progress()
-        self._send_state()
+        self._write_checkpoint()
+        self._send_progress()
 
     @property
     def steps_to_repeat(self) -> int | None:
-        """Return the steps after which the run was stopped; None if it reached its end."""
+        """Return the number of steps of a stopped run; None if the run is complete."""
         return None if self.status == "done" else self.words.get("step")
 
     @property
@@ -299,25 +306,27 @@ class LiveRun:
                 text = with_stage(text, present, self.file, name, kind, values)
         return text
 
-    def _replay_action(self, action: dict) -> None:
+    def _execute_action(self, action: dict) -> None:
         if action["do"] == "change":
             self._simulation.change({k: Typed(v) for k, v in action["changes"].items()})
         else:
             name, kind, values = _stage_values(action)
             self._simulation.begin_stage(name, kind, **values)
 
-    # --- words --------------------------------------------------------------------------------
+    # --- reports ------------------------------------------------------------------------------
 
     def _set_status(self, status: str) -> None:
+        """Set the status, restart the measurement of speed and report to the page."""
         self.status = status
         self._pace.clear()
-        self._send_state()
+        self._send_progress()
 
     def described(self) -> dict:
         """Return the progress of the run for the page."""
         return {"kind": "run", "status": self.status, "actions": self.actions} | self.words
 
-    def _send_state(self) -> None:
+    def _send_progress(self) -> None:
+        """Send time, steps and the estimated remaining time (s) to the page."""
         simulation, now = self._simulation, time.perf_counter()
         self._said = now
         if simulation is not None and simulation.is_open:
@@ -342,7 +351,8 @@ class LiveRun:
         self._tell(message)
         self._cost = time.thread_time() - self._used
 
-    def _save_progress(self) -> None:
+    def _write_checkpoint(self) -> None:
+        """Write a checkpoint; wait at least 100 times its duration until the next one."""
         begun = time.perf_counter()
         self._simulation.checkpoint()
         took = time.perf_counter() - begun
@@ -351,9 +361,9 @@ class LiveRun:
     # --- ends ---------------------------------------------------------------------------------
 
     def _close_output(self, status: str, **more) -> None:
-        """Close the output and report the verdict."""
+        """Close the output; report its verdict, `more` values and the status."""
         simulation = self._simulation
-        self._send_state()
+        self._send_progress()
         found = {"doubts": [], "lines": [], "audit": simulation.warning} | more
         where = simulation.finish()
         self.result = where if where.exists() else where.with_name(f"{where.name}.partial")
@@ -366,6 +376,7 @@ class LiveRun:
         self._set_status(status)
 
     def _report_failure(self, error: BaseException) -> None:
+        """Close the output, and report an error and the blocks that its message names."""
         words = str(error) or type(error).__name__
         found: dict = {"failure": words, "blocks": self._named_blocks(words)}
         try:
@@ -379,7 +390,7 @@ class LiveRun:
         self._set_status("failed")
 
     def _named_blocks(self, words: str) -> list[int]:
-        """Return the blocks that a message names."""
+        """Return the indices of the blocks that a message names."""
         if self._simulation is None or not self._simulation.is_open:
             return []
         found = dict.fromkeys(int(number) - 1 for number in re.findall(r"\bblock (\d+)", words))
@@ -390,11 +401,11 @@ class LiveRun:
             if self._simulation is not None:
                 self._simulation.close()
         except SiteddaError:
-            pass  # as many data as possible have been stored
+            pass  # the data that can be stored have been stored
 
 
 def _stage_values(action: dict) -> tuple[str, str, dict[str, Typed]]:
-    """Return name, kind and other values of a stage as typed."""
+    """Return name, kind and other values of a stage."""
     values = {name: Typed(value) for name, value in action["values"].items()}
     return str(values.pop("name")), str(values.pop("kind", "dynamic")), values
 
@@ -413,7 +424,7 @@ def _input_key(simulation: Simulation) -> str:
 
 
 def _read_verdict(output: Path) -> dict:
-    """Return the verdict and all histories of an output."""
+    """Return the verdict and all histories of an output in the form that the page draws."""
     from ..drawing.view.encode import Encoded, encode_histories
     from ..output.output_file import load
     from ..output.scene import Scene

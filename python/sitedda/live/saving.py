@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Save namelist, script, report, movie or output in the working folder."""
+"""Save the input (namelist), script, report, movie or output of a run in the working folder."""
 
 import os
 import shutil
@@ -16,46 +16,47 @@ from ..base.files import (
     written,
 )
 from ..input.input_text import find_groups
-from .script import unsaid, written_script
+from .script import changes_outside_stages, written_script
 
 ENDINGS = {"namelist": ".nml", "script": ".py", "report": ".html", "movie": ".mp4", "output": ".nc"}
 _MARK = "! written by sitedda\n"
 
 
 def place(folder: Path, name: str, what: str) -> Path:
-    """Return the path of a file at or below a folder, with the ending of its kind.
+    """Return the path of a file to save in a folder; add the ending of its kind.
 
     Raises
     ------
     InputError
-        If the name leads out of the folder, also by a link.
+        If the file would be outside the folder, also because of a symbolic link.
     """
     if what not in ENDINGS:
         raise InputError(f"{what!r} cannot be saved; use one of {', '.join(ENDINGS)}")
     plain_text("name", name)
     if not name.strip() or not is_below(folder, name):
-        raise InputError(f"{name!r} is not a name of a file in {folder}")
+        raise InputError(f"{name!r} is not the name of a file in {folder}")
     file = folder / name
     file = file if file.suffix == ENDINGS[what] else file.with_name(file.name + ENDINGS[what])
     if not file.parent.resolve().is_relative_to(folder.resolve()):
-        raise InputError(f"{name!r} leads out of {folder}")
+        raise InputError(f"{name!r} is outside of {folder}; choose a name in this folder")
     return file
 
 
 def save_namelist(text: str, source: Path, target: Path, actions: list[dict]) -> list[Path]:
-    """Write an input, and copy the files that it names if it is from another folder.
+    """Write an input; copy the files that it names if its folder is another one.
 
     Parameters
     ----------
     text : str
-        The input with the stages added to its run.
+        The input with the stages that were added during the run.
     source : path
-        File of the input.
+        Original file of the input.
     target : path
+        File to write.
     actions : list of dict
-        Actions of its run; actions that no stage can express become comments.
+        Actions of the run; comments list the actions that no stage can express.
     """
-    missing = unsaid(actions)
+    missing = changes_outside_stages(actions)
     words = "".join(f"! only in the script: {one}\n" for one in missing)
     text = text if text.startswith(_MARK) else _MARK + text
     text = text.replace(_MARK, _MARK + words, 1)
@@ -69,14 +70,17 @@ def save_namelist(text: str, source: Path, target: Path, actions: list[dict]) ->
 
 
 def _named_files(text: str, source: Path, folder: Path) -> list[tuple[Path, bytes]]:
-    """Return the files that groups name, with their paths below another folder."""
+    """Return the content of each file that groups name, and its path below another folder."""
     found = {}
     for one in find_groups(text, source, ("block",)):
         name = one.values.get("file", "")
         if one.name == "output" or not name or os.path.isabs(name):
             continue
         if not is_below(source.parent, name):
-            raise InputError(f"&{one.name} names {name}, which is not below {source.parent}")
+            raise InputError(
+                f"&{one.name} refers to {name}, which is outside of {source.parent} and therefore "
+                "not copied; move it into this folder, or give an absolute path"
+            )
         found[folder / name] = (source.parent / name).read_bytes()
     return list(found.items())
 
@@ -84,7 +88,7 @@ def _named_files(text: str, source: Path, folder: Path) -> list[tuple[Path, byte
 def save_script(
     model: Path, target: Path, title: str, actions: list[dict], steps: int | None
 ) -> Path:
-    """Write the script of a run beside its namelist."""
+    """Write a script that repeats a run of the input `model`; see `written_script`."""
     name = os.path.relpath(model, target.parent)
     output = target.with_suffix(".nc").name
     return write(target, written_script(name, output, title, actions, steps), OWN_SCRIPT)

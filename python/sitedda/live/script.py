@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Write the actions of a run as a Python script that repeats them bit for bit.
+"""Write the actions of a run as a Python script, whose results are bit-identical.
 
-An action is a dict: step and time after which it was done, ``do`` ('change' or 'stage'), and
-``changes`` or ``values``, as typed.
+An action is a dict: step and time after which it was executed, ``do`` ('change' or 'stage'), and
+``changes`` or ``values``, as texts of the input.
 """
 
 import math
@@ -24,11 +24,11 @@ def written_script(
     Parameters
     ----------
     model, output : str
-        File names.
+        Names of the input file and of the output file.
     title : str
     actions : list of dict
     steps : int or None
-        Step at which the run was stopped; None: it ran to its end.
+        Number of steps after which the run was stopped; None if it is complete.
     """
     title = title.replace("\\", "\\\\").replace('"', "'")
     lines, now = [], 0
@@ -36,17 +36,18 @@ def written_script(
         if action["step"] > now:
             lines.append(f"run.advance({action['step'] - now})  # to t = {action['time']:.6g} s")
             now = action["step"]
-        lines.append(_method_call(action))
+        lines.append(_python_call(action))
     if steps is None:
         lines.append("while not run.advance(1000):\n        pass")
     elif steps > now:
         lines.append(f"run.advance({steps - now})")
     lines.append("run.finish()")
     body = "".join(f"    {line}\n" for line in lines)
-    return _HEAD.format(title=f"The actions of the run {title}.", model=model, output=output) + body
+    title = f"Repeat the run {title} with its changes and stages."
+    return _HEAD.format(title=title, model=model, output=output) + body
 
 
-def _method_call(action: dict) -> str:
+def _python_call(action: dict) -> str:
     if action["do"] == "change":
         values = ", ".join(f"{k!r}: {literal(v)}" for k, v in action["changes"].items())
         return f"run.change({{{values}}})"
@@ -55,7 +56,7 @@ def _method_call(action: dict) -> str:
 
 
 def literal(typed: str) -> str:
-    """Convert a typed value to Python: number, numbers, logical value or text."""
+    """Convert a value of the input to Python code: number, tuple, logical value or text."""
     words = typed.strip()
     if words.lower() in (".true.", ".false."):
         return str(words.lower() == ".true.")
@@ -73,7 +74,7 @@ def _number_literal(text: str) -> str | None:
     return repr(value) if math.isfinite(value) else None
 
 
-def unsaid(actions: list[dict]) -> list[str]:
+def changes_outside_stages(actions: list[dict]) -> list[str]:
     """Describe the changes that no &stage can express."""
     return [
         f"at t = {one['time']:.6g} s: {', '.join(f'{k} = {v}' for k, v in one['changes'].items())}"

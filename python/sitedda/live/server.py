@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The server of pages and a web socket, by default on the loopback address."""
+"""The web server of `sitedda live`: files of the page, and a web socket for its messages."""
 
 from __future__ import annotations
 
@@ -41,9 +41,9 @@ from .protocol import MOST, read_message
 from .session import Session
 from .starts import Shipped
 
-_WAITING = 40_000_000  # unsent bytes of a page above which it receives no frames
+_WAITING = 40_000_000  # bytes not yet sent to a page above which it receives no frames
 _PAGES = 16  # largest number of open pages
-_COLLECT = (50_000, 20, 100)  # thresholds of the garbage collector
+_COLLECT = (50_000, 20, 100)  # thresholds of the garbage collector (gc.set_threshold)
 _PAGE_FILES = ("main", "socket", "start", "forms", "text", "live_view", "run", "save", "parts")
 _SOURCES = {
     "/": (("live", "page", "index.html"), "text/html"),
@@ -58,9 +58,9 @@ _SOURCES = {
 
 
 class _GuardedHandler:
-    """Base of all handlers: check of the host, headers, short errors."""
+    """Base of all handlers: it checks the host name, and sets headers and short error pages."""
 
-    application: Any  # these attributes belong to tornado's handler
+    application: Any  # this and the following attributes belong to tornado's handler
     request: Any
     set_header: Callable
     clear_header: Callable
@@ -85,7 +85,7 @@ class _GuardedHandler:
 
 
 class _FileHandler(_GuardedHandler, RequestHandler):
-    """Handler of the files of the page: public code without data of a model."""
+    """Handler of the files of the page, which contain no data of a model."""
 
     def get(self) -> None:
         path, kind = _SOURCES.get(self.request.path, ((), "text/css"))
@@ -102,7 +102,7 @@ class _FileHandler(_GuardedHandler, RequestHandler):
 
 
 class _PageSocket(_GuardedHandler, WebSocketHandler):
-    """Web socket of an open page; nothing is sent before the page has sent the token."""
+    """Web socket of an open page; the server sends nothing before it has received the token."""
 
     def check_origin(self, origin: str) -> bool:
         return self.server.guard.knows_origin(origin)
@@ -116,7 +116,7 @@ class _PageSocket(_GuardedHandler, WebSocketHandler):
 
     def open(self, *_, **__) -> None:
         self.entered = False
-        self.waiting = 0  # unsent bytes of the page
+        self.waiting = 0  # bytes not yet sent
         self.set_nodelay(True)
         loop = asyncio.get_running_loop()
         self.limit = loop.call_later(SECONDS_TO_ENTER, self._close_without_token)
@@ -127,7 +127,7 @@ class _PageSocket(_GuardedHandler, WebSocketHandler):
 
     def on_message(self, message) -> None:
         if not self.entered:
-            self._check_token(message)
+            self._admit_or_close(message)
             return
         try:
             command, fields = read_message(message)
@@ -136,7 +136,8 @@ class _PageSocket(_GuardedHandler, WebSocketHandler):
             return
         self.server.carry_out(command, fields, self.send)
 
-    def _check_token(self, message) -> None:
+    def _admit_or_close(self, message) -> None:
+        """Admit the page if its first message contains the token; otherwise close the socket."""
         try:
             found = json.loads(message) if isinstance(message, str) and len(message) < 400 else None
         except (ValueError, RecursionError):
@@ -155,7 +156,7 @@ class _PageSocket(_GuardedHandler, WebSocketHandler):
         self.server.sockets.discard(self)
 
     def send(self, message: dict | bytes) -> None:
-        """Send a message to the page, from the thread of the loop."""
+        """Send a message to the page; only the thread of the event loop may call this."""
         if self.ws_connection is None:
             return
         binary = isinstance(message, bytes)
@@ -171,11 +172,11 @@ class _PageSocket(_GuardedHandler, WebSocketHandler):
 
     def _subtract_sent(self, size: int, done: asyncio.Future) -> None:
         self.waiting -= size
-        done.exception()  # the page has been closed
+        done.exception()  # ignores the error of a page that has been closed
 
 
 class LiveServer:
-    """A server of a single session.
+    """A web server with one session, which all its pages show.
 
     Parameters
     ----------
@@ -183,7 +184,7 @@ class LiveServer:
         The working folder.
     shipped : Shipped
     host : str
-        Address to listen at.
+        Address at which the server listens.
     port : int
         0: the port of the last server of the folder, so that its pages reconnect, or a free port.
     notebook : bool
@@ -195,7 +196,7 @@ class LiveServer:
         self.sockets: set[_PageSocket] = set()
         self.journal = Journal(folder)
         try:
-            self._listening = _open_sockets(host, port) if port else self._listen_as_before(host)
+            self._listening = _open_sockets(host, port) if port else self._open_last_sockets(host)
         except OutputError:
             self.journal.close()
             raise
@@ -206,8 +207,8 @@ class LiveServer:
         self._worker = ThreadPoolExecutor(1, "commands")
         self.session = Session(folder, self.journal, shipped, self.tell, lambda: bool(self.sockets))
 
-    def _listen_as_before(self, host: str) -> list[socket.socket]:
-        """Listen at the port of the last server of the folder, or at a free port."""
+    def _open_last_sockets(self, host: str) -> list[socket.socket]:
+        """Return sockets at the port of the last server of the folder, or at a free port."""
         last = (self.journal.kept("port") or {}).get("port")
         if isinstance(last, int) and 0 < last < 65536:
             with suppress(OutputError):
@@ -218,16 +219,16 @@ class LiveServer:
         """Send a message to all pages, from any thread."""
         if self._loop is not None and not self._loop.is_closed():
             try:
-                self._loop.call_soon_threadsafe(self._send, message)
+                self._loop.call_soon_threadsafe(self._send_to_pages, message)
             except RuntimeError:  # the event loop has just ended
                 pass
 
-    def _send(self, message: dict | bytes) -> None:
+    def _send_to_pages(self, message: dict | bytes) -> None:
         for one in list(self.sockets):
             one.send(message)
 
     def welcome(self, page: _PageSocket) -> None:
-        """Send the session to a new page, and all later events."""
+        """Send the state of the session to a new page, which then receives all messages."""
 
         def greet() -> None:
             known = {"kind": "schema", "groups": schema(), "changeable": BETWEEN_STEPS}
@@ -242,7 +243,7 @@ class LiveServer:
         self._worker.submit(greet)
 
     def carry_out(self, command: str, fields: dict, answer: Callable) -> None:
-        """Execute the commands of a page in their order."""
+        """Execute a command of a page after all earlier ones; call `answer` with an error."""
 
         def work() -> None:
             try:
@@ -250,21 +251,21 @@ class LiveServer:
             except (SiteddaError, OSError) as error:
                 refused = {"kind": "refused", "message": str(error), "command": command}
                 self._loop.call_soon_threadsafe(answer, refused)
-            except Exception as error:  # the page receives the error, and the server continues
+            except Exception as error:  # the server reports the error and continues
                 logging.getLogger("sitedda").exception("the command %s fails", command)
-                refused = {"kind": "refused", "message": f"the program fails: {error}"}
+                refused = {"kind": "refused", "message": f"an error in sitedda: {error}"}
                 self._loop.call_soon_threadsafe(answer, refused)
 
         self._worker.submit(work)
 
     async def serve(self, ready: Callable[[LiveServer], None] = lambda _: None) -> None:
-        """Serve until a signal arrives."""
+        """Serve pages until SIGINT or SIGTERM; call `ready` once the server accepts requests."""
         self._loop = asyncio.get_running_loop()
         application = Application(
             [("/socket", _PageSocket, {"server": self}), (".*", _FileHandler, {"server": self})],
             guard=self.guard,
             websocket_max_message_size=MOST,
-            log_function=lambda _: None,  # addresses are private
+            log_function=lambda _: None,  # requests are not logged, for privacy
         )
         server = HTTPServer(application, max_body_size=1000, max_header_size=16_384)
         server.add_sockets(self._listening)
@@ -277,18 +278,18 @@ class LiveServer:
         finally:
             server.stop()
             for page in list(self.sockets):
-                page.close(1001, "the server ends")
+                page.close(1001, "the server has ended")
             await self._loop.run_in_executor(None, self.close)
 
     def close(self) -> None:
-        """End the session; model and run remain in the journal."""
+        """End the session; its model and run remain stored in the journal."""
         self.session.close()
         self._worker.shutdown(wait=False, cancel_futures=True)
         self.journal.close()
 
 
 def schema() -> list[dict]:
-    """Return the groups of the input and their variables, for the forms."""
+    """Return the groups of the input and their variables, from which the page builds forms."""
     return [
         {
             "name": group.name,
@@ -305,13 +306,14 @@ def schema() -> list[dict]:
 
 
 def _open_sockets(host: str, port: int) -> list[socket.socket]:
+    """Return listening sockets; raise OutputError if the host or port cannot be used."""
     try:
         return bind_sockets(port, host)
     except (OSError, OverflowError, UnicodeError) as trouble:
         words = getattr(trouble, "strerror", None) or trouble
         if isinstance(trouble, UnicodeError):
             words = "this is not the name of a host"
-        raise OutputError(f"no server can listen at {host!r}, port {port}: {words}") from trouble
+        raise OutputError(f"the server cannot use {host!r}, port {port}: {words}") from trouble
 
 
 def run_server(
@@ -323,19 +325,19 @@ def run_server(
     show: bool = True,
     notebook: bool = False,
 ) -> None:
-    """Serve a session until Ctrl-C.
+    """Serve a session until the user presses Ctrl-C.
 
     Parameters
     ----------
     folder : path
         The working folder.
     file : path or None
-        Input to open; None: the session of the last server of the folder, if any.
+        Input to open; None: continue the session of the last server of the folder, if any.
     shipped : Shipped
     host, port : str, int
-        Port; 0: the last one of the folder, or a free one.
+        Address at which the server listens; port 0: the last one of the folder, or a free one.
     show : bool
-        Open a browser.
+        Whether to open a browser.
     notebook : bool
         Whether notebooks on this machine may show the page.
     """
@@ -363,20 +365,20 @@ def run_server(
 
 
 def _print_address(server: LiveServer, entrance: Path) -> None:
-    """Print the address and how to open it from this and other machines."""
-    print(f"sitedda live: {server.guard.address} for the working folder {server.session.folder}")
+    """Print the address, and how to open the page on this machine or from another one."""
+    print(f"sitedda live: {server.guard.address}, working folder {server.session.folder}")
     print(f"to enter, open {entrance}", flush=True)
     if os.environ.get("SSH_CONNECTION"):
         here = os.environ["SSH_CONNECTION"].split()[2]
         print(
-            f"from your own machine: ssh -N -L {server.port}:127.0.0.1:{server.port} "
-            f"{os.environ.get('USER', 'USER')}@{here}\nthen {server.guard.address}, "
-            f"and the token, which ends the address in that file"
+            f"from another machine: ssh -N -L {server.port}:127.0.0.1:{server.port} "
+            f"{os.environ.get('USER', 'USER')}@{here}\nthen open {server.guard.address} there "
+            f"and enter the token (the text after # in {entrance})"
         )
     if not server.guard.address.startswith(f"http://{LOOPBACK}"):
         print(
-            "warning: it listens beyond this machine, without encryption: anyone who reads the "
-            "traffic can run models and write files in the working folder as you",
+            "warning: other machines can connect to this server, without encryption: anyone who "
+            "reads the traffic can run models and write files in the working folder as you",
             file=sys.stderr,
         )
-    print("Ctrl-C ends the server; the model and its run are kept", flush=True)
+    print("Ctrl-C ends the server; the next server continues the model and its run", flush=True)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The session of a user: start page, edited model and run.
 
-Commands arrive one by one from a thread of the server.  Drawing, checking, running and saving have
-separate threads or processes.  Their messages are sent to every open page.
+A thread of the server executes commands in order.  Drawing, checking, running and saving have
+separate threads or processes.  Their messages are sent to all open pages.
 """
 
 import threading
@@ -29,8 +29,8 @@ from .saving import (
 )
 from .starts import EMPTY, Shipped
 
-_MOST_FILES = 500  # largest number of inputs of the folder that are shown
-# Commands that are methods of the document, of a run that is started, and of a run:
+_MOST_FILES = 500  # largest number of inputs on the start page
+# Commands that are methods of Document, methods of LiveRun that start a run, and other methods:
 _EDITS = ("write", "add", "take_out", "undo", "redo")
 _STARTS = ("rest", "run", "step")
 _CONTROLS = ("pause", "stop", "change", "stage")
@@ -48,7 +48,7 @@ class Session:
     tell : callable
         Called with a message for all pages, a dict or bytes, from any thread.
     watched : callable
-        Whether a page is open.
+        Returns whether a page is open.
     """
 
     def __init__(
@@ -59,12 +59,12 @@ class Session:
         self.document: Document | None = None
         self.run: LiveRun | None = None
         self._drawn: bytes | None = None
-        self._opened = 0  # number of models so far
+        self._opened = 0  # number of models that have been opened
         self._said: dict[str, dict] = {}  # last message of each kind that new pages receive
         self._cards: dict[str, dict] = {}
         self._cards_asked = False
         self._work = threading.Condition()
-        self._wanted = 0  # requested drawings
+        self._wanted = 0  # number of requested drawings
         self._closing = False
         self._checker = Checker(self._publish)
         self._saver = threading.Lock()
@@ -78,7 +78,7 @@ class Session:
         if self.document is None:
             if not self._cards_asked:
                 self._cards_asked = True
-                threading.Thread(target=self._draw_thumbnails, name="cards", daemon=True).start()
+                threading.Thread(target=self._send_thumbnails, name="cards", daemon=True).start()
             return [*messages, *self._cards.values()]
         messages.append(self._model_message())
         if self.run is None:
@@ -90,6 +90,7 @@ class Session:
         return messages + [m for kind, m in self._said.items() if kind in lasting]
 
     def _start_message(self) -> dict:
+        """Return the message with the content of the start page."""
         files = sorted(f.name for f in self.folder.glob("*.nml") if f.is_file())[:_MOST_FILES]
         return {
             "kind": "start",
@@ -102,10 +103,12 @@ class Session:
         }
 
     def _model_message(self) -> dict:
+        """Return the message with the edited input."""
         state = {"kind": "model", "running": self.run is not None, "opened": self._opened}
         return state | self.document.described()
 
-    def _draw_thumbnails(self) -> None:
+    def _send_thumbnails(self) -> None:
+        """Send small pictures of the examples to all pages."""
         for name, (_, file) in self.shipped.examples.items():
             try:
                 found = card(file.read_text(encoding="utf-8"), file)
@@ -124,19 +127,20 @@ class Session:
         Raises
         ------
         SiteddaError
-            If it cannot be done; then nothing has changed.
+            If the command is invalid or fails; then nothing has changed.
         """
         if command in _EDITS:
-            getattr(self._check_editable(), command)(**fields)
+            getattr(self._editable_document(), command)(**fields)
             self._save_edit()
         elif command in _STARTS:
             getattr(self._run_or_start(), command)(**fields)
         elif command in _CONTROLS:
-            getattr(self._check_running(), command)(**fields)
+            getattr(self._active_run(), command)(**fields)
         else:
             getattr(self, f"_do_{command}")(**fields)
 
     def _do_open(self, source: str, name: str) -> None:
+        """Open an empty model, an example, or a file of the working folder."""
         if source == "empty":
             self.open_text(EMPTY, self.folder / "model.nml")
         elif source == "example":
@@ -160,7 +164,7 @@ class Session:
         self.open_text(read_input(file), file)
 
     def open_text(self, text: str, file: Path) -> None:
-        """Start to edit a text that belongs to an existing or a new file."""
+        """Open a text for editing; its file need not exist."""
         document = Document(text, file)
         self._end_run()
         self.document = document
@@ -169,6 +173,7 @@ class Session:
         self.tell(self._start_message())
 
     def _do_leave(self) -> None:
+        """Close the model and show the start page."""
         self._end_run()
         self._checker.stop()
         self.document, self._drawn = None, None
@@ -177,16 +182,18 @@ class Session:
         for message in self.welcome():
             self.tell(message)
 
-    def _check_editable(self) -> Document:
+    def _editable_document(self) -> Document:
+        """Return the document; raise an error if there is none or a run exists."""
         if self.document is None:
             raise InputError("there is no model; open one first")
         if self.run is not None:
-            raise InputError("the model is running; leave the run to edit it")
+            raise InputError("a model cannot be edited during its run; leave the run first")
         return self.document
 
     def _do_set(self, group: str, number: int, variable: str, value: str | None) -> None:
+        """Set a variable; report an invalid value at its field."""
         try:
-            self._check_editable().set(group, number, variable, value)
+            self._editable_document().set(group, number, variable, value)
         except InputError as error:
             place = {"group": group, "number": number, "variable": variable}
             self._publish({"kind": "trouble", "message": str(error)} | place)
@@ -194,12 +201,13 @@ class Session:
         self._save_edit()
 
     def _do_settle(self) -> None:
+        """End a series of edits that are undone together."""
         if self.document is not None:
             self.document.settle()
 
     def _do_record(self, number: int, name: str) -> None:
-        """Copy a shipped record into the folder of the model and assign it to a motion."""
-        document, shipped = self._check_editable(), self.shipped.records
+        """Assign a shipped record to a motion; copy it if the model is in the working folder."""
+        document, shipped = self._editable_document(), self.shipped.records
         if name not in shipped:
             raise InputError(f"there is no record {name!r}")
         if document.file.parent.resolve() == self.folder.resolve():
@@ -211,7 +219,8 @@ class Session:
         self._save_edit()
 
     def _do_check(self) -> None:
-        document = self._check_editable()
+        """Start a check of the model."""
+        document = self._editable_document()
         self._checker.start(document.text, document.file, document.version)
 
     def _save_edit(self) -> None:
@@ -229,7 +238,7 @@ class Session:
     # --- drawing --------------------------------------------------------------------------------
 
     def _draw_repeatedly(self) -> None:
-        """Draw the latest version, repeatedly, as soon as there is a newer one."""
+        """Draw the latest version after each edit, until the session ends."""
         done = 0
         while not self._closing:
             with self._work:
@@ -237,9 +246,10 @@ class Session:
                     self._work.wait()
                 document, done = self.document, self._wanted
             if document is not None and self.run is None and not self._closing:
-                self._draw_if_latest(document, document.version, document.text)
+                self._draw_version(document, document.version, document.text)
 
-    def _draw_if_latest(self, document: Document, version: int, text: str) -> None:
+    def _draw_version(self, document: Document, version: int, text: str) -> None:
+        """Draw a version, and send the drawing if no other document or run has started."""
         begun = time.perf_counter()
         try:
             drawing = draw_model(text, document.file, version=version)
@@ -249,7 +259,7 @@ class Session:
             return
         except Exception as error:
             traceback.print_exc()
-            self._publish({"kind": "trouble", "message": f"the program fails: {error}"})
+            self._publish({"kind": "trouble", "message": f"an error in sitedda: {error}"})
             return
         if document is not self.document or self.run is not None:
             return
@@ -260,22 +270,23 @@ class Session:
         self._publish({"kind": "good", "version": version, "seconds": took})
 
     def _publish(self, message: dict) -> None:
-        """Send a message to all pages, and store it for later ones."""
+        """Send a message to all pages, and store it for pages that open later."""
         self._said[message["kind"]] = message
         self.tell(message)
 
     # --- run ------------------------------------------------------------------------------------
 
     def _run_or_start(self) -> LiveRun:
-        """Return the run; start it if there is none."""
+        """Return the run; start one if there is none."""
         if self.run is None:
-            document = self._check_editable()
+            document = self._editable_document()
             self._checker.stop()
             self.journal.forget_run()
             self._start_run(document, None)
         return self.run
 
     def _start_run(self, document: Document, actions: list[dict] | None) -> None:
+        """Start a run; if actions are given, continue the stored run that had them."""
         text, file = document.text, document.file
 
         def keep(done: list[dict]) -> None:
@@ -292,20 +303,22 @@ class Session:
             run.close()
             self.journal.forget_run()
 
-    def _check_running(self) -> LiveRun:
+    def _active_run(self) -> LiveRun:
+        """Return the run; raise an error if there is none or it has ended."""
         if self.run is None:
-            raise InputError("nothing runs")
+            raise InputError("there is no run; start one first")
         if self.run.status in OVER:
             raise InputError(ENDED)
         return self.run
 
     def _do_back(self) -> None:
+        """Leave the run and return to the edited model."""
         self._end_run()
         if self.document is not None:
             self._save_edit()
 
     def recover(self) -> bool:
-        """Open the model of the last server of this folder and continue its run."""
+        """Continue the session of the last server of this folder; return whether there is one."""
         kept, run = self.journal.kept("model"), self.journal.kept("run")
         if kept is None:
             return False
@@ -325,29 +338,32 @@ class Session:
     # --- saving ---------------------------------------------------------------------------------
 
     def _do_save(self, what: str, name: str) -> None:
+        """Save an input, script, report, movie or output in the working folder, in a thread."""
         target = place(self.folder, name, what)
         if self.document is None:
             raise InputError("there is no model; open one first")
         if what in ("report", "movie", "output"):
             if self.run is None or self.run.result is None:
-                raise InputError(f"a {what} requires an ended run; stop the run or let it end")
+                raise InputError(f"a run must end before its {what} is saved; stop it, or wait")
             self.tell({"kind": "saving", "what": what})
         threading.Thread(
             target=self._save_and_report, args=(what, target), name="save", daemon=True
         ).start()
 
     def _save_and_report(self, what: str, target: Path) -> None:
+        """Write a file and send its name, or the error, to the page."""
         with self._saver:
             try:
-                files = self._write_file(what, target)
-            except Exception as error:  # the page must receive an answer to any failure
+                files = self._write_files(what, target)
+            except Exception as error:  # the page must receive a response to any failure
                 message = str(error) or type(error).__name__
                 self.tell({"kind": "refused", "message": message, "what": what})
                 return
         names = [str(file.relative_to(self.folder)) for file in files]
         self.tell({"kind": "saved", "what": what, "files": names, "folder": str(self.folder)})
 
-    def _write_file(self, what: str, target: Path) -> list[Path]:
+    def _write_files(self, what: str, target: Path) -> list[Path]:
+        """Write a file of a kind, and the files that it needs; return their paths."""
         run, document = self.run, self.document
         if what == "namelist":
             text = document.text if run is None else run.namelist
@@ -362,7 +378,7 @@ class Session:
         return [save(run.result, target)]
 
     def close(self) -> None:
-        """End all threads; model and run remain in the journal."""
+        """End all threads; model and run remain stored in the journal."""
         self._closing = True
         self._checker.stop()
         with self._work:

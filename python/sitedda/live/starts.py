@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Starting points of a session: shipped examples and records, and an empty model."""
+"""Content of the start page: shipped examples and records, and an empty model."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -25,9 +25,9 @@ class Shipped:
     Attributes
     ----------
     examples : dict of (str, Path)
-        First sentence and file of each, by name.
+        First sentence and file of each example, by its name.
     records : dict of Path
-        By name.
+        File of each record, by its name.
     """
 
     examples: dict[str, tuple[str, Path]] = field(default_factory=dict)

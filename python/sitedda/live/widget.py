@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`sitedda live` as a notebook widget, if the browser is on the same machine."""
+"""`sitedda live` as a widget of a notebook whose browser is on the same machine."""
 
 import re
 import subprocess
@@ -16,7 +16,7 @@ from ..base.errors import SiteddaError
 
 
 class LiveWidget(anywidget.AnyWidget):
-    """The page of `sitedda live`; its server ends with the widget or with `close`.
+    """The page of `sitedda live`; its server ends with the widget or by `close`.
 
     Parameters
     ----------
@@ -26,13 +26,13 @@ class LiveWidget(anywidget.AnyWidget):
     Raises
     ------
     SiteddaError
-        The server does not start.
+        If the server does not start.
     """
 
     _esm = files(__package__).joinpath("widget.js").read_text(encoding="utf-8")
 
     def __init__(self, file=None):
-        """Start a server and let the frames of this widget enter."""
+        """Start a server and send its address to the frames of this widget."""
         super().__init__()
         words = [] if file is None else [str(file)]
         server = subprocess.Popen(
@@ -46,10 +46,10 @@ class LiveWidget(anywidget.AnyWidget):
             if not line:
                 raise SiteddaError(said.strip())
             said += line
-        threading.Thread(target=server.stdout.read, daemon=True).start()  # empties the pipe
+        threading.Thread(target=server.stdout.read, daemon=True).start()  # keeps the pipe empty
         entrance = Path(said.partition("to enter, open ")[2].strip()).read_text(encoding="utf-8")
         address = unescape(re.search(r"href='(.+?)'", entrance)[1])
-        # The address contains the token: it is sent as a message, which notebooks do not store.
+        # The address contains the token; unlike traits, messages are not stored in the notebook.
         self.on_msg(lambda widget, *_: widget.send({"address": address}))
 
     def close(self) -> None:

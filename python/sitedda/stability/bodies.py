@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bodies for the analysis of stability: the cells of a body count as one block."""
+"""Bodies in the analysis of stability: all cells of a body count as one block."""
 
 from collections.abc import Sequence
 
@@ -9,24 +9,25 @@ from ..build.cutting.rings import Rings
 
 
 class Bodies:
-    """The blocks that are no cells, and the bodies composed of cells.
+    """The bodies of a model: bodies composed of cells, and all other blocks as single bodies.
 
     Parameters
     ----------
     polygons : sequence of ndarray, shape (vertices, 2)
         Polygons of all blocks, m.
     body : ndarray of int, shape (blocks,)
-        Number of the body of which each block is a cell; 0: none.
+        Number of the body of which each block is a cell; 0: the block is not a cell.
     names : sequence of str
-        Of all blocks.
+        Names of all blocks.
 
     Attributes
     ----------
     of : ndarray of int, shape (blocks,)
         Index of the body to which each block belongs.
     names : tuple of str
+        Names of the bodies.
     radii : ndarray, shape (bodies,)
-        Farthest vertex from the mean of all vertices, m.
+        Largest distance of a vertex from the mean of all vertices of the body, m.
     """
 
     def __init__(self, polygons: Sequence[np.ndarray], body: np.ndarray, names: Sequence[str]):
@@ -46,7 +47,7 @@ class Bodies:
         return np.split(order, np.flatnonzero(np.diff(self.of[order])) + 1)
 
     def mean(self, values: np.ndarray) -> np.ndarray:
-        """Average values of blocks over the area of each body, shape (bodies, …)."""
+        """Return values of blocks, averaged over the area of each body, shape (bodies, …)."""
         if self._alone:
             return values
         areas = Rings.of(self._polygons).areas()
@@ -55,7 +56,7 @@ class Bodies:
         return total / np.bincount(self.of, areas)[:, None]
 
     def outlines(self) -> list[np.ndarray]:
-        """Return polygons of blocks and outer outlines of bodies, shape (vertices, 2), m."""
+        """Return the outer outline of each body, shape (vertices, 2), m."""
         if self._alone:
             return self._polygons
         import shapely

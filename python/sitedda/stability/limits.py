@@ -1,17 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Limit analysis of rigid blocks: the largest load in equilibrium within the joint strength.
 
-A joint of length L acts at its two ends with N ≥ −f_t L/2 and |T| ≤ c L/2 + μN.  The largest factor
-of the load at which such forces balance all blocks is a linear programme (Livesley 1978); the
-multipliers of its balance are the mechanism.  A compressive strength bounds the moment of a joint,
-|M| ≤ N (L − N/σ_c)/2, by tangents that are added until no joint exceeds it.  The result is the
-limit with associated friction, in which joints open as they slip; no equilibrium exists above it.
-Limits without dilation may be lower.  Programmes bound |T| by the normal forces of the preceding
-ones (Gilbert, Casapulla and Ahmed 2006, Computers and Structures 84, 873–887).  When joints slip
-and open as in the mechanism of such a programme, a second one finds the smallest factor at which
-forces with |T| ≤ μN act: T = ±μN at joints that slip, N = 0 where they open.  Mechanism and forces
-prove a limit.  Several limits may exist, as normal forces are indeterminate; the lowest one from
-many starting forces is the result.
+A joint of length L transmits forces at its two ends, with N ≥ −f_t L/2 and |T| ≤ c L/2 + μN.  A
+linear programme maximises the factor of the load at which such forces balance all blocks (Livesley
+1978); the multipliers of the balance equations are the mechanism.  A compressive strength bounds
+the moment of a joint, |M| ≤ N (L − N/σ_c)/2; tangents to this bound are added until no joint
+exceeds it.  The result is the limit with associated friction, in which joints dilate as they slip;
+no equilibrium exists above it.
+
+Limits without dilation may be lower.  A sequence of programmes bounds |T| by the normal forces of
+the preceding programme (Gilbert, Casapulla and Ahmed 2006, Computers and Structures 84, 873–887).
+For the mechanism of each programme, a second programme minimises the factor with |T| ≤ μN, T = ±μN
+at slipping joints, and N = 0 at opening joints.  If it has a solution, mechanism and forces prove a
+limit.  Several limits may exist, because normal forces are indeterminate; the result is the lowest
+limit from many starting forces.
 """
 
 import math
@@ -35,24 +37,24 @@ from ..output.scene import Scene, is_netcdf
 from .safety import _judge_blocks
 from .strength import lines_of, released, static_model
 
-_MOST = 1e3  # load over the weight above which the factor counts as infinite
-_HELD = _MOST * (1 - 1e-6)
-_PRESTRESS = 1e-6  # penalty on normal forces, relative to the factor: no needless prestress
-_LITTLE = 1e-8  # the same for results from multipliers, whose dilation has this error
-_GAIN = 5.0  # the weight of the latest normal forces in the next bound falls as 1/n after as many
+_MOST = 1e3  # ratio of load to weight above which the factor counts as infinite
+_HELD = _MOST * (1 - 1e-6)  # factors from this value on count as infinite
+_PRESTRESS = 1e-6  # penalty on normal forces in the objective, which prevents needless prestress
+_LITTLE = 1e-8  # smaller penalty for mechanisms, whose dilation has an error of this size
+_GAIN = 5.0  # in programme n, the weight of the latest normal forces is _GAIN / (_GAIN + n)
 _PROGRAMMES = 30  # largest number of programmes in a sequence
-_MOVES = 1e-7, 5.0  # multipliers that count: over the largest one, over the penalty
-_STARTS = 60  # largest number of blocks that are relieved in turn
-_SLIDES = 0.5  # work of slip over the work of the body force
-_CORNER = 1e-6  # points nearer to the end of an edge, over its length, are at a corner
+_MOVES = 1e-7, 5.0  # smallest nonzero multiplier, over the largest multiplier and over the penalty
+_STARTS = 60  # largest number of blocks whose contact forces are minimised for a start
+_SLIDES = 0.5  # smallest ratio of the work of slip to the work of the load if the model slides
+_CORNER = 1e-6  # a point closer to the end of an edge, over its length, is at a corner
 _AXES = {"x": [(1.0, 0.0)], "y": [(0.0, 1.0)], "xy": [(1.0, 0.0), (0.0, 1.0)], "none": []}
-_LOADS = ("load", "traction", "water")  # groups whose forces the engine computes
+_LOADS = ("load", "traction", "water")  # groups of dead loads, which the engine computes
 _LAWS = ("coulomb", "crushing", "mohr_coulomb")
 _CUTS, _CRUSHED = 60, 1e-7  # largest number of rounds of tangents; tolerance of a moment over N L
-# Moments of joints that do not limit the factor keep changing. The excess over the median weight
-# that is accepted after some rounds, in which the factor changes by at most a fraction.
+# Moments of joints that do not limit the factor may keep changing.  An excess of _LEFT × median
+# weight is accepted after _ROUNDS rounds in which the factor changes by at most _STILL.
 _LEFT, _STILL, _ROUNDS = 1e-3, 1e-6, 3
-_TANGENTS = 0.5 ** np.arange(8)  # positions of first tangents over the largest force of a joint
+_TANGENTS = 0.5 ** np.arange(8)  # forces at the first tangents over the largest force of a joint
 
 
 @dataclass(frozen=True)
@@ -62,33 +64,33 @@ class Limit:
     Attributes
     ----------
     factor : float
-        Largest body force over the weight; inf above a thousand times the weight.
+        Largest ratio of the body force to the weight; inf above 1000.
     displacement : ndarray, shape (blocks, 3)
         The mechanism: x, y (m) and rotation (rad) of each block, scaled so that the largest
         displacement of a corner is 1 m.
     verdicts : tuple of str
-        Of each block: 'stable', 'slides' or 'topples'.
+        Motion of each block: 'stable', 'slides' or 'topples'.
     slides : bool
         Whether slip dissipates at least half of the work of the body force.
     names : tuple of str
-        Of the blocks.
+        Names of the blocks.
     blocks : ndarray of int, shape (points, 2)
         Indices of the two blocks in contact at each point; a joint has a point at each of its ends.
     points : ndarray, shape (points, 2)
-        Places, m.
+        Positions, m.
     normals : ndarray, shape (points, 2)
         Unit vectors from the first of these blocks into the second.
     normal_force, shear_force : ndarray, shape (points,)
-        A set of forces on the second block that balances all blocks at the limit, N/m: compression,
-        and along the normal turned by 90° counter-clockwise.
+        Forces on the second block that balance all blocks at the limit, N/m: compression, and force
+        along the normal rotated by 90° counter-clockwise.
     polygons : list of ndarray
-        The blocks, shape (vertices, 2), m.
+        Polygons of the blocks, shape (vertices, 2), m.
     bolt_force : dict
-        Axial force of each bolt in this set, N/m.
+        Axial force of each bolt at the limit, N/m.
     title : str
-        Of the picture; empty: the factor as that of a body force.
+        Title of the picture; empty: a title with the factor.
     lines : list of (str, ndarray)
-        'bolt' or 'water', and its points, shape (points, 2), m.
+        Bolts and water: kind ('bolt' or 'water') and line, shape (points, 2), m.
     """
 
     factor: float
@@ -108,7 +110,7 @@ class Limit:
 
     @property
     def thrust(self) -> np.ndarray:
-        """Resultants of joints that press: the two blocks (from 0), x, y (m), N and T (N/m)."""
+        """Return resultants of closed joints: both blocks (from 0), x, y (m), N and T (N/m)."""
         _, first, joint = np.unique(np.column_stack([self.blocks, self.normals.round(9)]), axis=0,
                                     return_index=True, return_inverse=True)  # fmt: skip
         press = self.normal_force[:, None] * self.points
@@ -120,7 +122,7 @@ class Limit:
 
     @property
     def openings(self) -> np.ndarray:
-        """Opening and slip of the points in the mechanism, shape (points, 2), m."""
+        """Return opening and slip at each point in the mechanism, shape (points, 2), m."""
         centres = Rings.of(self.polygons).centroids()
         arms = self.points[:, None] - centres[self.blocks]
         turn = self.displacement[self.blocks]
@@ -130,7 +132,7 @@ class Limit:
         return np.column_stack([np.sum(apart * axis, axis=1) for axis in (self.normals, tangents)])
 
     def to_csv(self) -> str:
-        """Forces and mechanism at the points of joints as a table."""
+        """Return forces, opening and slip at each point as CSV."""
         numbers = np.column_stack([self.points, self.normal_force, self.shear_force, self.openings])
         lines = [
             "block,other,x (m),y (m),normal force (N/m),shear force (N/m),opening (m),slip (m)"
@@ -155,12 +157,12 @@ class Limits:
     Attributes
     ----------
     upper : Limit
-        With associated friction; no equilibrium exists above it.
+        Limit with associated friction, above which no equilibrium exists.
     lower : Limit
-        With friction without dilation: the lowest of the limits that were found.
-        A factor of 0: the weight alone may cause collapse.
+        Lowest limit that was found for friction without dilation.  If its factor is 0, the weight
+        alone may cause collapse.
     starts : int
-        Number of starting forces from which such limits were sought.
+        Number of starting forces in the search of limits without dilation.
     """
 
     upper: Limit
@@ -170,18 +172,18 @@ class Limits:
 
 @dataclass(frozen=True)
 class Travel:
-    """Limits of axles at positions along a line, with associated friction.
+    """Limit loads of axles at positions along a line, with associated friction.
 
     Attributes
     ----------
     position : ndarray, shape (positions,)
-        Of the first axle along the line, m.
+        Positions of the first axle along the line, m.
     load : ndarray, shape (positions,)
-        Largest weight of all axles, N/m; inf: no limit.
+        Limit of the total weight of all axles at each position, N/m; inf: unlimited.
     worst, least : float
-        Position with the smallest load, m, and that load, N/m.
+        Position with the smallest limit load, m, and this load, N/m.
     limit : Limit
-        At this position; its factor is the load over the weight of the blocks.
+        Limit at the position `worst`; its factor is the load over the weight of the blocks.
     """
 
     position: np.ndarray
@@ -193,16 +195,16 @@ class Travel:
 
 @dataclass(frozen=True)
 class Backfill:
-    """Soil on edges that face upwards or sideways: its weight, and pressure up to the passive one.
+    """Soil on edges that face upwards or sideways: weight, and pressures from 0 to passive.
 
     Attributes
     ----------
     surface : array_like, shape (points, 2)
-        From left to right, m; no fill beyond its ends.
+        Surface of the soil from left to right, m; there is no soil beyond its ends.
     unit_weight : float
         N/m³.
     friction_angle : float
-        φ in degrees: the passive pressure is tan²(45° + φ/2) times the vertical stress.
+        φ, degrees; the passive pressure is tan²(45° + φ/2) times the vertical stress.
     """
 
     surface: np.ndarray
@@ -210,12 +212,15 @@ class Backfill:
     friction_angle: float
 
     def forces(self, begin: np.ndarray, end: np.ndarray):
-        """Return position (m), weight and passive force (N/m) on an edge, block on its left."""
+        """Return position (m), weight and passive force (N/m) of the soil on an edge.
+
+        The block is on the left of the edge; the result is None if there is no soil.
+        """
         surface = np.asarray(self.surface, dtype=float)
         depth = [np.interp(p[0], *surface.T, -np.inf, -np.inf) - p[1] for p in (begin, end)]
         if not np.isfinite(depth).all() or max(depth) <= 0.0:
             return None
-        if min(depth) < 0.0:  # only the part below the surface bears soil
+        if min(depth) < 0.0:  # only the part below the surface is loaded
             crossing = begin + (end - begin) * depth[0] / (depth[0] - depth[1])
             begin, end = (crossing, end) if depth[0] < 0.0 else (begin, crossing)
         above, below = np.maximum(depth, 0.0)
@@ -235,28 +240,29 @@ def travelling_axle(
     backfill: Backfill | None = None,
     changes: Mapping | None = None,
 ) -> Travel:
-    """Find the most critical position of axles along a line, and their limit load there.
+    """Find the position of axles along a line at which their limit load is smallest.
 
     Parameters
     ----------
     source : path or Model
-        An input.
+        Input.
     line : array_like, shape (points, 2)
         Polyline on blocks, m.
     axles : sequence of (float, float)
-        Distance behind the first axle (m) and share of the weight.  Axles beyond the ends of the
-        line do not act.
+        Distance behind the first axle (m) and relative weight of each axle.  Axles beyond the ends
+        of the line do not act.
     positions : int
-        Evenly spaced; the worst one is then refined between its neighbours.
+        Number of evenly spaced positions; then a search between the neighbours of the worst one
+        refines it.
     backfill : Backfill, optional
-        Axles act on the blocks: it does not spread them.
+        Soil, which does not spread the loads of the axles.
     changes : mapping, optional
-        Variables to change first, see `Simulation`.
+        Changes of the input, see `Simulation`.
 
     Raises
     ------
     InputError
-        As `limit_analysis`, or if a place of the line is on no block.
+        As in `limit_analysis`, or if a position on the line is outside of all blocks.
     """
     programme = _Programme(*_scene_and_loads(source, changes), np.array([1.0, 0.0]), None, backfill)
     points, weights = np.asarray(line, dtype=float), np.array(axles, dtype=float)
@@ -292,29 +298,29 @@ def limit_analysis(
     backfill: Backfill | None = None,
     changes: Mapping | None = None,
 ) -> Limits:
-    """Find the limit of a body force on rigid blocks in addition to weight and other loads.
+    """Find the limit of a body force on rigid blocks under their weight and other loads.
 
     Parameters
     ----------
     source : path, Model, Run, Dataset or Simulation
-        An input or an output, which counts as its first frame shows it.  Stages and motions do not
-        act.  Loads, tractions and water of an input act as at time 0.
+        Input or output; the geometry of an output is that of its first frame.  Stages and motions
+        are ignored.  Loads, tractions and water of an input have their values at time 0.
     direction : (float, float)
-        Of the body force; its length does not count.
+        Direction of the body force; the length of this vector is ignored.
     load : str, optional
-        Name of the &load groups that grow in place of the body force; factors are those of their
+        Name of &load groups that increase instead of the body force; the factor multiplies their
         forces at time 0.
     backfill : Backfill, optional
     changes : mapping, optional
-        Variables of an input to change first, see `Simulation`.
+        Changes of an input, see `Simulation`.
 
     Raises
     ------
     InputError
-        If joints have laws beyond friction, cohesion, tension and crushing, blocks bend, bolts are
-        grouted, an output has loads, or the blocks do not rest under any load of this pattern.
+        If joint laws include more than friction, cohesion, tension and crushing, bodies have cells,
+        bolts are grouted, an output has loads, or no factor of the load is in equilibrium.
     ConvergenceError
-        If the sequence of programmes without dilation does not converge.
+        If no limit without dilation is found.
     """
     direction = _unit_vector(direction)
     programme = _Programme(*_scene_and_loads(source, changes), direction, load, backfill)
@@ -323,6 +329,7 @@ def limit_analysis(
 
 
 def _unit_vector(direction) -> np.ndarray:
+    """Return the unit vector of a direction; raise InputError if it is invalid."""
     try:
         vector = np.asarray(direction, dtype=float)
     except (TypeError, ValueError):
@@ -333,27 +340,28 @@ def _unit_vector(direction) -> np.ndarray:
 
 
 def _scene_and_loads(source, changes: Mapping | None) -> tuple[Scene, np.ndarray | None]:
-    """Return the scene of an output or of an undeformed input, and the loads on its blocks."""
+    """Return the first geometry of an input or output, and the loads on blocks of an input."""
     is_file = isinstance(source, str | os.PathLike)
     if isinstance(source, Model) or (is_file and not is_netcdf(Path(source))):
         model = static_model(source, changes)
         with released(model, 1.0, None, 1.0, 1) as simulation:
             scene = Scene.of(simulation)
-        _check_joint_laws(scene)
-        model.clear("bolt")  # the forces of bolts are unknowns of the programme
+        _check_supported(scene)
+        model.clear("bolt")  # bolt forces are unknowns of the programme, not loads
         with released(model, 1.0, None, 1.0, 1) as simulation:
             return scene, simulation.loads[:, :3]
     if changes:
-        raise InputError("changes apply only to an input, but an output was given")
+        raise InputError("changes require an input, not an output")
     scene = Scene.of(source)
-    _check_joint_laws(scene)
+    _check_supported(scene)
     for kind in _LOADS:
         if scene.groups.get(kind, []):
-            raise InputError(f"the output does not store the loads of &{kind}: give its input")
+            raise InputError(f"an output does not contain the loads of &{kind}: give the input")
     return scene, None
 
 
-def _check_joint_laws(scene: Scene) -> None:
+def _check_supported(scene: Scene) -> None:
+    """Raise InputError if limit analysis does not support a joint, body or bolt of the model."""
     for group in scene.groups.get("joint", []):
         name = str(group.get("name", "")).strip()
         law = str(group.get("law", "coulomb")).strip()
@@ -378,7 +386,8 @@ def _check_joint_laws(scene: Scene) -> None:
 class _Solution:
     """Solution of a programme: factor, forces (N/m) and velocities of the blocks, (blocks, 3).
 
-    `binding`: the rows, and the forces at their lower and upper bounds, that the mechanism moves.
+    `binding`: indices of the binding inequalities, and of the forces at their lower and upper
+    bounds, at which the mechanism slips or opens.
     """
 
     factor: float
@@ -390,7 +399,7 @@ class _Solution:
 
 
 class _Programme:
-    """Linear programme of the equilibrium of all blocks, in units of the median weight."""
+    """Linear programme of the equilibrium of all blocks; forces are scaled by the median weight."""
 
     def __init__(
         self,
@@ -418,7 +427,7 @@ class _Programme:
                           share * self.most[both] * self.length[both])  # fmt: skip
 
     def _set_load(self, name: str) -> None:
-        """Make the loads of this name the variable load; the others are dead loads."""
+        """Move the &load groups of a name from the dead loads to the variable load."""
         live = np.zeros_like(self.dead)
         for group in self.scene.groups.get("load", []):
             if str(group.get("name", "")).strip() == name:
@@ -429,19 +438,19 @@ class _Programme:
                 ]
                 place = np.array([group["x"], group["y"]], dtype=float)
                 block = self._block_at(place, str(group.get("block", "")).strip())
-                live += self._balance_rows([block], place[None], np.array([force]) / self.unit)
+                live += self._block_forces([block], place[None], np.array([force]) / self.unit)
         if not live.any():
             raise InputError(f"load = {name!r}: no &load of this name acts at time 0")
         self.dead, self.live = self.dead - live, live
 
     def set_axles(self, places: np.ndarray, weights: np.ndarray) -> None:
-        """Make axle weights at positions, relative to the total weight, the variable load."""
+        """Set the variable load: axles at positions (m), with fractions of the total weight."""
         blocks = [self._block_at(place, "") for place in places]
-        self.live = self._balance_rows(blocks, places, weights[:, None] * self.down * self.weight
+        self.live = self._block_forces(blocks, places, weights[:, None] * self.down * self.weight
                                  / self.unit)  # fmt: skip
 
-    def _balance_rows(self, blocks, places, forces) -> np.ndarray:
-        """Return the rows of the equilibrium for scaled forces (k, 2) at positions, (blocks, 3)."""
+    def _block_forces(self, blocks, places, forces) -> np.ndarray:
+        """Return forces and moments on all blocks, (blocks, 3), due to scaled forces (k, 2)."""
         if not len(blocks):
             return np.zeros((len(self.polygons), 3))
         return (
@@ -453,9 +462,10 @@ class _Programme:
         return self.solve(self.friction, self.cohesion, prestress=prestress)
 
     def _set_weights(self, direction: np.ndarray) -> None:
+        """Set weights, centroids, radii, dead load (weight) and variable load (body force)."""
         gravity = np.array(self.scene.groups.get("control", [])[0].get("gravity", (0.0, 0.0)))
         if not gravity.any():
-            raise InputError("the model has no gravity: blocks need a weight")
+            raise InputError("limit analysis requires weight: set gravity of &control")
         density = [float(group["density"]) for group in self.scene.groups.get("material", [])]
         mass = np.array(density)[self.scene.material] * self.scene.areas()
         pull = np.linalg.norm(gravity)
@@ -471,7 +481,7 @@ class _Programme:
         ])  # fmt: skip
 
     def _set_points(self) -> None:
-        """Collect the contact points: ends of joints, then single corners on edges."""
+        """Set the contact points: ends of joints, then single corners on edges."""
         scene, faces = self.scene, self.scene.interfaces
         angle = np.array([float(g["friction_angle"]) for g in scene.groups.get("joint", [])])
         tangent = np.tan(np.radians(angle))
@@ -491,7 +501,7 @@ class _Programme:
         self._set_strengths(len(alone))
 
     def _set_strengths(self, corners: int) -> None:
-        """Set cohesive and tensile forces at the points, and find the crushing joints."""
+        """Set cohesive and tensile forces at the points, and strengths of crushing joints."""
         scene, faces = self.scene, self.scene.interfaces
         self.length = np.linalg.norm(faces.end - faces.start, axis=1)
 
@@ -509,7 +519,7 @@ class _Programme:
         self.crushing = np.flatnonzero(np.isfinite(self.most))
 
     def _bound_moments(self, joint: np.ndarray, side: np.ndarray, pressed: np.ndarray) -> None:
-        """Bound joint moments of one sign by the tangent at N + f_t L = `pressed`, N/m."""
+        """Bound moments of the sign `side` by the tangents at N + f_t L = `pressed`, N/m."""
         length, most = self.length[joint], self.most[joint]
         slope = 0.5 - pressed / (most * length)
         rows, n = np.arange(len(joint)), len(self.points)
@@ -520,8 +530,10 @@ class _Programme:
         self._cuts.append((matrix, bound))
 
     def _add_tangents(self, normal: np.ndarray, allowed: float) -> bool:
-        """Add tangents for joints whose moments exceed their strength; return whether any
-        moment exceeds it by more than allowed."""
+        """Add tangents for joints whose moments exceed their strength.
+
+        Return whether the excess, relative to the median weight, is larger than `allowed`.
+        """
         j = self.crushing
         ends = normal[2 * j], normal[2 * j + 1]
         length, pressed = self.length[j], ends[0] + ends[1] + self.tensile[j] * self.length[j]
@@ -533,7 +545,7 @@ class _Programme:
         return bool(worse.any() and (excess / self.unit).max() > allowed)
 
     def _single_corners(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Find corners that touch an edge singly: vertices, edges, normals (k, 2)."""
+        """Return vertices, edges and normals (k, 2) of corners on edges that belong to no joint."""
         scene, contacts = self.scene, self.scene.contacts(0)
         vertex, edge = contacts["vertex"], contacts["edge"]
         places, normals = scene.contact_points(0, contacts)
@@ -554,7 +566,7 @@ class _Programme:
         return vertex[kept], edge[kept], normals[kept]
 
     def _equilibrium_columns(self, block, place, force) -> coo_array:
-        """Return the equilibrium columns of unit forces at positions, both (k, 2)."""
+        """Return one column of forces and moments on all blocks per unit force at a position."""
         arm = (place - self.centres[block]) / self.radii[block, None]
         moment = arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]
         values = np.column_stack([force, moment]).ravel()
@@ -563,7 +575,7 @@ class _Programme:
         return coo_array((values, (rows, columns)), shape=(3 * len(self.polygons), len(block)))
 
     def _reaction_columns(self) -> coo_array:
-        """Return the columns of the reactions of fixed points and of the ends of fixed edges."""
+        """Return the equilibrium columns of the reactions of fixed points and fixed edges."""
         held = []
         for group in self.scene.groups.get("fixed_point", []):
             place = np.array([group["x"], group["y"]], dtype=float)
@@ -572,12 +584,12 @@ class _Programme:
             held += [(block, place, force) for force in axes]
         held += self._supported_edges()
         if not held:
-            raise InputError("the blocks have no support")
+            raise InputError("the blocks have no support: add a &fixed_point or &boundary")
         block, place, force = zip(*held, strict=True)
         return self._equilibrium_columns(np.array(block), np.array(place), np.array(force))
 
     def _bolt_columns(self):
-        """Return names, columns and bounds of the axial forces of bolts."""
+        """Yield name, equilibrium column and bounds (N/m) of the axial force of each bolt."""
         for group in self.scene.groups.get("bolt", []):
             through = np.ravel(group.get("through", []))
             places = np.reshape([*group["from"], *through, *group["to"]], (-1, 2)).astype(float)
@@ -593,12 +605,12 @@ class _Programme:
             force = np.pad(along, ((0, 1), (0, 0))) - np.pad(along, ((1, 0), (0, 0)))
             most = group.get("yield_force")
             most = np.inf if most is None else float(most)
-            column = self._balance_rows(blocks, places, force).reshape(-1, 1)
+            column = self._block_forces(blocks, places, force).reshape(-1, 1)
             yield str(group["name"]).strip(), column, (-most if group.get("compression") else 0.0,
                                                         most)  # fmt: skip
 
     def _add_backfill(self, backfill: Backfill):
-        """Add the weight of backfill; yield columns and bounds of its horizontal pressures."""
+        """Add the weight of backfill to the dead load; yield columns and bounds of pressures."""
         scene = self.scene
         joined = {*scene.interfaces.first_edge, *scene.interfaces.second_edge}
         for edge, (begin, end) in enumerate(
@@ -610,13 +622,13 @@ class _Programme:
             if (found := backfill.forces(begin, end)) is not None:
                 place, weight, passive = found
                 block, most = [scene.owner[edge]], float(np.linalg.norm(passive))
-                self.dead += self._balance_rows(block, place[None], weight[None] / self.unit)
+                self.dead += self._block_forces(block, place[None], weight[None] / self.unit)
                 if most > 0.0:
-                    column = self._balance_rows(block, place[None], passive[None] / most)
+                    column = self._block_forces(block, place[None], passive[None] / most)
                     yield "", column.reshape(-1, 1), (0.0, most)
 
     def _block_at(self, place: np.ndarray, name: str) -> int:
-        """Find the block of this name or number, otherwise the first that contains the position."""
+        """Return the index of the block with a name or number, or else at a position."""
         if name in self.scene.names:
             return self.scene.names.index(name)
         if name.isdigit():
@@ -628,6 +640,7 @@ class _Programme:
         raise InputError(f"no block is at ({place[0]:g}, {place[1]:g})")
 
     def _supported_edges(self):
+        """Yield block, position and direction of each reaction at the ends of fixed edges."""
         kinds = engine_names("boundary kinds")
         at_rest = dict(zip(kinds, engine_names("boundary kinds at rest"), strict=True))
         usual = dict(zip(kinds, engine_names("boundary directions"), strict=True))
@@ -670,19 +683,20 @@ class _Programme:
     ) -> _Solution:
         """Maximise the factor up to `most` with |T| ≤ bound + slope N at each point.
 
-        With `binding` constraints of another solution as equations the factor is minimised.
+        If `binding` constraints of another solution are given, they become equations, and the
+        factor is minimised.
         """
         before, still = np.inf, 0
         for _ in range(_CUTS):
-            found = self._solve(slope, bound, most, prestress, binding)
+            found = self._solve_once(slope, bound, most, prestress, binding)
             still = still + 1 if abs(found.factor - before) <= _STILL * found.factor else 0
             before = found.factor
             if not self._add_tangents(found.normal, _LEFT if still >= rounds else 0.0):
                 return found
         raise ConvergenceError(f"the moment limits of joints do not converge in {_CUTS} rounds")
 
-    def _solve(self, slope, bound, most: float, prestress, binding) -> _Solution:
-        """Optimise the factor with the present tangents of crushing joints."""
+    def _solve_once(self, slope, bound, most: float, prestress, binding) -> _Solution:
+        """Solve the linear programme with the present tangents of crushing joints."""
         balance = hstack([self.balance, coo_array(self.live.reshape(-1, 1))], format="csc")
         n, size = len(slope), balance.shape[1]
         rest = coo_array((n, size - 2 * n))
@@ -712,7 +726,7 @@ class _Programme:
             options={"primal_feasibility_tolerance": 1e-9, "dual_feasibility_tolerance": 1e-9},
         )
         if found.status == 2:
-            raise InputError("no load of this pattern is in equilibrium with the blocks")
+            raise InputError("no factor of the load is in equilibrium with the joint strengths")
         if found.status != 0:
             raise ConvergenceError(f"the linear program has no solution: {found.message}")
         multipliers = found.eqlin.marginals[: balance.shape[0]]
@@ -747,10 +761,10 @@ class _Programme:
 
 
 def _undilated_limit(programme: _Programme, upper: _Solution) -> tuple[_Solution, int]:
-    """Return the lowest limit without dilation that is found, and the number of starts.
+    """Return the lowest limit without dilation from several starts, and their number.
 
-    The starts are the normal forces at the upper limit, and those under the weight alone that press
-    one block least, for each block in turn.
+    The starts are normal forces at the upper limit, and, for each block, normal forces under the
+    weight alone that load this block least.
     """
     blocks = len(programme.polygons)
     starts = [upper.normal] if upper.factor < _HELD else []
@@ -766,9 +780,9 @@ def _undilated_limit(programme: _Programme, upper: _Solution) -> tuple[_Solution
 
 
 def _find_limit(programme: _Programme, pressed: np.ndarray, tried: dict) -> _Solution | None:
-    """Find a limit by programmes with friction bounds of earlier normal forces; None: no limit.
+    """Return the limit without dilation from starting normal forces `pressed`; None if not found.
 
-    `tried` contains the limits of mechanisms by the constraints that these move.
+    `tried` contains the limits of mechanisms by their binding constraints.
     """
     for i in range(_PROGRAMMES):
         bound = np.maximum(0.0, programme.cohesion + programme.friction * pressed)
@@ -788,7 +802,7 @@ def _find_limit(programme: _Programme, pressed: np.ndarray, tried: dict) -> _Sol
 
 
 def _least_load(programme: _Programme, found: _Solution) -> _Solution | None:
-    """Find the smallest factor at which the mechanism of a solution is that of a limit, if any."""
+    """Return the limit with the mechanism of a solution and the smallest factor; None if none."""
     strength = programme.friction, programme.cohesion
     try:
         least = programme.solve(*strength, rounds=0, prestress=0.0, binding=found.binding)

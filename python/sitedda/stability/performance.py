@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The performance point of a capacity curve: the displacement that a spectrum demands.
+"""The performance point of a capacity curve: displacement demand of a spectrum.
 
-With φ the mechanism, 1 at the point of the curve, and d = Γ d*, Γ = Σmφ/Σmφ², virtual work of
-mechanism, inertia and the load λ g m gives d̈* + a*(d*) = −ü_g, a* = λ g.  (The Italian code has
-λ g/e*, e* ≤ 1, which is more where masses move unequally.)
+Let φ be the mechanism (1 at the point of the curve), Γ = Σmφ/Σmφ², d = Γ d*.  The principle of
+virtual work with inertia forces and the load λ g m yields d̈* + a*(d*) = −ü_g, a* = λ g.  (The
+Italian code uses λ g/e*, e* ≤ 1, which is larger if masses have different displacements.)
 
-- 'n2' (Fajfar 2000, Earthquake Spectra 16; EN 1998-1, annex B): an elastic and ideally plastic
-  oscillator through 0.6 of the peak, of the same energy up to 0.8 of the peak behind it.  Demand:
-  S_De(T*), multiplied for T* < T_C by (1 + (q − 1) T_C/T*)/q.
+- 'n2' (Fajfar 2000, Earthquake Spectra 16; EN 1998-1, annex B): an elastic–perfectly plastic
+  oscillator, with the secant stiffness at 0.6 of the peak and the same energy up to 0.8 of the peak
+  on the falling branch.  Demand: S_De(T*), for T* < T_C multiplied by (1 + (q − 1) T_C/T*)/q.
 - 'mechanism' (Italian code, Circolare 2019, C8.7.1.2): rocking on a falling curve.  Capacity
-  d_u = 0.4 d₀, d₀ where resistance ends; demand S_De(T_s), T_s = 2π √(d_s/a_s), d_s = 0.4 d_u.
+  d_u = 0.4 d₀, with zero resistance at d₀; demand S_De(T_s), T_s = 2π √(d_s/a_s), d_s = 0.4 d_u.
 """
 
 import math
@@ -22,11 +22,11 @@ from ..base.errors import InputError
 from .pushover import Pushover
 
 METHODS = ("n2", "mechanism")
-_ELASTIC, _LEFT = 0.6, 0.8  # fractions of the peak: elastic secant, end of the capacity
+_ELASTIC, _LEFT = 0.6, 0.8  # fractions of the peak at the secant stiffness and at the capacity
 _CAPACITY, _SECANT = 0.4, 0.4  # ratios d_u/d₀ and d_s/d_u
-_LATE = 0.75  # fraction of the falling branch beyond which it is extrapolated to zero
-_PERIODS = np.geomspace(0.01, 10.0, 3001)  # periods for the corner period and the picture, s
-_LEAST = 0.1  # smallest displacement of the point over the largest of a block
+_LATE = 0.75  # fraction of the falling branch after which a line is fitted and extrapolated to 0
+_PERIODS = np.geomspace(0.01, 10.0, 3001)  # periods in the search of T_C and in the picture, s
+_LEAST = 0.1  # smallest ratio of the displacement of the point to the largest displacement
 _PLATEAU = 1e-3  # relative tolerance of the largest pseudo-velocity
 
 
@@ -43,9 +43,9 @@ class Performance:
     demand, capacity : float
         Displacements d* of the oscillator, m.
     at_point : float
-        The demand as displacement of the point of the curve, m.
+        Demand as displacement of the point of the curve, Γ d*, m.
     curve, equivalent : ndarray, shape (k, 2)
-        d* (m) and a* (m/s²): of the pushover, and of the oscillator.
+        d* (m) and a* (m/s²) of the pushover and of the equivalent oscillator.
     spectrum : ndarray, shape (periods, 2)
         Elastic S_De (m) and S_Ae (m/s²).
     """
@@ -66,11 +66,11 @@ class Performance:
 
     @property
     def margin(self) -> float:
-        """Return the capacity over the demand."""
+        """Return the ratio of capacity to demand."""
         return self.capacity / self.demand if self.demand else math.inf
 
     def __str__(self) -> str:
-        """Return the verdict in one sentence."""
+        """Return the verdict, demand, capacity and margin in a sentence."""
         return (
             f"{'stands' if self.stands else 'fails'} ({self.method}): demand "
             f"{1e3 * self.demand:.4g} mm, capacity {1e3 * self.capacity:.4g} mm at T = "
@@ -92,14 +92,14 @@ def performance_point(found: Pushover, spectrum, *, method: str = "n2") -> Perfo
     ----------
     found : Pushover
     spectrum : callable or (array_like, array_like)
-        Elastic acceleration S_Ae (m/s²) of periods (s); or periods and values, straight between.
+        Elastic acceleration S_Ae (m/s²) as a function of periods (s); or periods and values, which
+        are interpolated linearly.
     method : {'n2', 'mechanism'}
 
     Raises
     ------
     InputError
-        If the method is not known, the spectrum is not one, or the curve does not fall although
-        'mechanism' needs it to.
+        If the method or spectrum is invalid, or the curve does not fall as 'mechanism' requires.
 
     Examples
     --------
@@ -122,7 +122,7 @@ def performance_point(found: Pushover, spectrum, *, method: str = "n2") -> Perfo
 
 
 def _spectrum_function(given) -> Callable:
-    """Return S_Ae as a function of periods."""
+    """Return S_Ae (m/s²) as a function of periods (s); raise InputError if it is invalid."""
     if callable(given):
         return given
     try:
@@ -136,12 +136,13 @@ def _spectrum_function(given) -> Callable:
 
 
 def _equivalent_oscillator(found: Pushover) -> tuple[float, np.ndarray, np.ndarray]:
-    """Return Γ, d* (m) and a* (m/s²) of a curve up to the end of its resistance."""
+    """Return Γ, d* (m) and a* (m/s²) of a curve, at points with positive resistance."""
     peak = int(np.argmax(found.factor))
     begin = peak if found.displacement[-1] != found.displacement[peak] else 0
     way = found.displacement[-1] - found.displacement[begin]
     if not way > _LEAST * found.largest[-1]:
-        raise InputError("the measured point hardly moves in the mechanism: choose another point")
+        raise InputError("the measured point moves by less than 0.1 of the largest displacement of "
+                         "the mechanism: choose another point")  # fmt: skip
     shape = found.sense * found.mechanism[:, 0] / way
     mass, square = float(found.masses @ shape), float(found.masses @ shape**2)
     good = found.factor > 0.0
@@ -150,7 +151,7 @@ def _equivalent_oscillator(found: Pushover) -> tuple[float, np.ndarray, np.ndarr
 
 
 def _plastic_oscillator(displacement: np.ndarray, resistance: np.ndarray):
-    """Return period, capacity, corners and strength of the ideally plastic oscillator."""
+    """Return T* (s), capacity (m), corners and strength (m/s²) of the method 'n2'."""
     peak = int(np.argmax(resistance))
     rising = slice(0, peak + 1)
     secant = float(np.interp(_ELASTIC * resistance[peak], np.maximum.accumulate(resistance[rising]),
@@ -169,11 +170,11 @@ def _plastic_oscillator(displacement: np.ndarray, resistance: np.ndarray):
 
 
 def _rocking_oscillator(displacement: np.ndarray, resistance: np.ndarray):
-    """Return period, capacity, corners and strength for rocking on a falling curve."""
+    """Return T_s (s), capacity (m), corners and strength (m/s²) of the method 'mechanism'."""
     peak = int(np.argmax(resistance))
     behind, falling = displacement[peak:], resistance[peak:]
     if len(falling) < 3 or not falling[-1] < _LEFT * falling[0]:
-        raise InputError("method = 'mechanism' needs a curve that falls below 0.8 of its peak: "
+        raise InputError("method = 'mechanism' requires a curve that falls below 0.8 of its peak: "
                          "increase the displacement, or use 'n2'")  # fmt: skip
     late = behind >= behind[0] + _LATE * (behind[-1] - behind[0])
     slope, height = np.polyfit(behind[late], falling[late], 1)
@@ -186,7 +187,7 @@ def _rocking_oscillator(displacement: np.ndarray, resistance: np.ndarray):
 
 
 def _inelastic_demand(elastic: float, period: float, strength: float, values: np.ndarray) -> float:
-    """Return the displacement of the plastic oscillator: elastic beyond T_C, otherwise more."""
+    """Return the displacement demand of the plastic oscillator, m; `elastic` is S_De, m."""
     velocity = values * _PERIODS
     corner = float(_PERIODS[np.argmax(velocity >= (1 - _PLATEAU) * velocity.max())])
     reduction = elastic * (2 * math.pi / period) ** 2 / strength

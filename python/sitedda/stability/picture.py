@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draw mechanisms of failure: verdict and displacement of each block."""
+"""Pictures of mechanisms, capacity curves and performance points."""
 
 import numpy as np
 from matplotlib.collections import LineCollection, PolyCollection
@@ -9,19 +9,19 @@ from ..report.layout import Head, headline, plain
 from ..report.style import BLUE, EDGE, INK, RED, STONE, new_figure
 
 FILLS = {"stable": STONE, "slides": "#8fb8de", "topples": "#e59a86"}
-_LONGEST_ARROW = 0.12  # length of the longest arrow over the size of the model
+_LONGEST_ARROW = 0.12  # length of the longest arrow as a fraction of the size of the model
 
 
 def draw_mechanism(found, axes=None, title: str = "", words: str = ""):
-    """Draw a mechanism: blocks at rest coloured by their verdicts, with displacement arrows.
+    """Draw a mechanism: undisplaced blocks, coloured by their verdicts, and displacement arrows.
 
     Parameters
     ----------
     found : Mechanism or Limit
     axes : matplotlib.axes.Axes, optional
-        By default, a new figure is created.
+        Axes to draw in; default: those of a new figure.
     title, words : str
-        Title, and subtitle below.
+        Title and subtitle.
 
     Returns
     -------
@@ -55,7 +55,7 @@ def draw_mechanism(found, axes=None, title: str = "", words: str = ""):
 
 
 def _draw_blocks(axes, polygons, verdicts, width: float) -> None:
-    """Draw blocks coloured by their verdicts."""
+    """Draw blocks coloured by their verdicts; `width` is that of their outlines in points."""
     fills = [FILLS[verdict] for verdict in verdicts]
     axes.add_collection(
         PolyCollection(polygons, facecolors=fills, edgecolors=EDGE, linewidths=width)
@@ -63,7 +63,7 @@ def _draw_blocks(axes, polygons, verdicts, width: float) -> None:
 
 
 def _draw_lines(axes, lines) -> list:
-    """Draw bolts and water; return one handle for each kind."""
+    """Draw bolts and water surfaces; return one handle per kind for the legend."""
     handles = {}
     for kind, line in lines:
         style = {"color": INK, "lw": 1.6} if kind == "bolt" else {"color": BLUE, "ls": "--"}
@@ -72,7 +72,7 @@ def _draw_lines(axes, lines) -> list:
 
 
 def _draw_thrust(axes, found, thrust: np.ndarray):
-    """Draw the line of thrust, wide where the force is large, from joint to joint of each block."""
+    """Draw the line of thrust through the joints of each block; its width shows the force."""
     segments, forces = [], []
     for i in range(len(found.polygons)):
         mine = thrust[(thrust[:, :2] == i).any(axis=1)]
@@ -88,19 +88,19 @@ def _draw_thrust(axes, found, thrust: np.ndarray):
 
 
 def _count_verdicts(verdicts) -> list[Patch]:
-    """Return the colour of each verdict that occurs, and its number of blocks."""
+    """Return legend handles with colour and number of blocks of each verdict that occurs."""
     return [Patch(fc=fill, ec=EDGE, label=f"{name}: {verdicts.count(name)}")
             for name, fill in FILLS.items() if name in verdicts]  # fmt: skip
 
 
 def pushover_figure(found, limits=None):
-    """Draw a capacity curve, its energies, and the blocks at its end.
+    """Draw a capacity curve, the energy dissipated by slip, and the blocks at the end.
 
     Parameters
     ----------
     found : Pushover
     limits : Limits, optional
-        Drawn beside the curve.
+        Limits to draw as horizontal lines L (lower) and U (upper).
 
     Returns
     -------
@@ -120,7 +120,7 @@ def pushover_figure(found, limits=None):
               ylabel=what.get(found.load, "horizontal load / weight"))  # fmt: skip
     right = curve.twinx()
     right.plot(way, found.friction, color=RED, lw=0.8)
-    right.set_ylabel("lost by slip (J/m)", color=RED)
+    right.set_ylabel("dissipated by slip (J/m)", color=RED)
     _draw_blocks(blocks, found.polygons, found.block_verdicts, 0.6)
     blocks.autoscale()
     blocks.set(aspect="equal", xlabel="x (m)", ylabel="y (m)")
@@ -131,7 +131,7 @@ def pushover_figure(found, limits=None):
 
 
 def performance_figure(found):
-    """Draw a capacity curve, its equivalent oscillator and the spectrum over displacement.
+    """Draw capacity curve, equivalent oscillator and elastic spectrum over displacement.
 
     Parameters
     ----------

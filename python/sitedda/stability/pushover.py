@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pushover: follow a load proportional to the weight beyond its peak by static steps.
+"""Pushover: static steps follow a load that is proportional to the weight, also after its peak.
 
-Each step starts with zero velocity, so that unbalanced blocks move by d = M⁻¹ F Δt², which
-determines the inertia forces.  With f the load at a factor of 1, the virtual work of the
-displacements of the step gives the factor at equilibrium, λ − Σ d·M d/(Δt² Σ f·d).  The next factor
-is this one plus an excess, chosen such that the named point moves by the wanted displacement per
-step.  If the point hardly moves, the block with the largest displacement controls the step.
-Displacement thus controls the load also if a mechanism without the point collapses. The forces of a
-step are in equilibrium at its start, so the curve of a mechanism is exact.
+Each step starts with zero velocity, so unbalanced forces F displace blocks by d = M⁻¹ F Δt².  Let f
+be the load at a factor of 1.  The virtual work of forces and inertia forces yields the factor at
+equilibrium, λ − Σ d·M d/(Δt² Σ f·d).  The next factor is this factor plus an excess, with which
+the measured point moves by the required displacement per step.  If another block moves much
+farther than the point, this block controls the step.  Forces are in equilibrium at the start of a
+step, so the curve of a mechanism is exact.
 """
 
 import math
@@ -26,21 +25,21 @@ from .safety import _judge_blocks
 from .strength import static_model
 
 LOADS = ("horizontal", "tilt", "mode")
-_EXCESS = 0.005  # excess load of a step over the weight
-_FIRST, _LEAST = 0.01, 0.05  # first factor; smallest factor to which changes are relative
+_EXCESS = 0.005  # excess of the factor at which a mechanism moves by one step of displacement
+_FIRST, _LEAST = 0.01, 0.05  # first factor; smallest factor in relative changes of the factor
 _MOST = 0.02  # largest excess, as a fraction of the factor
-_BACK = 0.5  # smallest next factor over the factor at equilibrium
-_STEADY = 1.5  # largest excess over _EXCESS; above it, friction differs from static equilibrium
-_SMALLEST = 1e-4  # smallest excess over _EXCESS
-_MORE = 1.5  # largest ratio of the excesses of two steps
-_SHORTEST = 1e-3  # smallest fraction of the time step before a step counts as not converged
-_LOOKS, _TO_PEAK = 6, 500  # largest number of steps over the requested number, and before the peak
-_HARDLY = 0.2  # fraction of the largest displacement below which the point does not control
-_ELASTIC = 0.1  # fraction of the target displacement of a step below which it is elastic
-_PARTED = 3.0  # the run ends if a block moves by this factor of the requested displacement
-_STILL = 1e-3  # fraction of the largest modal displacement below which a block is fixed
+_BACK = 0.5  # smallest ratio of the next factor to the factor at equilibrium
+_STEADY = 1.5  # largest excess over _EXCESS at which friction is that of static equilibrium
+_SMALLEST = 1e-4  # smallest excess, as a fraction of the factor
+_MORE = 1.5  # largest ratio of the excesses of successive steps
+_SHORTEST = 1e-3  # fraction of the time step below which a step counts as not converged
+_LOOKS, _TO_PEAK = 6, 500  # largest number of steps: _TO_PEAK + _LOOKS × requested number
+_HARDLY = 0.2  # fraction of the largest displacement below which the point does not control a step
+_ELASTIC = 0.1  # steps with less than this fraction of their target displacement count as elastic
+_PARTED = 3.0  # ratio of the largest displacement of a block to the requested one that ends the run
+_STILL = 1e-3  # fraction of the largest modal displacement below which a block does not move
 _UNCONVERGED = "a step does not converge"
-_BY_THEMSELVES = "blocks move without more load; more steps may follow the motion farther"
+_BY_THEMSELVES = "blocks move without further load; try more steps to follow the motion"
 _TILT = math.radians(89.0)  # largest angle of a tilting table
 
 
@@ -53,33 +52,33 @@ class Pushover:
     load : str
         'horizontal', 'tilt' or 'mode'.
     sense : int
-        Of the load along x: 1 or −1.
+        Sense of the load along x: 1 or −1.
     point : str
-        Of the curve.
+        Measured point whose displacement the curve shows.
     displacement : ndarray, shape (steps,)
-        Of that point along the load, m.
+        Displacement of this point along the load, m.
     largest : ndarray, shape (steps,)
         Largest displacement of the centroid of a block, m.
     factor : ndarray, shape (steps,)
-        Load over the weight at which the blocks are in balance; of a tilt its tangent.
+        Ratio of load to weight at equilibrium; tangent of the angle for 'tilt'.
     work : ndarray, shape (steps,)
-        Of the load, J/m.
+        Work of the load, J/m.
     friction : ndarray, shape (steps,)
         Energy dissipated by slip, J/m.
     mass : float
-        Of the blocks that are loaded, kg/m.
+        Total mass of the blocks, kg/m.
     names, verdicts : tuple of str
-        Of blocks and bodies; 'stable', 'slides' or 'topples', between peak and end.
-    mechanism : ndarray, shape (blocks, 3)
-        Displacement from the peak to the end: x, y (m), rotation (rad).
+        Name and motion from peak to end ('stable', 'slides' or 'topples') of each body.
+    mechanism : ndarray, shape (bodies, 3)
+        Displacement from peak to end: x, y (m), rotation (rad).
     block_verdicts : tuple of str
-        The same of each block, those of a body alike.
+        Verdict of the body of each block.
     polygons : list of ndarray
         Blocks at the end, shape (vertices, 2), m.
     ending : str
-        Reason why the curve ends there.
-    masses : ndarray, shape (blocks,)
-        Of blocks and bodies, kg/m.
+        Reason for the end of the curve.
+    masses : ndarray, shape (bodies,)
+        Masses of the bodies, kg/m.
     pull : float
         Gravity, m/s².
     """
@@ -104,7 +103,7 @@ class Pushover:
 
     @property
     def peak(self) -> float:
-        """Return the largest load over the weight."""
+        """Return the largest factor."""
         return float(self.factor.max())
 
     @property
@@ -118,7 +117,7 @@ class Pushover:
         return not self.ending.startswith(_UNCONVERGED)
 
     def __str__(self) -> str:
-        """Return peak, energies, mechanism and end, one line each."""
+        """Return four lines: peak, end, energies and mechanism."""
         counts = {word: self.verdicts.count(word) for word in ("stable", "slides", "topples")}
         moves = ", ".join(f"{n} {word}" for word, n in counts.items() if n)
         what = {"tilt": "tangent of the tilt", "mode": "load in the first mode over the weight",
@@ -126,7 +125,7 @@ class Pushover:
         return "\n".join([
             f"peak: {what} {self.peak:.4g} at {1e3 * self.at_peak:.4g} mm of {self.point}",
             f"end: {self.factor[-1]:.4g} at {1e3 * self.displacement[-1]:.4g} mm: {self.ending}",
-            f"energy: work of the load {self.work[-1]:.4g} J/m, lost by slip "
+            f"energy: work of the load {self.work[-1]:.4g} J/m, dissipated by slip "
             f"{self.friction[-1]:.4g} J/m",
             f"mechanism: {moves}",
         ])  # fmt: skip
@@ -142,12 +141,12 @@ class Pushover:
         )
 
     def draw(self, limits=None):
-        """Draw the curve, its energies and the blocks at the end; return the figure.
+        """Draw the curve, the energy dissipated by slip and the blocks at the end.
 
         Parameters
         ----------
         limits : Limits, optional
-            Of `limit_analysis`, drawn beside the curve.
+            Result of `limit_analysis` to draw with the curve.
         """
         from .picture import pushover_figure
 
@@ -169,27 +168,28 @@ def pushover(
     Parameters
     ----------
     source : path or Model
-        It must reach equilibrium under its weight; static stages act, motions do not.
+        Input; it must reach equilibrium under its weight.  Its static stages are computed first;
+        motions are ignored.
     point : str
         Name of a &measured_point.
     load : {'horizontal', 'tilt', 'mode'}
-        A horizontal body force on all blocks; gravity that leans, as on a tilting table; or a
-        horizontal force of each block as its mass times its displacement in the first mode of the
-        model with bonded contacts, scaled so that the forces of the blocks that move add up to
-        their weight.
+        'horizontal': horizontal body force on all blocks; 'tilt': rotated gravity, as on a tilting
+        table; 'mode': horizontal forces proportional to mass × displacement in the first mode with
+        bonded contacts, whose sum is the weight of the blocks that move in this mode.
     sense : {1, -1}
-        Of the load along x.
+        Sense of the load along x.
     displacement : float, optional
-        Of the point along the load, at the end, m (a tenth of its height above the lowest vertex).
+        Displacement of the point along the load at the end, m; default: a tenth of its height above
+        the lowest vertex.
     steps : int
-        In that displacement; elastic ones before them are smaller.
+        Number of steps to this displacement; elastic steps, which are smaller, are not counted.
     changes : mapping, optional
-        Variables to change first, see `Simulation`.
+        Changes of the input, see `Simulation`.
 
     Raises
     ------
     InputError
-        If an argument cannot be used.
+        If an argument is invalid.
     ConvergenceError
         If the model does not reach equilibrium under its weight.
     """
@@ -204,7 +204,7 @@ def pushover(
 
 @dataclass(frozen=True)
 class _LoadedBlocks:
-    """The blocks of a model, and the load of each over its weight at a factor of 1."""
+    """The blocks of a model; `pattern`: ratio of load to weight of each at a factor of 1."""
 
     bodies: Bodies
     mass: np.ndarray
@@ -215,7 +215,7 @@ class _LoadedBlocks:
 
     @classmethod
     def of(cls, model: Model, load: str) -> "_LoadedBlocks":
-        """Return the loaded blocks of a model."""
+        """Return the blocks of a model under one of `LOADS`."""
         with Simulation(model) as first:
             scene, polygons, centres = Scene.of(first), first.polygons, first.coordinates[:, :2]
             density = [float(group["density"]) for group in scene.groups["material"]]
@@ -229,7 +229,7 @@ class _LoadedBlocks:
 
 
 def _mode_forces(first: Simulation, mass: np.ndarray) -> np.ndarray:
-    """Return the first mode along x, scaled to forces equal to the weight that moves."""
+    """Return forces over weights of the load 'mode', shape (blocks,); see `pushover`."""
     from ..engine.checking import modes
 
     shape = modes(first, 1).shapes[0][:, 0]
@@ -240,14 +240,14 @@ def _mode_forces(first: Simulation, mass: np.ndarray) -> np.ndarray:
 
 
 class _PushoverRun:
-    """A model and the variable load on it."""
+    """The run of a pushover: a model, its variable load and the measured point."""
 
     def __init__(self, model: Model, point: str, load: str, sense: int, end, steps: int):
         self.load, self.sense, self.point, self.steps = load, sense, point, steps
         gravity = (0.0, 0.0) if model.control.gravity is None else model.control.gravity
         self.pull = -float(gravity[1])
         if gravity[0] or not self.pull > 0:
-            raise InputError("a pushover needs gravity along −y")
+            raise InputError("a pushover requires gravity along −y: set gravity of &control")
         points = {one.name: one for one in model.groups if one._name == "measured_point"}
         if point not in points:
             raise InputError(f"point = {point!r} is not the name of a &measured_point; there are "
@@ -259,7 +259,7 @@ class _PushoverRun:
         self.model = self._with_static_stage(model)
 
     def _with_static_stage(self, model: Model) -> Model:
-        """Return the model with an added stage of static steps."""
+        """Return a copy of the model with static steps, in which the load increases."""
         pushed = model.copy()
         if self.load == "mode":
             for i, (x, y) in enumerate(self.blocks.centres, 1):
@@ -272,10 +272,10 @@ class _PushoverRun:
         return pushed
 
     def run(self) -> Pushover:
-        """Run all steps and return the capacity curve."""
+        """Compute all steps and return the capacity curve."""
         rows, states, ending = [], [], ""
         excess, factor, work, moved, far = _FIRST, _FIRST, 0.0, 0.0, 0.0
-        # Of each step: displacement of the controlling point or block, factor at equilibrium.
+        # Controlling displacement and factor at equilibrium of each step.
         steps: list[tuple[float, float]] = []
         with Simulation(self.model) as run:
             start = before = run.coordinates
@@ -316,14 +316,14 @@ class _PushoverRun:
         return self._make_pushover(rows, states, polygons, ending)
 
     def _controlling_displacement(self, change: np.ndarray, own: float) -> float:
-        """Return the controlling displacement of a step: of the point or of another block."""
+        """Return the displacement of the point, or of a block if it moves much farther, m."""
         most = float(np.hypot(*change[:, :2].T).max())
         return max(abs(own) if abs(own) > _HARDLY * most else most, 1e-12 * self.end)
 
     def _next_load_excess(
         self, excess: float, factor: float, steps: list[tuple[float, float]]
     ) -> float:
-        """Return the excess of the next factor over equilibrium, which moves a mechanism."""
+        """Return the excess of the next factor over the factor at equilibrium."""
         (way, balance), wanted = steps[-1], self.end / self.steps
         next_one = _MORE * excess
         if way > _ELASTIC * wanted:
@@ -332,9 +332,9 @@ class _PushoverRun:
         return min(max(next_one, least), most)
 
     def _end_reason(self, done: bool, moved: float, far: float, name: str, balance: float) -> str:
-        """Return the reason why the run ends after this step; empty if it continues."""
+        """Return the reason for the end of the run after a step; empty if the run continues."""
         if balance <= 0:
-            return "collapse: no resistance is left"
+            return "collapse: the resistance is zero"
         if abs(moved) >= self.end:
             return "the target displacement is reached"
         if far >= _PARTED * self.end:
@@ -347,19 +347,19 @@ class _PushoverRun:
         return "the largest number of steps is reached" if done else ""
 
     def _squared_mass_norm(self, change: np.ndarray) -> float:
-        """Return d·M d of a step, kg m² per metre."""
+        """Return d·M d of the displacements d of a step, kg m²/m."""
         square = np.sum(change[:, :2] ** 2, axis=1)
         return float(np.sum(self.blocks.mass * square + self.blocks.polar * change[:, 2] ** 2))
 
     def _load_work(self, change: np.ndarray, factor: float) -> float:
-        """Return the work of the load at a factor of 1 over the displacements of a step, J/m."""
+        """Return the work of the load at a factor of 1 in a step, J/m."""
         weight, ways = self.pull * self.blocks.mass, change[:, :2]
         if self.load != "tilt":
             return float(self.sense * np.sum(weight * self.blocks.pattern * ways[:, 0]))
         return float(self.sense * np.sum(weight * ways[:, 0]) * math.cos(math.atan(factor)))
 
     def _apply_load(self, run: Simulation, factor: float) -> None:
-        """Apply the load at a factor."""
+        """Set gravity or forces of the run to the load at a factor."""
         if self.load == "horizontal":
             run.gravity = (self.sense * factor * self.pull, -self.pull)
         elif self.load == "tilt":
@@ -370,8 +370,9 @@ class _PushoverRun:
             run.change({f"load[push {i}].force_x": (f, f) for i, f in enumerate(forces, 1)})
 
     def _make_pushover(self, rows, states, polygons, ending: str) -> Pushover:
+        """Return the result from rows of the curve and coordinates of the blocks in each step."""
         if not rows:
-            raise ConvergenceError(f"the model cannot be pushed: {ending}")
+            raise ConvergenceError(f"the pushover has no step in equilibrium: {ending}")
         displacement, largest, factor, work, friction = np.array(rows).T
         change = states[-1] - states[int(np.argmax(factor))]
         if not abs(change).any():
@@ -386,7 +387,7 @@ class _PushoverRun:
 
 
 def _extrapolate_factor(steps: list[tuple[float, float]]) -> float:
-    """Extrapolate the factor at equilibrium to the end of the last step."""
+    """Return the factor at equilibrium, extrapolated to the end of the last step."""
     if len(steps) < 2:
         return steps[-1][1]
     (before, higher), (way, balance) = steps[-2:]

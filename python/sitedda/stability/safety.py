@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Factor of safety by strength reduction, and the mechanism in which a model fails.
 
-A model *stands* at a factor F if, with tan φ, c and T of all joints, and of all materials of law
-'mohr_coulomb', divided by F, each of its
-static stages reaches equilibrium (`docs/method.md`, statics), and no block has moved farther from
-its equilibrium with strong joints than a fraction of the median radius of blocks.  For cells of a
-body, the limit is this fraction of the radius of the body. The factor of safety is the largest such
-F, found by bisection; it may lie below 1.
+All strengths (tan φ, c and T of joints and of materials of law 'mohr_coulomb') are divided by a
+factor F.  The model *stands* at F if each static stage reaches equilibrium (`docs/method.md`,
+statics), and displacements from the equilibrium with strong joints are at most a fraction of the
+median radius of blocks.  For cells of a body, this is a fraction of the radius of the body.
+Bisection finds the factor of safety, which is the largest such F and may be less than 1.
 """
 
 import math
@@ -23,17 +22,17 @@ from .bodies import Bodies
 from .strength import Rest, come_to_rest, elastic_soils, lines_of, released, static_model, yielding
 
 _LEAST_REDUCTION, _MOST_REDUCTION = 2.0**-12, 2.0**12  # range of factors
-_BEYOND = 1.02  # factor of the mechanism over the factor at failure
+_BEYOND = 1.02  # ratio of the factor of the mechanism to the factor at failure
 _SETTLEMENT = 0.2  # largest displacement of a block up to the first equilibrium, over its radius
-_UNDISTURBED = 0.1  # fraction of the allowed displacement before the mechanism starts
-_SMALL = 0.01  # fraction of the area of the model below which a mechanism is called small
+_UNDISTURBED = 0.1  # largest displacement before a mechanism, as a fraction of the allowed one
+_SMALL = 0.01  # fraction of the area of the model below which a mechanism is small
 _NAMED = 4  # largest number of blocks that a sentence names
-_TOLD = 1e-6  # smaller components, over the largest, are shown as 0
-_TOO_FAR = 2.0  # factor of the allowed displacement at which a static stage ends
+_TOLD = 1e-6  # components below this fraction of the largest are shown as 0
+_TOO_FAR = 2.0  # ratio of the displacement that ends a static stage to the allowed displacement
 _STILL = 0.02  # fraction of the largest displacement below which a block is stable
-_TURNING = 0.03  # rotation × radius over displacement above which a block topples
-_STEP, _STEPS = 0.4, 3000  # time step of the motion, √(displacement / g), and its largest number
-_ELASTIC = 4  # steps in which elastic strains adapt to the new forces
+_TURNING = 0.03  # ratio of rotation × radius to displacement above which a block topples
+_STEP, _STEPS = 0.4, 3000  # time step over √(displacement / g); largest number of steps
+_ELASTIC = 4  # number of first steps, in which elastic strains adapt to the new forces
 
 
 @dataclass(frozen=True)
@@ -43,20 +42,20 @@ class Mechanism:
     Attributes
     ----------
     factor : float
-    displacement : ndarray, shape (blocks, 3)
-        x, y (m) and rotation (rad) of each block from equilibrium; means over bodies.
+    displacement : ndarray, shape (bodies, 3)
+        Mean displacement x, y (m) and rotation (rad) of each body from equilibrium.
     verdicts : tuple of str
-        Of each block: 'stable', 'slides' or 'topples'.
+        Motion of each body: 'stable', 'slides' or 'topples'.
     names : tuple of str
-        Of the blocks.
+        Names of the bodies.
     moves : bool
         Whether a block has moved by the displacement that counts as failure.
     polygons : list of ndarray
-        The blocks at equilibrium, shape (vertices, 2), m.
+        Outlines of the bodies at equilibrium, shape (vertices, 2), m.
     joint : str
-        Joint with the largest normal force between moving and stable blocks; empty: none.
+        Joint with the largest normal force between moving and stable blocks; empty if none.
     lines : list of (str, ndarray)
-        'bolt' or 'water', and its points, shape (points, 2), m.
+        Bolts and water: kind ('bolt' or 'water') and line, shape (points, 2), m.
     """
 
     factor: float
@@ -91,7 +90,7 @@ class Mechanism:
 
     @property
     def words(self) -> str:
-        """Return a phrase with the moving blocks, their fraction of the model and their joint."""
+        """Return a phrase with the moving blocks, their area and the joint on which they move."""
         moving, whole = self.areas
         names = self.moving
         shown = ", ".join(names[:_NAMED]) + (" …" if len(names) > _NAMED else "")
@@ -100,7 +99,7 @@ class Mechanism:
         return f"{shown} {verb}: {moving:.4g} m², {100 * moving / whole:.3g} % of the model{joint}"
 
     def to_dict(self) -> dict:
-        """Plain values."""
+        """Return numbers, texts and lists, for example for JSON."""
         return {
             "factor": self.factor,
             "moves": self.moves,
@@ -113,11 +112,11 @@ class Mechanism:
     def __str__(self) -> str:
         """Return a table of the blocks as text."""
         width = max(map(len, self.names))
-        head = f"{'block':{width}}  {'verdict':8} {'x (m)':>11} {'y (m)':>11} {'turn (°)':>11}"
-        least = _TOLD * float(abs(self.displacement).max(initial=0.0))  # smaller values become 0
+        head = f"{'block':{width}}  {'verdict':8} {'x (m)':>11} {'y (m)':>11} {'rotation (°)':>12}"
+        least = _TOLD * float(abs(self.displacement).max(initial=0.0))
         shown = np.where(abs(self.displacement) > least, self.displacement, 0.0)
         rows = [
-            f"{name:{width}}  {verdict:8} {x:11.4g} {y:11.4g} {math.degrees(turn):11.4g}"
+            f"{name:{width}}  {verdict:8} {x:11.4g} {y:11.4g} {math.degrees(turn):12.4g}"
             for name, verdict, (x, y, turn) in zip(self.names, self.verdicts, shown, strict=True)
         ]
         outcome = "moves" if self.moves else "does not move"
@@ -163,7 +162,7 @@ class Safety:
         return self.mechanism.draw(axes, found)
 
     def to_dict(self) -> dict:
-        """Plain values."""
+        """Return numbers, texts and lists, for example for JSON."""
         found = {
             "factor": self.factor,
             "stands_at": self.low,
@@ -183,7 +182,7 @@ class Safety:
 
     @property
     def words(self) -> str:
-        """Return the result in a sentence, with removed smaller mechanisms."""
+        """Return the result, and the removed smaller mechanisms, in a sentence."""
         removed = [
             f"removed, below least_area: {one.mechanism.words}, factor {one.factor:.4g}"
             for one in self.smaller
@@ -192,10 +191,11 @@ class Safety:
 
     @property
     def _result_words(self) -> str:
+        """Return the factor, its bracket and the mechanism in a sentence."""
         if math.isinf(self.high):
-            return f"stands at every strength down to 1/{self.low:g} of the given strength"
+            return f"stands even with all strengths divided by {self.low:g}"
         if self.low == 0.0:
-            return f"fails at any strength, also at {1 / self.high:g} times the given strength"
+            return f"fails even with all strengths multiplied by {1 / self.high:g}"
         found = self.mechanism
         moved = found is not None and "stable" in found.verdicts and found.areas[0] > 0.0
         small = moved and found.areas[0] < _SMALL * found.areas[1]
@@ -203,7 +203,7 @@ class Safety:
             f"factor of safety {self.factor:.4g}: stands with all strengths divided "
             f"by {self.low:.6g}, fails at {self.high:.6g}"
             + (f"; {found.words}" if moved else "")
-            + ("; give least_area for the factor of larger mechanisms" if small else "")
+            + ("; set least_area to find the factor of larger mechanisms" if small else "")
         )
 
     def __str__(self) -> str:
@@ -217,27 +217,28 @@ class Safety:
 
 
 def _are_moving(verdicts: tuple[str, ...]) -> np.ndarray:
-    """Return whether each block moves."""
+    """Return whether each body moves, shape (bodies,)."""
     return np.array(verdicts) != "stable"
 
 
 def bisect(
     stands: Callable[[float], bool], low: float, high: float, tolerance: float
 ) -> tuple[float, float]:
-    """Bisect a bracket between a value that stands and a value that fails.
+    """Bisect a bracket between a value at which a model stands and one at which it fails.
 
     Parameters
     ----------
     stands : callable
-        Whether it stands at a value.
+        Returns whether the model stands at a value.
     low, high : float
-        Stands and fails; `low` may be the larger one.
+        Values at which the model stands and fails; `low` may be the larger value.
     tolerance : float
-        Of the bracket, over its larger end.
+        Width of the last bracket as a fraction of its larger end.
 
     Returns
     -------
     low, high : float
+        Ends of the last bracket.
     """
     while abs(high - low) > tolerance * max(abs(low), abs(high)):
         middle = 0.5 * (low + high)
@@ -254,7 +255,7 @@ class _Trials:
         if self.removed:
             stage = model.of_kind("stage")[0]
             stage(remove=", ".join(filter(None, (stage.remove, *removed))))
-        with released(self.model, 1.0, None, 1.0, 1) as first:  # before any block has moved
+        with released(self.model, 1.0, None, 1.0, 1) as first:  # the undeformed model
             self.start = first.coordinates
             names = [name or f"block {i}" for i, name in enumerate(first.block_names, 1)]
             self.bodies = Bodies(first.polygons, first.block_bodies, names)
@@ -274,19 +275,19 @@ class _Trials:
         return self.share * np.where(many, radii, usual)[self.bodies.of]
 
     def largest(self, coordinates: np.ndarray, start: np.ndarray) -> tuple[float, float]:
-        """Return the motion closest to failure, and its displacement, m."""
+        """Return the displacement closest to failure, and its allowed value, m."""
         moved = self.moved(coordinates, start)
         most = int(np.argmax(moved / self.ways))
         return float(moved[most]), float(self.ways[most])
 
     def moved(self, coordinates: np.ndarray, start: np.ndarray) -> np.ndarray:
-        """Return displacement and radius × rotation of each block, shape (blocks,), m."""
+        """Return √(displacement² + (radius × rotation)²) of each block, shape (blocks,), m."""
         change = coordinates - start
         radii = self.bodies.radii[self.bodies.of]
         return np.hypot(np.hypot(change[:, 0], change[:, 1]), radii * change[:, 2])
 
     def stands(self, factor: float) -> bool:
-        """Return whether the model stands at a factor."""
+        """Run the static stages at a factor; return whether the model stands."""
         rest = come_to_rest(self.model, factor)
         if rest.stands:
             if self.reference is None:
@@ -306,12 +307,12 @@ class _Trials:
         return rest.stands
 
     def _end_early(self, allowed: float) -> None:
-        """End static stages of trials that cannot stand: a block has moved twice too far."""
+        """Make static stages end as soon as a block moves by twice the allowed displacement, m."""
         for stage in self.model.of_kind("stage"):
             stage(displacement=float(_TOO_FAR * allowed))
 
     def find_reference(self, factor: float) -> float | None:
-        """Find the first factor, from 1/4 downwards, at which the model reaches equilibrium."""
+        """Return the first of the factors 1/4, 1/64 … at which the model stands; None if none."""
         factor *= 0.25
         while factor >= _LEAST_REDUCTION:
             if self.stands(factor):
@@ -320,7 +321,7 @@ class _Trials:
         return None
 
     def undisturbed(self) -> float:
-        """Find the largest factor at which the model reaches equilibrium almost undisplaced."""
+        """Return the largest factor at which the model stands with small displacements."""
         good = []
         for one in self.done:
             if one.stands:
@@ -343,25 +344,25 @@ def safety(
     Parameters
     ----------
     source : path or Model
-        Namelist input.  Its dynamic stages count for what they change; motions do not act, and
-        loads are those of time 0.
+        Input.  Its dynamic stages become static; motions are ignored; loads have their values at
+        time 0.
     tolerance : float
-        Width of the bracket over its upper end.
+        Width of the last bracket as a fraction of its upper end.
     displacement : float
-        Largest displacement of a block at rest from where it rests with strong joints, of the
-        median radius of the blocks; of a cell of a body, of that body's radius.
+        Largest displacement of a block from the equilibrium with strong joints, over the median
+        radius of the blocks (of cells: over the radius of their body).
     least_area : float
-        Smallest area of a mechanism that counts, m².  The blocks of a smaller one are removed, and
-        the factor is that of the model without them.
+        Smallest area of a mechanism, m².  The blocks of smaller mechanisms are removed, and the
+        factor is that of the remaining model.
     changes : mapping, optional
-        Variables to change in the input, see `Simulation`.
+        Changes of the input, see `Simulation`.
     progress : callable, optional
         Called with each trial.
 
     Raises
     ------
     InputError
-        If the input cannot be run, or the model has no joint with strength.
+        If the input is invalid.
     """
     TOLERANCE.check("tolerance", tolerance)
     POSITIVE.check("displacement", displacement)
@@ -378,7 +379,7 @@ def safety(
 
 
 def _bisect_factor(trials: _Trials, tolerance: float) -> Safety:
-    """Bisect the smallest factor at which a model fails."""
+    """Find the factor of safety by bisection, and the mechanism of failure."""
     strong = trials.find_reference(1.0)
     if strong is None:
         lowest = trials.done[-1].factor
@@ -423,7 +424,10 @@ def mechanism(
 
 
 def _release_mechanism(trials: _Trials, factor: float, held: float | None) -> Mechanism:
-    """Release the model at a factor from equilibrium at another until it has moved far enough."""
+    """Return the motion of the model at a factor, from the equilibrium at the factor `held`.
+
+    Static steps are computed until a block has moved by the allowed displacement.
+    """
     gravity = trials.model.control.gravity
     pull = 0.0 if gravity is None else float(np.linalg.norm(gravity))
     unit = math.sqrt(float(trials.ways.min()) / (pull or 1.0))
@@ -444,19 +448,19 @@ def _release_mechanism(trials: _Trials, factor: float, held: float | None) -> Me
 
 
 def _joint_between(run: Simulation, of: np.ndarray, moving: np.ndarray, model: Model) -> str:
-    """Find the joint with the largest normal force between moving and stable bodies, or ''."""
+    """Return the joint with the largest normal force between moving and stable bodies, or ''."""
     contacts = run.contacts
     owner = np.repeat(np.arange(len(of)), [len(polygon) for polygon in run.polygons])
     sides = [moving[of[owner[contacts[end]]]] for end in ("vertex", "edge")]
     force = np.where(sides[0] != sides[1], contacts["normal_force"], 0.0)
     names = [joint.name for joint in model.of_kind("joint")]
-    # Weaker copies of the joints follow the original joints in the same order.
+    # The weaker copies of all joints follow the original joints in the same order.
     total = np.bincount(contacts["joint"] % len(names), force, len(names))
     return names[int(np.argmax(total))] if total.max() > 0.0 else ""
 
 
 def _judge_blocks(change: np.ndarray, radii: np.ndarray) -> tuple[str, ...]:
-    """Judge each block from its displacement and rotation."""
+    """Return 'stable', 'slides' or 'topples' for each block from displacement and rotation."""
     moved, turned = np.hypot(change[:, 0], change[:, 1]), radii * abs(change[:, 2])
     still = np.hypot(moved, turned) <= _STILL * np.hypot(moved, turned).max(initial=0.0)
     turns = turned > _TURNING * moved
@@ -464,21 +468,21 @@ def _judge_blocks(change: np.ndarray, radii: np.ndarray) -> tuple[str, ...]:
 
 
 def _find_warnings(mechanism: Mechanism | None, model: Model) -> str:
-    """Return warnings: no motion confirms the failure, or cells are too strong."""
+    """Return warnings about the mechanism, elastic soils and large yielding cells."""
     said = []
     if mechanism and not mechanism.moves:
         said.append(
-            "static stages fail, but the released model does not move far: the cause may not be a "
-            "lack of strength; see the trials"
+            "static stages fail, but the released model moves less than the allowed displacement: "
+            "the cause may not be a lack of strength; see the trials"
         )
     if elastic := elastic_soils(model):
         said.append(
-            f"soils of law 'hysteretic' are elastic here ({', '.join(elastic)}): only the curves "
-            "'hyperbolic' and 'gqh' have a shear strength"
+            f"soils of law 'hysteretic' are elastic in this analysis ({', '.join(elastic)}): only "
+            "the curves 'hyperbolic' and 'gqh' have a shear strength"
         )
     if mechanism and yielding(model):
         said.append(
-            "large cells that yield are too strong: compare the factor with that for cells of half "
+            "large cells overestimate the strength: compare the factor with that for cells of half "
             "the size"
         )
     return "; ".join(said)

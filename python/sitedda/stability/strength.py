@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Models with reduced strength, in equilibrium or released."""
+"""Static models with reduced strength: their equilibrium, and their motion from it."""
 
 from collections.abc import Mapping
 from contextlib import contextmanager
@@ -19,7 +19,7 @@ _TIME_ZERO = {
     "load": (("force_x", "force_y"), False),
     "traction": (("normal", "shear", "level"), False),
     "water": (("rise", "scale"), True),
-}  # groups that depend on time: their variables, and whether the end values continue
+}  # groups that depend on time: their variables; whether values are constant outside their times
 _DAMPING = ("damping_ratio", "reference_frequency", "damping_band", "mechanisms")  # of materials
 _DAMPING += ("rayleigh_alpha", "rayleigh_beta", "rayleigh_frequencies")
 _CURVES = ("curve", "plasticity_index", "mean_stress", "ocr", "reference_strain", "shear_strength",
@@ -35,13 +35,13 @@ class Rest:
     Attributes
     ----------
     factor : float
-        That tan φ, c and T are divided by.
+        Divisor of tan φ, c and T.
     stands : bool
         Whether all static stages reach equilibrium.
     words : str
         Description of the equilibrium, or of the blocks that still move.
     coordinates : ndarray or None
-        Block coordinates at rest, shape (blocks, 6).
+        Block coordinates at equilibrium, shape (blocks, 6).
     """
 
     factor: float
@@ -55,16 +55,16 @@ class Rest:
 
 
 def static_model(source, changes: Mapping | None = None) -> Model:
-    """Return a copy of a model with static stages only and loads fixed at time 0.
+    """Return a copy of a model with static stages only, and with loads as at time 0.
 
-    Dynamic stages that change the model become static; other dynamic stages are omitted.  A model
+    Dynamic stages that change the model become static; other dynamic stages are removed.  A model
     without stages gets one static stage.  Motions and references to them are removed.
 
     Parameters
     ----------
     source : path or Model
     changes : mapping, optional
-        Variables to change first, see `sitedda.changes.changed_input`.
+        Changes of the input, see `sitedda.changes.changed_input`.
     """
     from ..input.source import opened_input
 
@@ -89,7 +89,7 @@ def static_model(source, changes: Mapping | None = None) -> Model:
     for point in model.of_kind("fixed_point"):
         point(motion_x=None, motion_y=None)
     for material in model.of_kind("material"):
-        material(**dict.fromkeys(("initial_velocity", *_DAMPING)), **_elastic_replacement(material))
+        material(**dict.fromkeys(("initial_velocity", *_DAMPING)), **_static_soil(material))
     for boundary in model.of_kind("boundary"):
         _fix_boundary(boundary)
     for values in filter(None, stages):
@@ -99,10 +99,10 @@ def static_model(source, changes: Mapping | None = None) -> Model:
     return model
 
 
-def _elastic_replacement(material: Group) -> dict:
-    """Return the elastic replacement of a hysteretic soil for static stages.
+def _static_soil(material: Group) -> dict:
+    """Return the changes of a hysteretic soil for static stages; none for other materials.
 
-    If its curve ends at a shear strength, the solid has this cohesion and no friction.
+    A soil whose curve has a shear strength becomes a solid with this cohesion and no friction.
     """
     if material.law != "hysteretic" or material.curve not in _WITH_STRENGTH:
         return {}
@@ -113,7 +113,7 @@ def _elastic_replacement(material: Group) -> dict:
 
 
 def _shear_modulus(material: Group) -> float:
-    """Return the shear modulus at small strains, Pa."""
+    """Return the shear modulus of a material at small strains, Pa."""
     if material.shear_velocity is not None:
         return material.density * material.shear_velocity**2
     return material.young_modulus / (2 * (1 + material.poisson_ratio))
@@ -126,7 +126,7 @@ def elastic_soils(model: Model) -> list[str]:
 
 
 def _static_stage(group: Group) -> dict | None:
-    """Return the variables of a stage made static; empty if it has no effect."""
+    """Return the variables of a stage with kind 'static'; None if the stage changes nothing."""
     timed = ("duration", "steps", "time_step", "integration", "theta", "motions", "kind")
     values = {name: v for name, v in group.as_dict().items() if name not in timed}
     does_nothing = values.keys() <= {"name", "zero_displacements"}
@@ -134,9 +134,9 @@ def _static_stage(group: Group) -> dict | None:
 
 
 def _fix_boundary(boundary: Group) -> None:
-    """Replace absorbing boundaries by static supports; remove motions.
+    """Replace an absorbing boundary by static supports, and remove motions.
 
-    Level ground in equilibrium beyond a side is replaced by rollers.
+    Free-field ground beyond a side is replaced by rollers.
     """
     boundary(motion_x=None, motion_y=None, motion_is=None)
     kinds = engine_names("boundary kinds"), engine_names("boundary kinds at rest")
@@ -146,7 +146,10 @@ def _fix_boundary(boundary: Group) -> None:
 
 
 def _freeze_load(load: Group, names: tuple[str, ...], ends: bool) -> None:
-    """Fix a load at its value at time 0; outside its times it is zero or constant."""
+    """Set the variables `names` of a load to their values at time 0, for all times.
+
+    Outside its times, the load is constant if `ends`, otherwise zero.
+    """
     if load.time is None:
         return
     times = np.asarray(load.time, dtype=float)
@@ -162,29 +165,29 @@ def _freeze_load(load: Group, names: tuple[str, ...], ends: bool) -> None:
 def weakened(model: Model, factor: float) -> Model:
     """Return a copy of a model with the strengths of all joints and solids divided by a factor."""
     weak = model.copy()
-    for kind, group in _with_strength(weak):
+    for kind, group in _groups_with_strength(weak):
         group(**_divide_strength(kind, group, factor))
     return weak
 
 
-def _with_strength(model: Model) -> list[tuple[str, Group]]:
-    """Return the joints and the yielding materials, with their kinds."""
+def _groups_with_strength(model: Model) -> list[tuple[str, Group]]:
+    """Return joints and yielding materials with their kinds, 'joint' or 'material'."""
     joints = model.of_kind("joint")
     return [*(("joint", one) for one in joints), *(("material", one) for one in yielding(model))]
 
 
 def yielding(model: Model) -> list[Group]:
-    """Return the materials with a strength."""
+    """Return the materials that have a strength."""
     return [one for one in model.of_kind("material") if _divide_strength("material", one, 1.0)]
 
 
 def _divide_strength(kind: str, group: Group, factor: float) -> dict:
-    """Divide the strengths of a joint or a material by a factor, according to its law."""
+    """Return the strengths of a joint or material, divided by a factor, as its law defines."""
     return reduced_group(group_text(kind, group.as_dict()), factor)
 
 
 def come_to_rest(model: Model, factor: float) -> Rest:
-    """Test whether a static model reaches equilibrium with strengths divided by a factor."""
+    """Run a static model with strengths divided by a factor; return whether it stands."""
     try:
         with Simulation(weakened(model, factor)) as simulation:
             while not simulation.advance():
@@ -195,7 +198,7 @@ def come_to_rest(model: Model, factor: float) -> Rest:
 
 
 def lines_of(groups) -> list[tuple[str, np.ndarray]]:
-    """Collect bolts and water of input groups by kind: 'bolt' or 'water', and a line, m."""
+    """Return kind ('bolt' or 'water') and line, shape (points, 2), m, of bolts and water."""
     bolts = [[*group["from"], *np.ravel(group.get("through", [])), *group["to"]]
              for group in groups.get("bolt", [])]  # fmt: skip
     water = [group[name] for group in groups.get("water", []) for name in ("surface", "along")
@@ -213,24 +216,25 @@ def released(
     steps: int,
     removed: str | None = None,
 ):
-    """Yield a simulation in equilibrium at `held`, whose strength is next divided by `factor`.
+    """Yield a simulation in equilibrium at `held` whose strength decreases to that at `factor`.
 
-    Velocities are set to zero after each step, so that blocks move by F Δt²/M per step in the
-    direction of the unbalanced forces, without oscillation.
+    Velocities are set to zero after each step, so blocks move by F Δt²/M per step in the direction
+    of the unbalanced forces F, without oscillation.
 
     Parameters
     ----------
     model : Model
         A model with static stages only.
     factor : float
+        Divisor of the strengths.
     held : float or None
-        Factor at which the model reaches equilibrium; None: there is none, and it starts unloaded.
+        Factor at which the model reaches equilibrium; None: start without contact forces.
     time_step : float
-        s; Δt shrinks where it must.
+        Largest time step, s; steps that do not converge are shortened.
     steps : int
-        Of that Δt, at most.
+        Largest duration, in multiples of this time step.
     removed : str, optional
-        Blocks to remove if no factor is held, as `remove` of a stage.
+        Blocks to remove if `held` is None, as in `remove` of a stage.
 
     Yields
     ------
@@ -243,7 +247,7 @@ def released(
     if held is None:
         moving.clear("stage")
     else:
-        for kind, group in _with_strength(moving):
+        for kind, group in _groups_with_strength(moving):
             weak = f"{group.name} weaker"
             names[kind].append(f"{group.name} -> {weak}")
             values = group.as_dict() | _divide_strength(kind, group, factor / held) | {"name": weak}

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Quasi-static support movements: settlement, spreading or rotation in static increments.
 
-A step starts with zero velocity, so that its unbalanced force is M d/Δt²; Δt is so long that this
-is far below the weight.  The reaction balances gravity and the forces of the other blocks on the
-moved blocks.
+Each step starts with zero velocity, so the unbalanced force is M d/Δt².  The time step Δt is so
+long that this force is far below the weight.  The reaction balances gravity and the forces of the
+other blocks on the moved blocks.
 """
 
 import math
@@ -19,10 +19,10 @@ from ..engine.simulation import Simulation
 from ..output.scene import Scene
 from .strength import static_model
 
-_STEADY = 1e-6  # ratio of M/Δt² to the stiffness of contacts
-_FOLLOWS = 20.0  # largest fall of a block in a step, over the increment
-_EACH = 4  # static steps per increment; the supports move in the first
-_STEPS = Range(1, 1000, whole=True)  # an input has at most 4096 values of a motion
+_STEADY = 1e-6  # largest ratio of M/Δt² to the contact stiffness
+_FOLLOWS = 20.0  # smallest ratio of g Δt², the fall of a block in a step, to the increment
+_EACH = 4  # number of static steps per increment; the supports move in the first step
+_STEPS = Range(1, 1000, whole=True)  # a motion in an input has at most 4096 values
 
 
 @dataclass(frozen=True)
@@ -36,13 +36,13 @@ class Movement:
     reaction : ndarray, shape (increments, 2)
         Force of the supports on the moved blocks, N/m.
     displacement : ndarray, shape (increments, blocks, 3)
-        x, y (m) and rotation (rad) of all blocks.
+        Displacement x, y (m) and rotation (rad) of all blocks.
     names : tuple of str
-        Of the blocks.
+        Names of the blocks.
     polygons : list of ndarray
         Blocks at the end, shape (vertices, 2), m.
     ending : str
-        Reason for an early end; empty if complete.
+        Reason for an early end; empty if the movement is complete.
     """
 
     share: np.ndarray
@@ -68,29 +68,30 @@ def move_supports(
     steps: int = 50,
     changes: Mapping | None = None,
 ) -> Movement:
-    """Move the fixed points of some blocks quasi-statically and record the reaction.
+    """Move the fixed points of some blocks quasi-statically and compute the reaction.
 
     Parameters
     ----------
     source : path or Model
-        It must come to rest under its weight; static stages act, motions do not.
+        Input; it must reach equilibrium under its weight.  Its static stages are computed first;
+        motions are ignored.
     blocks : sequence of str
         Names of the blocks whose &fixed_point groups move.
     displacement : (float, float)
-        At the end, m.
+        Displacement at the end, m.
     rotation : float
-        At the end, about the mean of these points, rad.
+        Rotation at the end about the mean position of these points, rad.
     steps : int
-        Increments.
+        Number of increments.
     changes : mapping, optional
-        Variables to change first, see `Simulation`.
+        Changes of the input, see `Simulation`.
 
     Raises
     ------
     InputError
-        If a block is not known or has no fixed point.
+        If a block does not exist or has no fixed point.
     ConvergenceError
-        If the model does not come to rest under its weight.
+        If the model does not reach equilibrium under its weight.
     """
     _STEPS.check("steps", steps)
     way = np.array([FINITE.check("displacement", one) for one in displacement])
@@ -117,10 +118,10 @@ def move_supports(
 def _prescribe_movement(
     model: Model, blocks, way, rotation: float, steps: int, time_step: float
 ) -> None:
-    """Make the fixed points follow the movement; each increment moves in its first step."""
+    """Assign motions to the fixed points of blocks, in the first step of each increment."""
     points = [one for one in model.of_kind("fixed_point") if one.block in blocks]
     if missing := set(blocks) - {one.block for one in points}:
-        raise InputError(f"blocks: {min(missing)!r} has no &fixed_point with its name as block")
+        raise InputError(f"blocks: no &fixed_point has block = {min(missing)!r}")
     places = np.array([(one.x, one.y) for one in points], dtype=float)
     share = np.append(0.0, np.repeat(np.arange(1, steps + 1) / steps, _EACH))[:, None]
     angle = rotation * share
@@ -138,7 +139,7 @@ def _prescribe_movement(
 
 
 def _run_increments(model: Model, moved: list[int], mass: np.ndarray, steps: int) -> Movement:
-    """Run all increments, or until the model finds no equilibrium."""
+    """Compute all increments; end early if the model does not reach equilibrium."""
     shares, reactions, moves, ending = [], [], [], ""
     with Simulation(model) as run:
         start, begin = run.coordinates, run.time
@@ -161,7 +162,7 @@ def _run_increments(model: Model, moved: list[int], mass: np.ndarray, steps: int
 
 
 def _contact_force(run: Simulation, blocks: list[int]) -> np.ndarray:
-    """Return the force of the other blocks on some blocks, N/m."""
+    """Return the resultant of the contact forces of other blocks on `blocks`, N/m."""
     contacts, polygons = run.contacts, run.polygons
     owner = np.repeat(np.arange(len(polygons)), [len(polygon) for polygon in polygons])
     along = np.concatenate([np.roll(polygon, -1, axis=0) - polygon for polygon in polygons])

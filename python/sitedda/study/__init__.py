@@ -39,11 +39,11 @@ class _Study(ModuleType):
     """Module type of this package, which makes the package callable as `study`."""
 
     def __call__(self, *arguments, **more):
-        """See `sitedda.study.study`."""
+        """Run a study; see `sitedda.study.study`."""
         return self.study(*arguments, **more)
 
     def __dir__(self):
-        """Public names."""
+        """Return the public names."""
         return sorted([*_HOMES, "__doc__", "__name__", "__path__"])
 
 

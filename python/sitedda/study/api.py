@@ -41,53 +41,53 @@ def study(
     Parameters
     ----------
     model : path, Model or callable
-        Model to run; or a function of the parameters that returns numbers or arrays.
+        Model to run, or a function of the parameters that returns numbers or arrays.
     parameters : mapping, Axis or sequence of these
-        Lists of values by the names of the changed variables, such as
-        ``{"joint[bed].friction_angle": [25, 30, 35], "motion.scale": [1, 2]}``: all combinations,
-        a dimension each; ``{"phi": ("joint[*].friction_angle", [25, 30])}`` names the dimension.
-        Also `Records`, `Points`, and what `latin_hypercube`, `sobol`, `saltelli`,
-        `one_at_a_time` return.
+        Values of each variable, such as ``{"joint[bed].friction_angle": [25, 30, 35],
+        "motion.scale": [1, 2]}``.  Each variable becomes a dimension; all combinations are run.
+        ``{"phi": ("joint[*].friction_angle", [25, 30])}`` names the dimension.  Alternatives are
+        `Records`, `Points`, and the samples of `latin_hypercube`, `sobol`, `saltelli` and
+        `one_at_a_time`.
     results : str, callable, sequence or mapping of these
-        Results of each run, see `sitedda.study.measure`; all numbers of its verdict by
-        default.  Functions are of a `sitedda.Run`.
+        Results of each run, see `sitedda.study.measure`; default: all numbers of the verdict.
+        The argument of a function is a `sitedda.Run`.
     folder : path, optional
-        Of the study; finished cases are not run again.  A temporary one by default.
+        Folder of the study, whose finished cases are not run again; default: a temporary folder.
     fixed : mapping, optional
-        Changes of all cases.
+        Changes of the input in all cases.
     task : 'run', 'safety', 'accuracy' or callable
-        Instead of a run the factor of safety of the input, see `sitedda.safety`, or what a
-        function of its path returns, such as one that calls `sitedda.check`.
+        Instead of a run: the factor of safety (see `sitedda.safety`), error bars, or a function
+        of the path of the input.
     executor : concurrent.futures.Executor or dask.distributed.Client
-        Executor of the cases; processes of this machine by default.
+        Executor of the cases; default: processes on this machine.
     workers : int
-        Processes, one thread each (as many as this process may use processors).
+        Number of processes with one thread each; default: number of available processors.
     memory : float
-        Bytes that a process may allocate (its fraction of the free memory).
+        Bytes that a process may allocate; default: its fraction of the free memory.
     time_limit : float
-        s of the clock that a case may take.
+        Largest duration of a case, s (wall clock).
     keep : bool
-        Keep the outputs of the runs.
+        Whether to keep the outputs of the runs.
     retry : bool
-        Try cases again that have failed.
+        Whether to repeat failed cases.
     progress : bool or callable
-        Show a bar; or called with the numbers of cases that are done and that have failed.
+        Whether to show a progress bar; or a function of the numbers of ended and failed cases.
     table : path
         File of the table, netCDF or zarr.
     outputs : mapping of int to path, optional
-        Complete outputs of cases that this build has run, by the number of the case.
+        Complete outputs that this build has written, by the number of their case.
 
     Returns
     -------
     xarray.Dataset
-        Over the dimensions of the parameters; see `sitedda.study.collect`.
+        Results over the dimensions of the parameters; see `sitedda.study.collect`.
 
     Raises
     ------
     InputError
-        If a parameter or a quantity is not known.
+        If a parameter or a quantity does not exist.
     InterruptedRun
-        If it was stopped; another call with the same folder continues.
+        If a signal stops the study; another call with the same folder continues it.
     """
     plan = make_plan(model, parameters, results, folder, fixed, task)
     if workers is not None and (int(workers) != workers or workers < 1):
@@ -122,13 +122,13 @@ def gather(study, workers: int | None = None, show=None, retry: bool = False) ->
     Parameters
     ----------
     study : Plan or path
-        A plan that has been written, or the folder of one whose quantities are all names.
+        A written plan, or the folder of a plan without functions as quantities.
     workers : int
-        Processes.
+        Number of processes.
     show : callable, optional
-        Called with the numbers of cases that are done and that have failed.
+        Called with the numbers of ended and failed cases.
     retry : bool
-        Discard failed cases, so that the next submission repeats them.
+        Whether to discard failed cases, so that the next submission repeats them.
     """
     plan = study if isinstance(study, Plan) else plan_of_folder(study)
     work = Work(plan.folder, quantities=plan.quantities, again=retry, start=False)
@@ -138,7 +138,7 @@ def gather(study, workers: int | None = None, show=None, retry: bool = False) ->
 
 @contextmanager
 def _open_executor(executor, workers, memory, time_limit) -> Iterator:
-    """Yield the given executor, which stays open, or processes that end with the context."""
+    """Yield the given executor, which remains open, or a pool of processes, which is closed."""
     if executor is not None:
         yield executor.get_executor(pure=False) if hasattr(executor, "get_executor") else executor
         return
@@ -154,7 +154,7 @@ def _open_executor(executor, workers, memory, time_limit) -> Iterator:
 
 
 def free_memory() -> float:
-    """Return the bytes of memory that are free or can be freed."""
+    """Return the available memory of this machine, bytes."""
     for line in Path("/proc/meminfo").read_text().splitlines():
         if line.startswith("MemAvailable"):
             return 1024.0 * float(line.split()[1])
@@ -163,7 +163,7 @@ def free_memory() -> float:
 
 @contextmanager
 def shown(progress, count: int) -> Iterator[Callable | None]:
-    """Yield a function that shows the numbers of finished and failed cases."""
+    """Yield a function that shows the numbers of ended and failed cases."""
     if progress is not True:
         yield progress or None
         return

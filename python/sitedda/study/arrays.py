@@ -15,7 +15,7 @@ class Array:
     values : ndarray
     dims : tuple of str
     coordinates : dict of ndarray
-        By dimension.
+        Coordinate of each dimension.
     units : str
     """
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Axes of a study: the changes of parameters along each dimension of its table."""
+"""Axes of a study: changes of the input along each dimension of the table of results."""
 
 import re
 from collections import Counter
@@ -26,14 +26,14 @@ class Axis(Protocol):
     dims : dict of int
         Length of each dimension, in order.
     coordinates : dict
-        By name: dimensions, values and attributes, as `xarray.Variable` takes them.
+        Dimensions, values and attributes of each coordinate: the arguments of `xarray.Variable`.
     """
 
     dims: dict[str, int]
     coordinates: dict[str, tuple]
 
     def changes(self, place: tuple[int, ...]) -> dict:
-        """Return the changes at an index along the dimensions: values by name."""
+        """Return the changes at an index along the dimensions: value of each variable."""
         ...
 
 
@@ -44,12 +44,12 @@ class Points:
     Parameters
     ----------
     name : str
-        Of the dimension.
+        Name of the dimension.
     values : mapping of sequences
-        Values along the dimension by the name of what they change, such as
-        ``joint[bed].friction_angle``; all of the same length.
+        Values of each changed variable, such as ``joint[bed].friction_angle``, along the
+        dimension; all sequences have the same length.
     labels : mapping of str, optional
-        Names of their coordinates (by default derived from the names of the changes).
+        Name of the coordinate of each variable (default: derived from the variable).
     number : bool
         Whether the dimension has a coordinate of numbers from 0.
     """
@@ -66,8 +66,8 @@ class Points:
         self.values = {path: list(values) for path, values in self.values.items()}
         lengths = {len(values) for values in self.values.values()}
         if len(lengths) != 1 or 0 in lengths:
-            raise InputError(f"parameter {self.name!r}: give at least one value, and equally "
-                             "many of each variable")  # fmt: skip
+            raise InputError(f"parameter {self.name!r}: give at least one value, and the same "
+                             "number of values for each variable")  # fmt: skip
         self.dims = {self.name: lengths.pop()}
         self.labels = dict(short_names(self.values)) | dict(self.labels)
         self.coordinates = {
@@ -78,38 +78,39 @@ class Points:
             self.coordinates[self.name] = ((self.name,), np.arange(self.dims[self.name]), {})
 
     def changes(self, place: tuple[int, ...]) -> dict:
-        """Return the changes at an index: values by name."""
+        """Return the changes at an index: value of each variable."""
         return {path: values[place[0]] for path, values in self.values.items()}
 
 
 def checked_name(name: str) -> str:
-    """Return the name of a dimension; raise an error if it is not permitted."""
+    """Return the name of a dimension; raise InputError if it is invalid or reserved."""
     if not _NAME.fullmatch(name) or name in RESERVED:
-        why = "is reserved for the table" if name in RESERVED else "letters, digits and _ only"
+        why = "the table uses this name" if name in RESERVED else "use only letters, digits and _"
         raise InputError(f"{name!r} cannot name a parameter: {why}")
     return name
 
 
 def coordinate(values: Sequence) -> np.ndarray:
-    """Convert values of a parameter for the table: numbers stay, others become texts."""
+    """Convert values of a parameter to an array of numbers, or of texts if any is not a number."""
     if all(isinstance(v, int | float | np.number) and not isinstance(v, bool) for v in values):
         return np.asarray(values)
     return np.array([v if isinstance(v, str) else str(v) for v in values], dtype=object)
 
 
 def short_names(paths) -> dict[str, str]:
-    """Return short names of changes: the variable, with group and name if ambiguous.
+    """Return a short name of each variable: its last word, with more words if ambiguous.
 
-    ``{"material.clay.density": "density"}``.
+    Example: ``{"material.clay.density": "density"}``.
     """
     for take in (1, 2, None):
-        names = {path: _short_path(path, take) for path in paths}
+        names = {path: _short_name(path, take) for path in paths}
         if max(Counter(names.values()).values(), default=1) == 1:
             break
     return names
 
 
-def _short_path(path: str, take: int | None) -> str:
+def _short_name(path: str, take: int | None) -> str:
+    """Return the last `take` words of the path of a variable as a name; None: all words."""
     words = re.findall(r"\w+", path.replace("*", "all"))
     words = words if take is None else words[-take:]
     name = "_".join(words) or "parameter"
@@ -132,6 +133,7 @@ def axes_of(parameters) -> list[Axis]:
 
 
 def _axes_of_mapping(parameters: Mapping) -> list[Axis]:
+    """Return one axis for each parameter of a mapping; see `study`."""
     names = short_names([k for k, v in parameters.items() if not isinstance(v, Axis)])
     axes: list[Axis] = []
     for path, values in parameters.items():
@@ -141,11 +143,12 @@ def _axes_of_mapping(parameters: Mapping) -> list[Axis]:
         changed, name = path, names[path]
         if isinstance(values, tuple) and len(values) == 2 and isinstance(values[0], str):
             name, (changed, values) = path, values
-        axes.append(Points(name, {changed: _as_list(path, values)}, {changed: name}, number=False))
+        axes.append(Points(name, {changed: _listed(path, values)}, {changed: name}, number=False))
     return axes
 
 
-def _as_list(path: str, values) -> list:
+def _listed(path: str, values) -> list:
+    """Return the values of a parameter as a list; raise InputError for texts and scalars."""
     if isinstance(values, str) or not isinstance(values, Sequence | np.ndarray | range):
         raise InputError(f"parameter {path!r}: give a list of values, not {values!r}")
     return np.asarray(values).tolist() if isinstance(values, np.ndarray) else list(values)
@@ -157,19 +160,21 @@ def _check_distinct(axes: list[Axis]) -> list[Axis]:
         names = Counter(name for axis in axes for name in getattr(axis, what))
         twice = [name for name, count in names.items() if count > 1]
         if twice:
-            raise InputError(f"two parameters are called {twice[0]!r}; name them, as "
+            raise InputError(f"two parameters are called {twice[0]!r}; rename one, as in "
                              f"{{'{twice[0]}_2': ('group.variable', [...])}}")  # fmt: skip
     return axes
 
 
 def seeds(path: str, count: int, first: int = 1) -> dict[str, list[int]]:
-    """Return an axis of seeds for realisations of a random joint network.
+    """Return the parameter of a study that contains realisations of a random joint network.
 
     Parameters
     ----------
     path : str
-        Such as ``joint_set[bedding].seed``, ``voronoi.seed``, or ``joint_set[*].seed``.
+        Variable of the seed, such as ``joint_set[bedding].seed`` or ``voronoi.seed``.
     count : int
+        Number of seeds.
     first : int
+        First seed.
     """
     return {path: list(range(first, first + count))}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Carry out a case of a study in a worker: run or resume it, and write its results."""
+"""Execute a case of a study in a worker: run or resume the input, and write the results."""
 
 import json
 import shutil
@@ -37,33 +37,33 @@ from .store import (
 _STATE = ("", ".partial", ".journal", ".checkpoint", ".checkpoint.previous", ".checkpoint.coming",
           ".writing")  # fmt: skip
 _LIMITED = ("time", "memory", "process")  # kinds of failure that larger limits may prevent
-_TRIED = 3  # largest number of cases tried for the check of names
+_TRIED = 3  # largest number of cases with which the check of names is attempted
 KINDS = {1: "input", 2: "check", 3: "convergence", 4: "solver", 6: "time", 7: "memory"}
 
 
 @dataclass(frozen=True)
 class Work:
-    """The settings with which a worker carries out cases.
+    """Settings of a study that a worker needs.
 
     Attributes
     ----------
     study : Path
         Folder of the study.
     model : callable or None
-        The function that is the model.
+        The model, if it is a function.
     task : str or callable
         ``'run'`` or a function of the path of the input.
     quantities : list of Quantity
     time_limit : float
-        s of the clock that a case may take.
+        Largest duration of a case, s (wall clock).
     keep : bool
-        Whether outputs are kept after their results have been extracted.
+        Whether outputs are kept after the extraction of results.
     again : bool
-        Whether failed cases are tried again.
+        Whether failed cases are repeated.
     start : bool
-        Whether incomplete runs are run; otherwise only complete outputs are used.
+        Whether to run inputs; otherwise results are extracted from complete outputs only.
     memory : float, optional
-        Bytes that a case may allocate, if limited.
+        Bytes that a case may allocate; None: unlimited.
     """
 
     study: Path
@@ -82,7 +82,7 @@ class Work:
         return [[one.label, one.name] for one in self.quantities]
 
     def check(self, file: Path) -> None:
-        """Check, before a run, that the output of an input will have the quantities."""
+        """Check before a run that the output will contain the quantities."""
         check_names(file, self.quantities)
 
     @property
@@ -91,7 +91,7 @@ class Work:
         return [self.time_limit, self.memory]
 
     def fail(self, folder: Path, message: str, kind: str) -> dict:
-        """Write that a case has failed, with the settings on which the failure depends."""
+        """Write the failure of a case, and the settings on which it depends."""
         more: dict = {"limits": self.limits} if kind in _LIMITED else {}
         if (folder / WORDS).exists():  # the run is complete, but the extraction of a result failed
             more["asked"] = self.asked
@@ -105,12 +105,12 @@ def check_first(work: Work, keys: Sequence[str]) -> None:
     ----------
     work : Work
     keys : sequence of str
-        Of cases to be run.
+        Keys of the cases that will be run.
 
     Raises
     ------
     InputError
-        If a name is not known.
+        If a name does not exist.
     """
     check = getattr(work.task, "check", None) if callable(work.task) else work.check
     if work.model is not None or not work.start or not check:
@@ -121,21 +121,21 @@ def check_first(work: Work, keys: Sequence[str]) -> None:
 
 
 def carry_out(work: Work, key: str, wait: bool = False) -> dict:
-    """Carry out a case unless it has a result.
+    """Execute a case unless it has a result.
 
     Parameters
     ----------
     work : Work
     key : str
-        Of the case.
+        Key of the case.
     wait : bool
-        Whether to wait for another process that works on the case.
+        Whether to wait for another process that executes the case.
 
     Returns
     -------
     dict
-        ``status``: 'complete', 'failed', 'missing', 'interrupted', 'unfinished' (the disk) or
-        'busy'; ``message``.
+        ``status``: 'complete', 'failed', 'missing', 'interrupted', 'unfinished' (the disk has
+        failed) or 'busy' (another process executes the case); ``message``.
     """
     folder = case_folder(work.study, key)
     if not folder.is_dir():
@@ -169,14 +169,15 @@ def take_output(folder: Path, output: Path) -> None:
 
 
 def _obtain_result(work: Work, folder: Path) -> dict:
+    """Execute a case and write its result or failure; return status and message."""
     begun = time.time()
     try:
-        numbers, arrays, more = _write_result(work, folder)
+        numbers, arrays, more = _compute_results(work, folder)
     except (InterruptedRun, KeyboardInterrupt):
         return {"status": "interrupted", "message": ""}
     except Missing:
         return {"status": "missing", "message": ""}
-    except OutputError as error:  # a failure of the disk, not of the case: try again
+    except OutputError as error:  # the disk has failed, not the case, which can be repeated
         return {"status": "unfinished", "message": str(error)}
     except SiteddaError as error:
         words = str(error).replace(f"{folder}/", "")
@@ -201,15 +202,15 @@ def _obtain_result(work: Work, folder: Path) -> dict:
     )  # fmt: skip
 
 
-def _write_result(work: Work, folder: Path) -> tuple[dict[str, float], dict[str, Array], dict]:
-    """Write numbers, arrays and notes of a case."""
+def _compute_results(work: Work, folder: Path) -> tuple[dict[str, float], dict[str, Array], dict]:
+    """Execute a case; return its numbers, arrays and warning."""
     if work.model is not None:
         values = json.loads((folder / "values.json").read_text())
-        return *_split_arrays(returned("value", work.model(**values))), {}
+        return *_numbers_and_arrays(returned("value", work.model(**values))), {}
     if callable(work.task):
         value = work.task(folder / INPUT)
         warning = value.pop("warning", "") if isinstance(value, dict) else ""
-        return *_split_arrays(returned("value", value)), {"warning": str(warning)}
+        return *_numbers_and_arrays(returned("value", value)), {"warning": str(warning)}
     _raise_stored_failure(folder, work.again)
     if not work.start and not (folder / WORDS).exists():
         raise Missing
@@ -221,18 +222,18 @@ def _write_result(work: Work, folder: Path) -> tuple[dict[str, float], dict[str,
     return numbers, arrays, {"warning": "\n".join(filter(None, [warning, *notes]))}
 
 
-def _split_arrays(values: dict) -> tuple[dict[str, float], dict[str, Array]]:
+def _numbers_and_arrays(values: dict) -> tuple[dict[str, float], dict[str, Array]]:
     arrays = {name: value for name, value in values.items() if isinstance(value, Array)}
     return {n: v for n, v in values.items() if n not in arrays}, arrays
 
 
 def run_input(folder: Path, time_limit: float = np.inf) -> str:
-    """Run or resume the input of a case to its end, and write its warnings.
+    """Run or resume the input of a case, unless its output is complete; return its warnings.
 
     Raises
     ------
     InterruptedRun
-        On a signal; a checkpoint is written to continue from.
+        If a signal arrives; a checkpoint is written first.
     SiteddaError
         If the run fails, or exceeds the time limit.
     """
@@ -248,6 +249,7 @@ def run_input(folder: Path, time_limit: float = np.inf) -> str:
 
 
 def _run_to_end(folder: Path, time_limit: float) -> str:
+    """Run or resume the input of a case to its end; write and return its warnings."""
     from ..engine.simulation import Simulation, run_to_end
 
     begun = time.monotonic()
@@ -255,7 +257,7 @@ def _run_to_end(folder: Path, time_limit: float) -> str:
     def look(simulation) -> None:
         if time.monotonic() - begun > time_limit:
             raise TimeLimit(f"stopped at t = {simulation.time:g} s of {simulation.duration:g} s: "
-                            f"the time limit of {time_limit:g} s is over")  # fmt: skip
+                            f"the time limit of {time_limit:g} s is exceeded")  # fmt: skip
 
     with (
         Stop(SIGNALS, program=True) as stop,
@@ -275,7 +277,7 @@ class Missing(SiteddaError):
 
 
 def _raise_stored_failure(folder: Path, again: bool) -> None:
-    """Raise the error with which a Slurm task failed, unless the case is tried again."""
+    """Raise the error with which a Slurm task has failed, unless the case is repeated."""
     file = folder / FAILED
     if again:
         file.unlink(missing_ok=True)
@@ -291,7 +293,7 @@ class TimeLimit(SiteddaError):
 
 
 def warnings_of(folder: Path) -> str | None:
-    """Return the warnings of a finished run, one per line; None if unknown."""
+    """Return the warnings of a complete run, one per line; None if the run is incomplete."""
     try:
         text = (folder / WORDS).read_text("utf-8", "replace")
     except OSError:
@@ -300,7 +302,7 @@ def warnings_of(folder: Path) -> str | None:
 
 
 def remove_output(folder: Path) -> None:
-    """Remove the output of a case and the files of an unfinished output."""
+    """Delete the output of a case, complete or not, with its checkpoints and warnings."""
     for end in _STATE:
         (folder / f"{OUTPUT}{end}").unlink(missing_ok=True)
     (folder / WORDS).unlink(missing_ok=True)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A Dask cluster as the executor of the cases.
 
-Anyone who can reach the address of a scheduler can run any code on its workers and clients.  Use
-TLS, or a network that only its users can reach.
+Anyone who can connect to a scheduler can run any code on its workers and clients.  Use TLS, or a
+network that only trusted users can access.
 """
 
 from collections.abc import Iterator
@@ -13,19 +13,19 @@ from ..base.errors import InputError, OutputError
 
 @contextmanager
 def connected(address: str, ca: str = "", certificate: str = "", key: str = "") -> Iterator:
-    """Yield a client of a scheduler, which is closed at the end.
+    """Yield a client of a scheduler, and close the client at the end.
 
     Parameters
     ----------
     address : str
-        As ``tcp://host:8786``, or ``tls://host:8786`` with the files below.
+        Such as ``tcp://host:8786``, or ``tls://host:8786`` with the following files.
     ca, certificate, key : str
-        PEM files of TLS: the authority, and the client's own certificate and key.
+        PEM files of TLS: certificate of the authority, certificate and key of the client.
 
     Raises
     ------
     OutputError
-        If the scheduler cannot be reached.
+        If there is no connection to the scheduler.
     """
     try:
         from distributed import Client
@@ -37,7 +37,7 @@ def connected(address: str, ca: str = "", certificate: str = "", key: str = "") 
     if bool(certificate) != bool(key) or (certificate and not ca):
         raise InputError("TLS needs all three: --tls-ca, --tls-cert, --tls-key")
     if certificate and not address.startswith("tls://"):
-        raise InputError(f"{address!r}: with TLS the address begins with tls://")
+        raise InputError(f"{address!r}: with TLS, the address must begin with tls://")
     security = None
     if certificate:
         security = Security(tls_ca_file=ca, tls_client_cert=certificate, tls_client_key=key,
@@ -45,7 +45,7 @@ def connected(address: str, ca: str = "", certificate: str = "", key: str = "") 
     try:
         client = Client(address, security=security, timeout=20)
     except (OSError, ValueError, TimeoutError) as trouble:
-        raise OutputError(f"no scheduler of Dask at {address}: {trouble}") from trouble
+        raise OutputError(f"no Dask scheduler responds at {address}: {trouble}") from trouble
     try:
         yield client
     finally:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Submit cases to an executor, a limited number at a time, until all are done."""
+"""Submit the cases of a study to an executor, a limited number at a time."""
 
 import queue
 from collections import Counter, deque
@@ -11,31 +11,31 @@ from .case import Work, carry_out, check_first, finished
 from .store import case_folder, locked
 from .workers import TaskTooLong, WorkerDied
 
-_DEATHS = 3  # number of lost worker processes after which a case has failed
+_DEATHS = 3  # number of worker processes that may die in a case before it counts as failed
 _WINDOW = 256  # number of submitted cases if the number of workers is unknown
 
 
 def distribute(executor, work: Work, keys: Sequence[str], progress: Callable | None = None) -> None:
-    """Carry out all unfinished cases.
+    """Execute all cases that have no result.
 
-    Cases on which another client works come last. A case whose process dies is tried twice more and
-    then marked as failed.
+    Cases that another client executes come last. A case whose process dies is repeated twice at
+    most, and then marked as failed.
 
     Parameters
     ----------
     executor : concurrent.futures.Executor
     work : Work
     keys : sequence of str
-        Of the cases.
+        Keys of the cases.
     progress : callable, optional
-        Called with the numbers of finished and failed cases.
+        Called with the numbers of ended and failed cases.
 
     Raises
     ------
     InputError
-        If a run would have no such quantity.
+        If the outputs would not contain a quantity.
     InterruptedRun
-        If a worker was stopped.
+        If a signal has stopped a worker.
     OutputError
         If the executor has stopped, or a case cannot be written.
     """
@@ -53,7 +53,7 @@ def distribute(executor, work: Work, keys: Sequence[str], progress: Callable | N
 
 
 def workers_of(executor) -> int | None:
-    """Return the number of tasks that an executor runs at once; None if unknown."""
+    """Return the number of workers of an executor; None if unknown."""
     return getattr(executor, "count", None) or getattr(executor, "_max_workers", None)
 
 
@@ -68,7 +68,7 @@ class _CaseLoop:
         self.window = 2 * workers if workers else _WINDOW
 
     def results(self):
-        """Yield the status of each case when it ends."""
+        """Yield the status of each case when the case ends."""
         while self.fresh or self.busy or self.running:
             self._submit_cases()
             future = self.ended.get()
@@ -78,6 +78,7 @@ class _CaseLoop:
                 yield status
 
     def _submit_cases(self) -> None:
+        """Submit cases until `window` cases are submitted; first those that no client executes."""
         while len(self.running) < self.window and (self.fresh or self.busy):
             wait = not self.fresh
             key = self.busy.popleft() if wait else self.fresh.popleft()
@@ -89,12 +90,12 @@ class _CaseLoop:
             future.add_done_callback(self.ended.put)
 
     def _status_or_retry(self, key: str, future) -> str | None:
-        """Return the final status of a case; None if it will be tried again."""
+        """Return the status of a submitted case; None if it will be submitted again."""
         try:
             found = future.result()
         except TaskTooLong:
             return self._record_failure(
-                key, f"the time limit of {self.work.time_limit:g} s is over", "time"
+                key, f"the time limit of {self.work.time_limit:g} s is exceeded", "time"
             )
         except (BrokenExecutor, CancelledError) as trouble:
             raise _lost_executor_error(trouble) from trouble
@@ -103,7 +104,7 @@ class _CaseLoop:
         except Exception as trouble:
             if not isinstance(trouble, WorkerDied) and type(trouble).__name__ != "KilledWorker":
                 raise
-            return self._retry_after_lost_worker(key, trouble)
+            return self._resubmit_or_fail(key, trouble)
         if found["status"] == "busy":
             self.busy.append(key)
             return None
@@ -113,7 +114,8 @@ class _CaseLoop:
             raise OutputError(f"case {key}: {found['message']}")
         return found["status"]
 
-    def _retry_after_lost_worker(self, key: str, trouble: Exception) -> str | None:
+    def _resubmit_or_fail(self, key: str, trouble: Exception) -> str | None:
+        """Submit a case again whose worker has died; after `_DEATHS` deaths return 'failed'."""
         self.deaths[key] += 1
         if self.deaths[key] >= _DEATHS:
             return self._record_failure(key, str(trouble), "process")
@@ -121,6 +123,7 @@ class _CaseLoop:
         return None
 
     def _record_failure(self, key: str, message: str, kind: str) -> str:
+        """Write the failure of a case and return 'failed'."""
         folder = case_folder(self.work.study, key)
         with locked(folder, wait=True):
             self.work.fail(folder, message, kind)

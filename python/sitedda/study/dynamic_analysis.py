@@ -17,17 +17,18 @@ class Ida:
     ----------
     intensity : ndarray, shape (levels,)
     response : ndarray, shape (records, levels)
-        NaN where a run failed.
+        NaN if the run failed.
     fractiles : ndarray, shape (3, levels)
-        16, 50 and 84 % of the response at each intensity; NaN where no run is complete.
+        16, 50 and 84 % fractiles of the response at each intensity; NaN if no run is complete.
     threshold : float or None
+        Limit of the response.
     capacity : ndarray, shape (records,)
-        Intensity at which the response of a record first exceeds the threshold, linear between
-        levels; inf where it never does, NaN where a failed run hides it.
+        Intensity at which the response to a record first exceeds the threshold, interpolated
+        linearly; inf if the response remains below, NaN if a run at a lower intensity failed.
     names : list of str
-        Of the records.
+        Names of the records.
     labels : (str, str)
-        Of response and intensity.
+        Axis labels of response and intensity.
     """
 
     intensity: np.ndarray
@@ -40,7 +41,7 @@ class Ida:
 
     @property
     def capacity_fractiles(self) -> np.ndarray:
-        """Return the 16, 50 and 84 % fractiles of the capacities; inf if not reached."""
+        """Return the 16, 50 and 84 % fractiles of the capacities; inf if beyond all levels."""
         known = np.sort(self.capacity[~np.isnan(self.capacity)])
         if not known.size:
             return np.full(3, np.nan)
@@ -48,7 +49,7 @@ class Ida:
         return known[place]
 
     def picture(self):
-        """Draw the intensity over the response."""
+        """Draw the intensity (ordinate) over the response (abscissa); return the figure."""
         from ..report.style import BLUE, GREY, RED, canvas
 
         figure, (axes,) = canvas(1, size=(7.0, 5.0))
@@ -71,18 +72,18 @@ def ida(table, quantity: str, intensity: str, record: str = "record", threshold=
     Parameters
     ----------
     table : xarray.Dataset
-        Of a study.
+        Results of a study.
     quantity : str
-        The response.
+        Name of the response.
     intensity, record : str
-        Dimensions.
+        Dimensions of the table.
     threshold : float, optional
-        Of the response, for the capacities.
+        Limit of the response, which defines the capacities.
     """
     values = table[quantity]
     if set(values.dims) != {intensity, record}:
         raise InputError(f"{quantity} has the dimensions {values.dims}, not {record!r} and "
-                         f"{intensity!r}; select values of the others")  # fmt: skip
+                         f"{intensity!r}; select one value of each other dimension")  # fmt: skip
     response = values.transpose(record, intensity).values
     level = np.asarray(table[intensity].values, dtype=float)
     order = np.argsort(level)
@@ -97,6 +98,7 @@ def ida(table, quantity: str, intensity: str, record: str = "record", threshold=
 
 
 def _capacity_intensity(row: np.ndarray, level: np.ndarray, threshold: float | None) -> float:
+    """Return the capacity (see `Ida`) for a record from its responses at the levels."""
     if threshold is None:
         return np.nan
     above = np.flatnonzero(row > threshold)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Evaluate a study of a function in memory, with many cases per task."""
+"""Run a study of a function without files, with many cases per task of the executor."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, wait
@@ -13,23 +13,23 @@ from .quantities import returned
 from .table import coordinate_values
 
 _WORKERS = 32  # number of workers of an executor if unknown
-_TASKS_EACH = 8  # tasks per worker: several, so that a slow task does not delay others
+_TASKS_EACH = 8  # number of tasks per worker; several tasks balance the load
 
 
 def evaluate(plan: Plan, executor, progress: Callable | None = None):
-    """Return the table of a plan whose model is a function.
+    """Call the function of a plan for all cases; return the table of results.
 
     Parameters
     ----------
     plan : Plan
     executor : concurrent.futures.Executor
     progress : callable, optional
-        Called with the numbers of cases that are done and that have failed.
+        Called with the numbers of ended and failed cases.
 
     Returns
     -------
     xarray.Dataset
-        With ``status`` and ``message`` of each case.
+        Results, and ``status`` and ``message`` of each case.
     """
     cases = [{name: plain(value) for name, value in one.items()} for one in plan.changes()]
     workers = workers_of(executor) or _WORKERS
@@ -50,7 +50,7 @@ def evaluate(plan: Plan, executor, progress: Callable | None = None):
 
 
 def call_each(function: Callable, cases: Sequence[dict]) -> list[tuple[dict, str]]:
-    """Call a function for some cases; return its values, or messages on failure."""
+    """Call a function for each case; return its values and the message of its failure, if any."""
     found = []
     for values in cases:
         try:
@@ -61,6 +61,7 @@ def call_each(function: Callable, cases: Sequence[dict]) -> list[tuple[dict, str
 
 
 def _make_table(plan: Plan, rows: list):
+    """Return the dataset of a study from values and message of each case."""
     import xarray as xr
 
     dims, shape = tuple(plan.dims), tuple(plan.dims.values())

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The task of a study that returns the factor of safety of a case."""
+"""The task 'safety' of a study: factor of safety of a case."""
 
 from ..stability import safety
 
@@ -17,8 +17,7 @@ def factor_of_safety(file) -> dict:
     Returns
     -------
     dict
-        ``factor_of_safety``; the model ``stands_at`` one factor and ``fails_at`` another;
-        ``warning``.
+        ``factor_of_safety``, its bounds ``stands_at`` and ``fails_at``, ``warning``.
     """
     found = safety(file)
     numbers = (found.factor, found.low, found.high)

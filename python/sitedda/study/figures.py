@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Check the figures of a study before its first case."""
+"""Check the figures that a study file requests, before the first case is run."""
 
 import inspect
 import math
@@ -25,7 +25,7 @@ _NUMBERS = ("threshold", "level", "confidence", "seed", "design")
 
 
 def known_kind(kind) -> str:
-    """Return a kind of figure; raise an error if it is unknown."""
+    """Return a kind of figure; raise InputError if there is no such kind."""
     if not isinstance(kind, str) or kind not in KINDS:
         raise InputError(f"[[figures]] kind = {kind!r} is not {', '.join(KINDS)}"
                          f"{nearest(str(kind), KINDS)}")  # fmt: skip
@@ -33,34 +33,34 @@ def known_kind(kind) -> str:
 
 
 def arguments_of(kind: str, values: Mapping) -> inspect.BoundArguments:
-    """Return the arguments of a kind of figure; the table is left out."""
+    """Return the bound arguments of the function of a kind of figure; the table is None."""
     signature = inspect.signature(KINDS[kind])
     try:
         return signature.bind(None, **values)
     except TypeError:
         known = list(signature.parameters)[1:]
         unknown = next((name for name in values if name not in known), None)
-        wrong = f"there is no {unknown!r}" if unknown else "a value is missing"
-        raise InputError(f"kind {kind!r}: {wrong}; it has {', '.join(known)}") from None
+        wrong = f"there is no value {unknown!r}" if unknown else "a value is missing"
+        raise InputError(f"kind {kind!r}: {wrong}; its values are {', '.join(known)}") from None
 
 
 def check_figures(figures, plan) -> list[dict]:
-    """Check that the figures of a study file can be drawn once there are results.
+    """Check that the results of a study will suffice for the figures of its file; return these.
 
     Parameters
     ----------
     figures : list of dict
-        As the file has them.
+        The tables [[figures]] of the file.
     plan : Plan
-        The plan with the dimensions and quantities of the figures.
+        The plan of the study.
 
     Raises
     ------
     InputError
-        If a name is not known, or a value cannot be.
+        If a name does not exist or a value is invalid.
     """
     if not isinstance(figures, list) or not all(isinstance(one, Mapping) for one in figures):
-        raise InputError("figures are tables: [[figures]]")
+        raise InputError("figures must be a list of tables [[figures]]")
     for number, values in enumerate(figures, 1):
         try:
             _check_figure(dict(values), plan)
@@ -70,12 +70,13 @@ def check_figures(figures, plan) -> list[dict]:
 
 
 def _check_figure(values: dict, plan) -> None:
+    """Check kind, title, selection and arguments of a figure."""
     kind = known_kind(values.pop("kind", None))
     if not isinstance(title := values.pop("title", ""), str):
         raise InputError(f"title = {title!r} is not a text")
     select = values.pop("select", {})
     if not isinstance(select, Mapping):
-        raise InputError(f"select = {select!r}: give values by dimension, as {{scale = 1.0}}")
+        raise InputError(f"select = {select!r}: give dimensions and values, as {{scale = 1.0}}")
     for name, value in select.items():
         _check_selection(name, value, plan)
     asked = arguments_of(kind, values)
@@ -85,14 +86,14 @@ def _check_figure(values: dict, plan) -> None:
 
 
 def _check_argument(name: str, value, select: Mapping, plan) -> None:
-    """Check an argument of a figure."""
+    """Check the type, range or existence of one argument of a figure."""
     if name in _NUMBERS:
         optional = value is None and name in ("threshold", "level", "design")
         if not optional and (isinstance(value, bool) or not isinstance(value, int | float)
                              or not math.isfinite(value)):  # fmt: skip
             raise InputError(f"{name} = {value!r} is not a number")
         if name == "confidence" and not 0 < value < 1:
-            raise InputError(f"confidence = {value!r} must lie between 0 and 1")
+            raise InputError(f"confidence = {value!r} must be between 0 and 1")
         if name == "seed" and (value < 0 or value != int(value)):
             raise InputError(f"seed = {value!r} must be a whole number of 0 or more")
         return
@@ -101,7 +102,7 @@ def _check_argument(name: str, value, select: Mapping, plan) -> None:
     if name in _DIMENSIONS:
         _check_dimension(name, value, plan)
         if value in select and not isinstance(select[value], list):
-            raise InputError(f"{name} = {value!r} has been selected already")
+            raise InputError(f"{name} = {value!r}: select reduces this dimension to one value")
         return
     known, stem = _known_results(plan), value.partition("[")[0].partition(".")[0]
     if known and not known & {value, stem}:
@@ -109,7 +110,7 @@ def _check_argument(name: str, value, select: Mapping, plan) -> None:
 
 
 def _check_dimension(what: str, name: str, plan) -> None:
-    """Check a dimension of the study or of one of its arrays."""
+    """Check that a dimension exists in the study or in an array result."""
     inner = what in ("x", "y", "select") and (name in RESERVED or _uses_functions(plan))
     if name not in plan.dims and not inner:
         raise InputError(f"{what}: there is no dimension {name!r}{nearest(name, plan.dims)}; the "
@@ -117,7 +118,7 @@ def _check_dimension(what: str, name: str, plan) -> None:
 
 
 def _check_selection(name: str, value, plan) -> None:
-    """Check the values of a dimension that a figure selects."""
+    """Check that the values of a dimension that a figure selects exist."""
     _check_dimension("select", name, plan)
     if name not in plan.dims:
         return
@@ -133,15 +134,15 @@ def _check_selection(name: str, value, plan) -> None:
 
 
 def _uses_functions(plan) -> bool:
-    """Return whether results come from functions, which may return any array."""
+    """Return whether functions compute results, so that their names and dimensions are unknown."""
     told = plan.task == "run" or getattr(plan.task, "results", ())
     return callable(plan.model) or not told or any(q.function for q in plan.quantities)
 
 
 def _known_results(plan) -> set[str]:
-    """Return names or stems of results; none if they are unknown before the run.
+    """Return the names of results without points and units; an empty set if they are unknown.
 
-    A function that returns numbers can name them in its attribute ``results``.
+    The attribute ``results`` of a function contains the names of its results.
     """
     of_task = {name for one in (plan.task, plan.model) for name in getattr(one, "results", ())}
     if of_task or _uses_functions(plan):

@@ -9,9 +9,9 @@ from ..base.errors import InputError
 from ..engine.signals import response_spectrum, running_integral
 from .records import Record
 
-_ROUNDS, _GOOD = 30, 0.02  # rounds of the fit; misfit at which it ends
+_ROUNDS, _GOOD = 30, 0.02  # largest number of iterations of the fit; misfit at which it ends
 _PERIODS = 60  # number of periods at which the spectrum is fitted
-_RISE, _PLATEAU = 0.15, 0.35  # duration of rise and of plateau over the total duration
+_RISE, _PLATEAU = 0.15, 0.35  # durations of rise and plateau as fractions of the total duration
 _GROUND_DAMPING = 0.6  # damping ratio of the filter of Kanai and Tajimi
 _GROUND = {  # EN 1998-1:2004, tables 3.2 and 3.3: S, T_B, T_C, T_D
     1: {"A": (1.0, 0.15, 0.4, 2.0), "B": (1.2, 0.15, 0.5, 2.0), "C": (1.15, 0.2, 0.6, 2.0),
@@ -27,14 +27,16 @@ def eurocode8(peak: float, ground: str = "A", kind: int = 1) -> Callable:
     Parameters
     ----------
     peak : float
-        a_g, m/s².
+        Ground acceleration a_g, m/s².
     ground : {'A', 'B', 'C', 'D', 'E'}
+        Ground type.
     kind : {1, 2}
+        Type of the spectrum.
 
     Returns
     -------
     callable
-        Sa (m/s²) of periods (s).
+        Sa (m/s²) as a function of periods (s).
     """
     if kind not in _GROUND or ground not in _GROUND[kind]:
         raise InputError(f"ground {ground!r} of kind {kind!r}: use A to E, and 1 or 2")
@@ -60,12 +62,12 @@ def eurocode8_2024(
     plateau, one_second : float
         S_α,RP and S_β,RP of site category A, m/s².
     factors : (float, float)
-        F_α and F_β of the site, by the table of the code or an amplification of your own.
+        Site amplification factors F_α and F_β, from the table of the code or a site analysis.
 
     Returns
     -------
     callable
-        Sa (m/s²) of periods (s).
+        Sa (m/s²) as a function of periods (s).
     """
     high, at_one = plateau * factors[0], one_second * factors[1]
     if not (high > 0 and one_second > 0 and 0.05 * high <= at_one <= 2 * high):
@@ -95,11 +97,11 @@ def asce7(short: float, one_second: float, long_period: float = 8.0) -> Callable
     Returns
     -------
     callable
-        Sa (m/s²) of periods (s).
+        Sa (m/s²) as a function of periods (s).
     """
     if not 0 < one_second <= short * long_period or not short > 0:
         raise InputError(f"S_DS = {short:g} and S_D1 = {one_second:g} m/s²: give values above 0, "
-                         "and S_D1/S_DS at most the long period")  # fmt: skip
+                         "with S_D1/S_DS at most the long period T_L")  # fmt: skip
     end = one_second / short
     begin = 0.2 * end
 
@@ -123,31 +125,32 @@ def synthetic(
 ) -> list[Record]:
     """Create records from seeds, each fitted to a response spectrum.
 
-    Gaussian noise passes the filter of Kanai and Tajimi, whose frequency is that of the largest
-    spectral value.  Its envelope increases as t², is constant, and decays exponentially.  Then its
-    Fourier amplitudes are multiplied repeatedly by target over spectrum.
+    Gaussian noise is filtered by the filter of Kanai and Tajimi, whose frequency is that of the
+    largest spectral value, and multiplied by an envelope.  Then its Fourier amplitudes are
+    multiplied repeatedly by the ratio of the target to its response spectrum.
 
     Parameters
     ----------
     seeds : int or sequence of int
-        One record each.
+        Seeds of random numbers; each yields one record.
     spectrum : callable or (periods, values)
-        Pseudo-acceleration (m/s²) of periods (s).
+        Target: pseudo-acceleration (m/s²) as a function of periods (s), or a table.
     duration, time_step : float
         s.
     periods : (float, float)
-        Shortest and longest period that is fitted, s.
+        Shortest and longest fitted period, s.
     damping : float
         Damping ratio of the spectrum.
 
     Returns
     -------
     list of Record
-        Their `misfit` is the root of the mean square of Sa / target - 1 over the periods.
+        Records, whose `misfit` is the root mean square of Sa / target − 1 over the periods.
     """
     if not (duration > 20 * time_step > 0 and 0 < periods[0] < periods[1]):
-        raise InputError("a synthetic record needs a duration of many time steps, and periods in "
-                         f"order, not {duration:g} s, {time_step:g} s, {periods}")  # fmt: skip
+        raise InputError(f"duration = {duration:g} s, time_step = {time_step:g} s, periods = "
+                         f"{periods} s: give more than 20 time steps, and the shortest period "
+                         "first")  # fmt: skip
     if periods[0] < 4 * time_step or periods[1] > duration / 2:
         raise InputError(f"periods {periods} s cannot be fitted with a time step of {time_step:g} "
                          f"s and a duration of {duration:g} s: keep them above 4 time steps and "
@@ -164,7 +167,7 @@ def synthetic(
 
 
 def _fit_record(seed, grid, target, duration, step, damping) -> Record:
-    """Return the best record of all rounds of the fit."""
+    """Fit filtered noise to the target (m/s²) at periods `grid` (s); return the best iterate."""
     count = round(duration / step) + 1
     ground = 1.0 / grid[np.argmax(target)]
     motion = _filtered_noise(seed, count, step, ground) * _envelope(count)
@@ -179,19 +182,20 @@ def _fit_record(seed, grid, target, duration, step, damping) -> Record:
             break
         factor = np.interp(frequency, 1 / grid[::-1], ratio[::-1])
         spectrum = np.fft.rfft(motion, 2 * count) * factor
-        spectrum[frequency < 0.5 / grid[-1]] *= 0.5  # slow drift, which no fitted period contains
+        spectrum[frequency < 0.5 / grid[-1]] *= 0.5  # drift, longer than twice the fitted periods
         motion = _remove_drift(np.fft.irfft(spectrum)[:count] * _end_taper(count), step)
     return Record(f"synthetic {seed}", best, step, least)
 
 
 def _motion_spectrum(motion, step, periods, damping) -> np.ndarray:
+    """Return the pseudo-acceleration (m/s²) of a motion that is followed by rest."""
     rest = np.zeros(int(np.ceil(periods[-1] / step)))
     padded = np.concatenate([motion, rest])
     return response_spectrum(padded, step, periods, damping).pseudo_acceleration
 
 
 def _filtered_noise(seed: int, count: int, step: float, ground: float) -> np.ndarray:
-    """Return white noise filtered by the filter of Kanai and Tajimi."""
+    """Return white noise after the filter of Kanai and Tajimi with frequency `ground`, Hz."""
     white = np.random.Generator(np.random.Philox(seed)).standard_normal(count)
     r = np.fft.rfftfreq(2 * count, step) / ground
     two = 2j * _GROUND_DAMPING * r
@@ -207,7 +211,7 @@ def _envelope(count: int) -> np.ndarray:
 
 
 def _end_taper(count: int) -> np.ndarray:
-    """Return a cosine taper over the first and last 2 %, so that records start and end at 0."""
+    """Return a cosine taper over the first and last 2 % of the samples."""
     n = max(count // 50, 1)
     found = np.ones(count)
     found[:n] = 0.5 - 0.5 * np.cos(np.pi * np.arange(n) / n)
@@ -216,7 +220,7 @@ def _end_taper(count: int) -> np.ndarray:
 
 
 def _remove_drift(acceleration: np.ndarray, step: float) -> np.ndarray:
-    """Remove the drift of an acceleration: the parabola fitted to its velocity."""
+    """Remove the derivative of the parabola that is fitted to the velocity."""
     t = np.arange(acceleration.size) * step
     velocity = running_integral(acceleration, step)
     basis = np.column_stack([t, t**2])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fit fragility curves by maximum likelihood, or bound probabilities at each level."""
+"""Fragility curves by maximum likelihood, or bounds of the probability of failure per level."""
 
 from dataclasses import dataclass
 from textwrap import wrap
@@ -10,27 +10,29 @@ from ..base.errors import InputError
 from ..base.numbers import labelled, titled
 from .table import DECIDED
 
-_LEAST, _MOST = 1e-3, 20.0  # range of the dispersion
-ALIKE = 0.1  # scatter of ln Sa of matched records, at most; natural records have 0.3 to 0.8
+_LEAST, _MOST = 1e-3, 20.0  # smallest and largest dispersion
+ALIKE = 0.1  # largest scatter of ln Sa of spectrally matched records; natural ones have 0.3 to 0.8
 
 
 @dataclass(frozen=True, kw_only=True)
 class FragilityBounds:
-    """Failures at levels of intensity, with bounds of their probability.
+    """Numbers of failures at levels of intensity, and bounds of the probability of failure.
 
     Attributes
     ----------
     intensity, failures, trials : ndarray, shape (levels,)
+        Intensity of each level, and its numbers of failed cases and of all cases.
     confidence : float
+        Confidence level of the bounds.
     name, unit : str
-        Of the intensity.
+        Name and unit of the intensity.
     design : float or None
-        The design level.
+        Design level of the intensity.
     why : str
-        Why there is no curve.
+        Reason why no curve can be fitted.
     doubt : str
-        Warning on cases beyond the horizon of their result or on an unknown horizon, and on records
-        matched to one spectrum; blank if there is none.
+        Warnings about results after their horizon and about spectrally matched records; otherwise
+        blank.
     """
 
     intensity: np.ndarray
@@ -45,7 +47,7 @@ class FragilityBounds:
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the bounds of the probability at the levels (Clopper and Pearson)."""
+        """Return lower and upper bounds of the probability at each level (Clopper and Pearson)."""
         from scipy.special import betaincinv
 
         k, n, tail = self.failures, self.trials, (1 - self.confidence) / 2
@@ -56,7 +58,7 @@ class FragilityBounds:
         return low, high
 
     def band(self, intensity) -> tuple[np.ndarray, np.ndarray]:
-        """Return bounds of a probability that does not decrease with the intensity."""
+        """Return bounds at other intensities, if the probability increases with the intensity."""
         wanted = np.asarray(intensity, dtype=float)[..., None]
         low, high = self.bounds
         return (np.where(self.intensity <= wanted, low, 0.0).max(-1),
@@ -64,17 +66,17 @@ class FragilityBounds:
 
     @property
     def words(self) -> str:
-        """Return a sentence on the probability of failure at the design level or largest level."""
+        """Return a sentence on the probability of failure at the design level, or largest level."""
         at = self.intensity.max() if self.design is None else self.design
         low, high = self.band(at)
-        return (f"No curve: {self.why}. At {self._level_words(at)} the probability of failure lies "
+        return (f"No curve: {self.why}. At {self._format_level(at)} the probability of failure is "
                 f"between {low:.2g} and {high:.2g}")  # fmt: skip
 
-    def _level_words(self, value: float) -> str:
+    def _format_level(self, value: float) -> str:
         return f"{self.name} {value:.3g} {self.unit}".replace("^2", "²").strip()
 
     def picture(self):
-        """Draw the fractions that failed, and the curve or bounds with their confidence."""
+        """Draw the fraction of failures per level, and the curve or bounds; return the figure."""
         from ..report.style import BLUE, INK, ORANGE, canvas
 
         figure, (axes,) = canvas(1, size=(7.0, 4.6))
@@ -95,7 +97,7 @@ class FragilityBounds:
         return figure
 
     def _draw_curve(self, axes, x) -> None:
-        """Draw no curve, because there is none."""
+        """Draw no curve; `Fragility` overrides this method."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,14 +107,13 @@ class Fragility(FragilityBounds):
     Attributes
     ----------
     median : float
-        In the unit of the intensity.
+        Intensity with a probability of failure of 0.5.
     dispersion : float
-        Standard deviation of the logarithm, β.
+        Standard deviation β of the logarithm.
     median_interval, dispersion_interval : (float, float)
-        Of the confidence, by the profile of the likelihood; an end that the data do not bound is
-        0 or inf.
+        Confidence intervals by the profile likelihood; unbounded ends are 0 or inf.
     covariance : ndarray, shape (2, 2)
-        Of ln median and ln dispersion, by the observed information.
+        Covariance of ln median and ln dispersion: inverse of the observed information.
     """
 
     median: float
@@ -139,16 +140,16 @@ class Fragility(FragilityBounds):
 
     @property
     def words(self) -> str:
-        """Return a sentence on the verdict and the margin at the design level, or the median."""
+        """Return a sentence with the margin at the design level, or with the median."""
         if self.design is None:
             low, high = self.median_interval
-            return (f"Half of the cases fail at {self._level_words(self.median)} "
+            return (f"Half of the cases fail at {self._format_level(self.median)} "
                     f"({self.confidence:.0%}: {low:.3g} … {high:.3g})")  # fmt: skip
         verdict = "Stands" if self.median > self.design else "Fails"
         low, high = self.band(self.design)
-        return (f"{verdict} at {self._level_words(self.design)} with a margin of "
+        return (f"{verdict} at {self._format_level(self.design)} with a margin of "
                 f"{self.median / self.design:.3g}: half of the cases fail at "
-                f"{self._level_words(self.median)}, and a fraction of "
+                f"{self._format_level(self.median)}, and a fraction of "
                 f"{self.probability(self.design):.2g} ({low:.2g} … {high:.2g}) at the design level"
                )  # fmt: skip
 
@@ -169,15 +170,15 @@ def fragility(intensity, failures, trials, confidence: float = 0.95, **about) ->
     intensity : array_like, shape (levels,)
     failures, trials : array_like of int, shape (levels,)
     confidence : float
-        Of the intervals.
+        Confidence level of the intervals.
     **about
-        ``name`` and ``unit`` of the intensity, ``design``, ``doubt``.
+        ``name``, ``unit``, ``design`` and ``doubt`` of `FragilityBounds`.
 
     Raises
     ------
     InputError
-        If the data have no maximum of the likelihood: none or all failed, or all failures lie
-        above all survivals, so that the dispersion is not determined.
+        If the likelihood has no maximum: no case or all cases failed, or all failures are at higher
+        levels than all survivals.
     """
     from scipy.optimize import minimize
     from scipy.stats import chi2
@@ -204,28 +205,28 @@ def fragility(intensity, failures, trials, confidence: float = 0.95, **about) ->
 def fragility_of(
     table, quantity: str, threshold: float, intensity: str, confidence=0.95, design=None
 ) -> FragilityBounds:
-    """The fragility curve of a study, or bounds at its levels if they determine none.
+    """Return the fragility curve of a study, or bounds per level if no curve can be fitted.
 
     Parameters
     ----------
     table : xarray.Dataset
-        Of a study; with ``task="accuracy"`` its cases have the horizons of their figures.
+        Results of a study; those of ``task="accuracy"`` contain horizons.
     quantity : str
-        Of the table; a case fails where it is above the threshold. Cases without it (failed or
+        Result whose value above the threshold means failure. Cases without this result (failed or
         missing runs) do not count.
     threshold : float
     intensity : str
-        Dimension of the levels; all others are trials.
+        Dimension of the levels; the other dimensions contain the trials.
     confidence : float
     design : float, optional
-        Level at which it is to stand.
+        Design level of the intensity.
     """
     values = table[quantity]
     others = [dim for dim in values.dims if dim != intensity]
     trials = values.notnull().sum(others).values.astype(float)
     failures = (values > threshold).sum(others).values.astype(float)
     level = table[intensity]
-    doubts = (_undecided_words(table, quantity), _scatter_words(table))
+    doubts = (_horizon_warning(table, quantity), _scatter_warning(table))
     about = {"name": intensity, "unit": str(level.attrs.get("units", "")), "design": design,
              "doubt": "; ".join(filter(None, doubts))}  # fmt: skip
     _check_counts(level.values, failures, trials, confidence)
@@ -236,34 +237,35 @@ def fragility_of(
                                confidence=confidence, why=str(error), **about)  # fmt: skip
 
 
-def _scatter_words(table) -> str:
-    """Return a sentence on whether the spectra of the records are alike."""
+def _scatter_warning(table) -> str:
+    """Return a warning if the records were matched to one spectrum; otherwise blank."""
     scatter = table["record"].attrs.get("spectral_scatter") if "record" in table.coords else None
     if scatter is None or scatter >= ALIKE:
         return ""
     return (f"the records were matched to one spectrum (scatter {scatter:.0%}): the "
-            "dispersion lacks the variability of motions")  # fmt: skip
+            "dispersion does not include the variability of motions")  # fmt: skip
 
 
-def _undecided_words(table, quantity: str) -> str:
-    """Return a warning on cases beyond the horizon of a quantity; blank if there are none."""
+def _horizon_warning(table, quantity: str) -> str:
+    """Return a warning if cases end after the horizon of a quantity, or the horizon is unknown."""
     decided = table.get(f"{quantity}{DECIDED}")
     name = titled(quantity)[0]
     if decided is None:
-        return (f"the horizon of {name} is unknown: values beyond it are samples of a "
-                "distribution; a study with task = 'accuracy' computes the horizon")  # fmt: skip
+        return (f"the horizon of {name}, after which values are random samples, is unknown; "
+                "a study with task = 'accuracy' computes it")  # fmt: skip
     beyond, known = int((decided < table["end_s"]).sum()), int(decided.notnull().sum())
     if beyond == 0:
         return ""
-    return (f"{beyond} of {known} cases are beyond the horizon of {name}: each value is one "
-            "sample of a distribution")  # fmt: skip
+    return (f"{beyond} of {known} cases end after the horizon of {name}: each of these values is "
+            "a random sample")  # fmt: skip
 
 
 def _check_counts(x, k, n, confidence) -> None:
+    """Check intensities, numbers of failures, numbers of trials, and confidence level."""
     if not (x.shape == k.shape == n.shape and x.ndim == 1):
         raise InputError("intensity, failures and trials must have one value for each level")
     if not 0 < confidence < 1:
-        raise InputError(f"confidence = {confidence} must lie between 0 and 1")
+        raise InputError(f"confidence = {confidence} must be between 0 and 1")
     if not np.all(np.isfinite(x) & (x > 0)):
         raise InputError("intensities must be above 0")
     if not np.all((k >= 0) & (k <= n) & (k == np.round(k)) & (n == np.round(n))):
@@ -271,24 +273,24 @@ def _check_counts(x, k, n, confidence) -> None:
 
 
 def _check_maximum_exists(x, k, n) -> None:
-    """Check that the likelihood has a maximum."""
+    """Raise InputError if the likelihood of intensities, failures and trials has no maximum."""
     failed, survived = x[k > 0], x[k < n]
     if not failed.size or not survived.size:
         which = "no case failed" if not failed.size else "all cases failed"
-        raise InputError(f"{which}: a fragility curve needs failed and survived cases")
+        raise InputError(f"{which}: a fragility curve requires failures and survivals")
     if failed.min() >= survived.max():
         raise InputError(
-            f"none fails below {failed.min():g} and none survives above {survived.max():g}: the "
-            "dispersion is not determined; levels in between are needed, or more cases"
+            f"no case fails below {failed.min():g}, and none survives above {survived.max():g}: "
+            "the dispersion is not determined; add levels between these, or cases"
         )
     mixed = np.sum((k > 0) & (k < n))
     slope = np.polyfit(np.log(x), k / np.maximum(n, 1), 1)[0]
     if slope <= 0 and mixed:
-        raise InputError("failures do not become more frequent with the intensity: no curve")
+        raise InputError("the fraction of failures does not increase with the intensity")
 
 
 def _negative_log_likelihood(p, x, k, n) -> float:
-    """Return the negative log-likelihood of (ln median, ln dispersion), without constant."""
+    """Return the negative log-likelihood of p = (ln median, ln dispersion), up to a constant."""
     from scipy.special import log_ndtr
 
     z = (np.log(x) - p[0]) / np.exp(p[1])
@@ -296,7 +298,7 @@ def _negative_log_likelihood(p, x, k, n) -> float:
 
 
 def _information_matrix(p, x, k, n) -> np.ndarray:
-    """Return the second derivatives of the loss by differences."""
+    """Return the observed information: numerical Hessian of the negative log-likelihood."""
     h = 1e-4
     found = np.empty((2, 2))
     for i in range(2):
@@ -310,7 +312,7 @@ def _information_matrix(p, x, k, n) -> np.ndarray:
 
 
 def _profile_interval(i, best, covariance, limit, x, k, n) -> tuple[float, float]:
-    """Return where the profile of the likelihood falls by `limit`, half a quantile of χ²."""
+    """Return the interval of exp(p_i) within which the profile log-likelihood drops by `limit`."""
     from scipy.optimize import brentq, minimize_scalar
 
     lowest, step = _negative_log_likelihood(best, x, k, n), np.sqrt(covariance[i, i])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Histories of results: largest values of all steps up to a time."""
+"""Histories of results: largest values and integrals of all steps up to each time."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ if TYPE_CHECKING:
     from .quantities import Output
 
 _GRAVITY = 9.80665  # m/s², of the Arias intensity
-LOOKS = 1000  # number of equal parts of the duration at which results are evaluated
+LOOKS = 1000  # number of equal intervals of the duration, at whose ends results are evaluated
 
 
 def histories(output: Output) -> dict[str, Array]:
-    """Return each cumulative result at `LOOKS` times from start to end of a run.
+    """Return results as functions of time, at `LOOKS` + 1 equally spaced times of a run.
 
     Parameters
     ----------
@@ -27,14 +27,14 @@ def histories(output: Output) -> dict[str, Array]:
     Returns
     -------
     dict of Array
-        By ``history_`` and the name of the figure: the largest values, and of each measured point
-        the peak acceleration (``history_pga_m_s2[top]``), velocity, and the integral of the
-        Arias intensity, of their own largest axes; and the kinetic energy at that time.
+        ``history_NAME``, such as ``history_pga_m_s2[top]``: largest values so far; peak
+        acceleration, peak velocity and Arias intensity of measured points, each along the axis
+        with the largest value; present kinetic energy.
     """
     time = output["time"]
     look = np.linspace(time[0], time[-1], LOOKS + 1)
     at = np.searchsorted(time, look + 1e-9 * (look[1] - look[0]), side="right") - 1
-    found = {"energy_kinetic": output["energy_kinetic"][at]}  # at all times, not only at peaks
+    found = {"energy_kinetic": output["energy_kinetic"][at]}  # present values, not largest ones
     numbers = engine_names("maxima numbers")
     for name, so_far in zip(numbers, output["largest_so_far"][at].T, strict=True):
         if np.isfinite(so_far).any():

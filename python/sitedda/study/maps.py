@@ -20,11 +20,11 @@ class Map:
     x, y : ndarray
         Values of the parameters.
     values : ndarray, shape (y, x)
-        NaN where a case failed or is missing.
+        Values of the quantity; NaN if a case failed or is missing.
     names : (str, str, str)
-        Of x, y and the quantity, with units.
+        Axis labels of x, y and the quantity, with units.
     level : float or None
-        A contour that is drawn, such as a factor of safety of 1.
+        Value of a contour that is drawn, such as a factor of safety of 1.
     """
 
     x: np.ndarray
@@ -34,7 +34,7 @@ class Map:
     level: float | None = None
 
     def picture(self):
-        """Draw colours, contours, and crosses for missing results."""
+        """Draw a map with contours, and crosses for missing results; return the figure."""
         from ..report.style import INK, new_figure
 
         figure, axes = new_figure(size=(7.0, 5.0))
@@ -60,19 +60,19 @@ def parameter_map(table, quantity: str, x: str, y: str, level: float | None = No
     Parameters
     ----------
     table : xarray.Dataset
-        Of a study.
+        Results of a study.
     quantity, x, y : str
-        `x` and `y` are dimensions; others must have been selected or reduced.
+        Name of the quantity, and its two dimensions.
     level : float, optional
-        A contour to draw.
+        Value of a contour to draw.
     """
     values = table[quantity]
     if set(values.dims) != {x, y} or x == y:
         raise InputError(f"{quantity} has the dimensions {values.dims}, not {x!r} and {y!r}; "
-                         "select values of the others")  # fmt: skip
+                         "select one value of each other dimension")  # fmt: skip
     places = [np.asarray(table[name].values) for name in (x, y)]
     if any(place.dtype.kind not in "fiu" for place in places):
-        raise InputError("a map needs two parameters that are numbers")
+        raise InputError("a map requires two parameters with numbers as values")
     names = label_of(table, x), label_of(table, y), label_of(table, quantity)
     orders = [np.argsort(place) for place in places]
     grid = values.transpose(y, x).values[np.ix_(orders[1], orders[0])]
@@ -86,13 +86,13 @@ class Bands:
     Attributes
     ----------
     coordinate : ndarray, shape (n,)
-        Of the dimension that is left.
+        Coordinate of the second dimension of the quantity.
     fractiles : ndarray, shape (3, n)
-        16, 50 and 84 %.
+        16, 50 and 84 % fractiles.
     samples : ndarray, shape (samples, n)
-        Without those that have no result.
+        Values of all samples with results.
     names : (str, str)
-        Of the coordinate and the quantity.
+        Axis labels of the coordinate and the quantity.
     """
 
     coordinate: np.ndarray
@@ -101,7 +101,7 @@ class Bands:
     names: tuple[str, str]
 
     def picture(self):
-        """Draw faint samples, median and fractiles."""
+        """Draw samples, median and fractiles; return the figure."""
         from ..report.style import BLUE, GREY, canvas
 
         figure, (axes,) = canvas(1, size=(7.5, 4.8))
@@ -126,11 +126,11 @@ def bands(table, quantity: str, dim: str = "sample") -> Bands:
     Parameters
     ----------
     table : xarray.Dataset
-        Of a study.
+        Results of a study.
     quantity : str
-        With the dimension of the samples and one more.
+        Name of a quantity with the dimension of the samples and one more dimension.
     dim : str
-        Of the samples.
+        Dimension of the samples.
     """
     values = table[quantity]
     rest = [name for name in values.dims if name != dim]
@@ -140,7 +140,7 @@ def bands(table, quantity: str, dim: str = "sample") -> Bands:
     samples = values.transpose(dim, rest[0]).values
     samples = samples[np.all(np.isfinite(samples), axis=1)]
     if not len(samples):
-        raise InputError(f"no case has {quantity}")
+        raise InputError(f"no case has a result {quantity}")
     names = (label_of(table, rest[0]), label_of(table, quantity))
     coordinate = np.asarray(table[rest[0]].values)
     return Bands(coordinate, np.quantile(samples, FRACTILES, axis=0), samples, names)

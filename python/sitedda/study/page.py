@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Write the report of a study: parameters, results, failures and requested figures."""
+"""Report of a study: parameters, results, failures and requested figures."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -13,8 +13,8 @@ from .figures import KINDS, arguments_of, known_kind
 from .table import BAR, counts
 
 _MOST = 60  # largest number of rows of a table
-_ROUNDING = 1e-12  # smallest result in SI units: smaller values count as 0
-_HEADS = {"ida": "Incremental dynamic analysis", "map": "Two parameters"}  # else the kind
+_ROUNDING = 1e-12  # results below this value (SI units) are shown as 0
+_HEADS = {"ida": "Incremental dynamic analysis", "map": "Two parameters"}  # default: the kind
 
 
 def write_report(table, file, figures: Sequence[Mapping] = ()) -> Path:
@@ -23,12 +23,12 @@ def write_report(table, file, figures: Sequence[Mapping] = ()) -> Path:
     Parameters
     ----------
     table : xarray.Dataset
-        Of a study.
+        Results of a study.
     file : path
     figures : sequence of mapping
-        ``kind`` is 'fragility', 'ida', 'tornado', 'sobol', 'map' or 'bands'; all else are the
-        arguments of `fragility_of`, `ida`, `tornado`, `sobol_indices`, `parameter_map`, `bands`;
-        ``select`` has values of dimensions that are selected first, ``title`` a heading.
+        ``kind``: 'fragility', 'ida', 'tornado', 'sobol', 'map' or 'bands'; ``title``: heading;
+        ``select``: values of dimensions to select; arguments of `fragility_of`, `ida`, `tornado`,
+        `sobol_indices`, `parameter_map` or `bands`.
     """
     return write_html(report_page(table, figures), file)
 
@@ -58,20 +58,21 @@ def report_page(table, figures: Sequence[Mapping] = ()) -> Page:
 
 
 def _parameter_table(table) -> Table:
+    """Tabulate name, changed variable, unit and values of each parameter."""
     rows = []
     for name, one in table.coords.items():
         if set(one.dims) <= set(table.status.dims) and one.dims:
             values = np.asarray(one.values).ravel()
-            shown = ", ".join(_shorten_value(v) for v in values[:8]) + (
+            shown = ", ".join(_format_value(v) for v in values[:8]) + (
                 " …" if values.size > 8 else ""
             )
             changes, unit = (str(one.attrs.get(key, "")) for key in ("changes", "units"))
             rows.append([name, changes, unit.replace("^2", "²"), str(values.size), shown])
-    return Table(["parameter", "changes", "unit", "values", "which"], rows)
+    return Table(["parameter", "variable of the input", "unit", "count", "values"], rows)
 
 
 def _number_table(table) -> Table:
-    """Tabulate smallest, median and largest value of each number, with error bars."""
+    """Tabulate smallest, median and largest value of each result over all cases."""
     rows = []
     for name, one in table.data_vars.items():
         if one.dims != table.status.dims or one.dtype.kind != "f":
@@ -82,7 +83,7 @@ def _number_table(table) -> Table:
         values = one.values[np.isfinite(one.values)]
         if not values.size:
             continue
-        stats = [*map(_shorten_value, (values.min(), np.median(values), values.max()))]
+        stats = [*map(_format_value, (values.min(), np.median(values), values.max()))]
         if f"{name}{BAR}" in table:
             bars = table[f"{name}{BAR}"].values[np.isfinite(one.values)]
             for end, place in ((0, values.argmin()), (2, values.argmax())):
@@ -93,16 +94,17 @@ def _number_table(table) -> Table:
 
 
 def _text_table(table, which: np.ndarray, column: str) -> Table:
+    """Tabulate a text, such as the message, of the cases that `which` selects."""
     rows = []
     for place in list(zip(*np.nonzero(which), strict=True))[:_MOST]:
-        where = [_shorten_value(table[d].values[i]) if d in table.coords else str(i)
+        where = [_format_value(table[d].values[i]) if d in table.coords else str(i)
                  for d, i in zip(table.status.dims, place, strict=True)]  # fmt: skip
         rows.append([*where, str(table[column].values[place])])
     return Table([*map(str, table.status.dims), column], rows)
 
 
 def _add_figure(page: Page, table, values: dict) -> str:
-    """Add a figure; return a sentence on it, if it answers whether the model stands."""
+    """Add a figure to the page; return its conclusion (only fragility figures have one)."""
     kind = known_kind(values.pop("kind", None))
     title = values.pop("title", "") or _HEADS.get(kind, kind.capitalize())
     select = values.pop("select", {})
@@ -112,7 +114,7 @@ def _add_figure(page: Page, table, values: dict) -> str:
         found = KINDS[kind](selected, **values)
     except KeyError as trouble:
         raise InputError(f"[[figures]] of kind {kind!r}: the table has no {trouble}") from None
-    except InputError as error:  # the message replaces the picture
+    except InputError as error:  # the page contains the message instead of the picture
         page.add(title, Paragraph(f"Not drawn: {error}."))
         return ""
     except (TypeError, ValueError, IndexError) as trouble:
@@ -124,7 +126,7 @@ def _add_figure(page: Page, table, values: dict) -> str:
 
 
 def _describe_figure(found) -> list[tuple[str, str]]:
-    """Describe the numbers of a figure."""
+    """Return the numbers of a figure as names and texts."""
     if hasattr(found, "dispersion"):
         low, high = found.median_interval
         least, most = found.dispersion_interval
@@ -133,16 +135,16 @@ def _describe_figure(found) -> list[tuple[str, str]]:
             ("median", f"{found.median:.3g} {unit} ({low:.3g} … {high:.3g})"),
             ("dispersion β", f"{found.dispersion:.3g} ({least:.3g} … {most:.3g})"),
             ("confidence", f"{found.confidence:.0%}"),
-            ("doubt", found.doubt),
+            ("warning", found.doubt),
         ]
     if hasattr(found, "failures"):
         low, high = found.bounds
         rows = zip(found.intensity, found.failures, found.trials, low, high, strict=True)
         levels = [(f"{found.name} {x:.4g}", f"{k:g} of {n:g} fail: probability {a:.2g} … {b:.2g}")
                   for x, k, n, a, b in rows]  # fmt: skip
-        return [*levels, ("no curve", found.why), ("doubt", found.doubt)]
+        return [*levels, ("no curve", found.why), ("warning", found.doubt)]
     if hasattr(found, "capacity"):
-        words = ", ".join(_shorten_value(v) for v in found.capacity_fractiles)
+        words = ", ".join(_format_value(v) for v in found.capacity_fractiles)
         return [("capacity 16, 50, 84 %", words if found.threshold is not None else "")]
     if hasattr(found, "total"):
         return [(name, f"first {first:.4f}, total {total:.4f}") for name, first, total in
@@ -153,7 +155,7 @@ def _describe_figure(found) -> list[tuple[str, str]]:
     return []
 
 
-def _shorten_value(value) -> str:
+def _format_value(value) -> str:
     if not isinstance(value, float | np.floating):
         return str(value)
     return number(0.0 if abs(value) < _ROUNDING else value, 5)

@@ -36,28 +36,28 @@ from .store import (
 from .store import write_whole as write
 from .tasks import task_of
 
-_LARGEST = 2**28  # largest size in bytes of a file that an input names, as in the engine
+_LARGEST = 2**28  # largest size (bytes) of a file that an input names, as in the engine
 _FORMAT = 1
 
 
 @dataclass
 class Plan:
-    """A study before it is run.
+    """Definition of a study: model, axes, results, folder and cases.
 
     Attributes
     ----------
     model : path, Model or callable
-        Model to change, or the function to call.
+        Model to change, or function to call.
     axes : list of Axis
     quantities : list of Quantity
         Results of each case.
     task : str or callable
-        ``'run'``, or a function of the path of a case's input.
+        ``'run'``, or a function of the path of the input of a case.
     fixed : dict
-        Changes that all cases have.
+        Changes of the input in all cases.
     folder : Path or None
     keys : list of str
-        Of the cases, in the order of the dimensions, the last one fastest.
+        Keys of the cases in the order of the dimensions; the last dimension varies fastest.
     """
 
     model: Any
@@ -88,7 +88,7 @@ class Plan:
             yield found
 
     def write(self) -> "Plan":
-        """Write inputs and manifest into the folder of the study; existing cases stay."""
+        """Write inputs and manifest into the folder of the study; keep existing cases."""
         plain_text("folder", str(self.folder))
         make_folder(self.folder)
         if callable(self.model):
@@ -99,6 +99,7 @@ class Plan:
         return self
 
     def _write_inputs(self) -> list[str]:
+        """Write the input of each case, and the files that it names; return the keys."""
         files = _StudyFiles(self.folder)
         with opened_input(self.model) as (file, text):
             base = files.text_with_copies(text, Path(file))
@@ -118,6 +119,7 @@ class Plan:
         return keys
 
     def _write_calls(self) -> list[str]:
+        """Write the arguments of the function in each case; return the keys."""
         keys = []
         for changes in self.changes():
             text = json.dumps(changes, default=plain)
@@ -127,6 +129,7 @@ class Plan:
         return keys
 
     def _make_manifest(self) -> dict:
+        """Return the description of the study that `collect` and other clients read."""
         coordinates = {
             name: {"dims": list(dims), "values": [plain(v) for v in values], "attrs": attrs}
             for axis in self.axes
@@ -147,7 +150,7 @@ class Plan:
 
 
 def make_plan(model, parameters, results=None, folder=None, fixed=None, task="run") -> Plan:
-    """Make the plan of a study; see `sitedda.study` for its arguments."""
+    """Return the plan of a study; see `sitedda.study.study` for the arguments."""
     if isinstance(model, str | os.PathLike):
         model = Path(model)
     task = task_of(task)
@@ -157,7 +160,7 @@ def make_plan(model, parameters, results=None, folder=None, fixed=None, task="ru
     wanted = quantities_of(default if results is None else results)
     if wanted and not default:
         raise InputError(
-            "a model that is a function returns its results; omit the argument results"
+            "results cannot be selected if a function computes them; omit the argument results"
         )
     axes = axes_of(parameters)
     where = None if folder is None else Path(folder).absolute()
@@ -165,7 +168,7 @@ def make_plan(model, parameters, results=None, folder=None, fixed=None, task="ru
 
 
 def plan_of_folder(folder) -> Plan:
-    """Return the plan of a folder from its manifest, without axes and functions."""
+    """Return the plan of the study in a folder, without axes and functions."""
     folder = Path(folder).absolute()
     found = read_manifest(folder)
     wanted = [one for one in found["quantities"] if ":" not in one]
@@ -192,7 +195,7 @@ def build() -> str:
 
 
 def plain(value):
-    """Convert a value for JSON."""
+    """Convert a value to types that JSON allows."""
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, np.ndarray | list | tuple):
@@ -203,21 +206,21 @@ def plain(value):
 
 
 class _StudyFiles:
-    """Files that inputs name, each copied once into the study."""
+    """Copies, in the folder of a study, of the files that its inputs name."""
 
     def __init__(self, study: Path):
         self.study = study
         self.names: dict[Path | int, str] = {}
 
     def with_copies(self, changes: Mapping) -> dict:
-        """Return changes that refer to the copied files."""
+        """Copy the files that changes name; return changes that name the copies."""
         return {
-            path: self._copy_name(value, path) if _names_a_file(path) and value else value
+            path: self._copy_name(value, path) if _is_file_variable(path) and value else value
             for path, value in changes.items()
         }
 
     def text_with_copies(self, text: str, file: Path) -> str:
-        """Return a text that refers to the copied files."""
+        """Copy the files that an input names; return its text with the names of the copies."""
 
         def name_of(group: Found) -> str:
             name = group.values.get("file") if group.name != "output" else ""
@@ -226,7 +229,7 @@ class _StudyFiles:
         return with_files(text, name_of, file)
 
     def _copy_name(self, file, where: str) -> str:
-        """Return the name of the copy of a file, or of a `Record` not yet in a file."""
+        """Copy a file, or write a `Record`, unless this has been done; return the new name."""
         key = id(file) if hasattr(file, "data") else Path(file)
         if key not in self.names:
             try:
@@ -237,7 +240,7 @@ class _StudyFiles:
         return self.names[key]
 
 
-def _names_a_file(path: str) -> bool:
+def _is_file_variable(path: str) -> bool:
     return path.strip().lower().endswith(".file") and not path.lower().startswith("output")
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The task of a study that runs a pushover of each case."""
+"""The task [pushover] of a study: a pushover of each case."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -16,14 +16,14 @@ class PushTo:
     Attributes
     ----------
     point : str
-        Of the curve: a measured point.
+        Measured point whose displacement the curve shows.
     load : {'horizontal', 'tilt', 'mode'}
     sense : {1, -1}
-        Of the load along x.
+        Sense of the load along x.
     displacement : float, optional
-        At the end, m (a tenth of the point's height).
+        Displacement at the end of the curve, m; default: a tenth of the height of the point.
     steps : int
-        In that displacement.
+        Number of steps to this displacement.
     limits : bool
         Whether to compute the limits of dry rigid blocks under a horizontal load.
     """
@@ -40,7 +40,7 @@ class PushTo:
     )  # fmt: skip
 
     def checked(self) -> "PushTo":
-        """Return the settings; raise an error if a pushover cannot start with them."""
+        """Return the settings; raise InputError if one is invalid."""
         from ..stability.pushover import LOADS
 
         if self.load not in LOADS or self.sense not in (1, -1):
@@ -52,11 +52,11 @@ class PushTo:
         return self
 
     def check(self, file) -> None:
-        """Check that an input has the point, before the pushover."""
+        """Check before the pushover that the measured point exists in an input."""
         check_names(file, [Quantity("", f"displacement[{self.point}].x")])
 
     def __call__(self, file) -> dict:
-        """Return peak, end, energies (J/m) and, if requested, limits of an input."""
+        """Run a pushover of an input; return the numbers named in `results`, and warnings."""
         from ..stability import limit_analysis, pushover
 
         found = pushover(file, self.point, load=self.load, sense=self.sense,

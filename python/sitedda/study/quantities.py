@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Extract the results of a case: numbers and arrays of an output by name or function."""
+"""Extract the results of a case from its output, as numbers and arrays."""
 
 import re
 import tempfile
@@ -33,7 +33,7 @@ _LABELS = {
     "component": ("xx", "yy", "xy"),
     "coordinate": ("x", "y", "rotation", "strain_x", "strain_y", "shear_strain"),
 }
-_WRITTEN = "attributes"  # attributes of the output, written by the engine
+_WRITTEN = "attributes"  # key of the results that the engine writes as attributes of the output
 _MAXIMA = engine_names("maxima numbers")
 _LARGEST = tuple(f"largest_{name}" for name in _MAXIMA)
 _OF_JOINTS = [one for one in VARIABLES.values()
@@ -56,14 +56,14 @@ _TOPICS = {
 NAMES = {name for names in _TOPICS.values() for name in names}
 _AT_POINTS = {name for name in _TOPICS[_WRITTEN]
               if name.startswith(("pga_", "pgv_", "arias_", "sa_", "resolved_"))}  # fmt: skip
-_OF_PYTHON = ("residual_drift", "amplification")  # results that the engine does not list
+_OF_PYTHON = ("residual_drift", "amplification")  # results that the engine does not write
 _BLOCKS = ("frame_time", "vertex_block", "vertices", "block_coordinates", "frame_base")
 _HISTORY = ("time", "acceleration", "velocity", "point_place", "time_step", "energy_balance")
 _NEEDS = {"add_damping": _HISTORY}
 _WRITTEN_AS = {"absolute_displacement": "displacement"}
-_WHOLE = ("verdict", "figures", "histories")  # quantities that every output has
-_NO_AMPLIFICATION = "amplification_ratio needs a group &amplification in the input"
-_LARGE = 5e7  # bytes of block coordinates above which only required frames are read
+_WHOLE = ("verdict", "figures", "histories")  # quantities that all outputs contain
+_NO_AMPLIFICATION = "amplification_ratio requires a group &amplification in the input"
+_LARGE = 5e7  # size of the block coordinates (bytes) above which only required frames are read
 _ZERO = ("contacts_slipped", "contacts_opened", "bonds_broken", "blocks_fallen", "blocks_lost")
 
 
@@ -74,11 +74,11 @@ class Quantity:
     Attributes
     ----------
     label : str
-        Its name in the table.
+        Name in the table.
     name : str
-        A name of `measure`, or that of a function with the checksum of its source.
+        Name as in `measure`, or name of a function with the checksum of its source.
     function : callable, optional
-        Of a `sitedda.Run`.
+        Function of a `sitedda.Run`.
     """
 
     label: str
@@ -92,7 +92,7 @@ def quantities_of(results) -> list[Quantity]:
     Parameters
     ----------
     results : str, callable, sequence or mapping of these
-        Names of quantities or functions of a Run; in a mapping by their name in the table.
+        Names as in `measure`, or functions of a Run; the keys of a mapping are names in the table.
     """
     if isinstance(results, str) or callable(results):
         results = [results]
@@ -104,6 +104,7 @@ def quantities_of(results) -> list[Quantity]:
 
 
 def _parse_quantity(label: str | None, what) -> Quantity:
+    """Convert a name or function to a quantity; raise InputError if the name is invalid."""
     if callable(what):
         return Quantity(label or what.__name__, function_name(what), what)
     if not isinstance(what, str) or not (found := _PATH.fullmatch(what)):
@@ -115,7 +116,7 @@ def _parse_quantity(label: str | None, what) -> Quantity:
 
 
 class Output:
-    """An output of a run, read lazily."""
+    """An output of a run, whose variables are read on first access."""
 
     def __init__(self, file: Path):
         import netCDF4
@@ -133,7 +134,7 @@ class Output:
             self.attributes = {name: self._data.getncattr(name) for name in self._data.ncattrs()}
 
     def __enter__(self) -> "Output":
-        """Use in a with statement."""
+        """Return the output."""
         return self
 
     def __exit__(self, *_) -> None:
@@ -170,7 +171,7 @@ class Output:
         return [b"".join(row).decode("utf-8", "replace").strip("\0 ") for row in rows]
 
     def dataset(self, names: Iterable[str]):
-        """Return some variables as an `xarray.Dataset` with points by name."""
+        """Return variables as an `xarray.Dataset` in which points are selected by name."""
         import xarray as xr
 
         if 8.0 * self._data["block_coordinates"].size > _LARGE:
@@ -185,34 +186,33 @@ class Output:
 def measure(
     file: Path, wanted: Iterable[Quantity], notes: list[str] | None = None
 ) -> tuple[dict[str, float], dict[str, Array]]:
-    """Extract numbers and arrays of an output, by their label.
+    """Extract quantities from an output; return numbers and arrays by their labels.
 
-    Names are
+    Names of quantities are
 
-    - ``verdict``, all numbers of `sitedda.Run.verdict`, or one by its name, as
-      ``largest_tilt_rad`` or ``pga_m_s2[top]``; counts of what did not happen are 0;
-    - ``figures``, those of them that the table of the verdict has, and counts;
+    - ``verdict``: all numbers of `sitedda.Run.verdict`; or the name of one number, such as
+      ``largest_tilt_rad`` or ``pga_m_s2[top]``; missing counts are 0;
+    - ``figures``: the numbers in the table of the verdict, and all counts;
     - ``variable[point or block].component``, such as ``displacement[top].x``,
-      ``block_stress[drum_3].yy``, ``energy_friction``: a history; with ``.max``, ``.min``,
-      ``.range``, ``.last`` or ``.largest`` (by its size) behind it a number; ``displacement`` is
-      relative to the base, ``absolute_displacement`` is not;
-    - ``spectrum[point].x``, the acceleration response spectrum with 5 % damping;
-    - ``histories``, the figures of the verdict during the run, see
-      `sitedda.study.histories`;
-    - ``amplification_ratio``, of the first &amplification of the input.
+      ``block_stress[drum_3].yy``, ``energy_friction``: a history.  A suffix ``.max``, ``.min``,
+      ``.range``, ``.last`` or ``.largest`` (absolute value) reduces it to a number.
+      ``displacement`` is relative to the base, unlike ``absolute_displacement``;
+    - ``spectrum[point].x``: acceleration response spectrum with 5 % damping;
+    - ``histories``: results of the verdict as functions of time, see `sitedda.study.histories`;
+    - ``amplification_ratio``: spectral ratio of the first &amplification of the input.
 
     Parameters
     ----------
     file : path
-        An output.
+        Output of a run.
     wanted : iterable of Quantity
     notes : list of str, optional
-        Receives notes on the numbers; without it they are warnings.
+        List to which the warnings of the run are appended.
 
     Raises
     ------
     InputError
-        If the output has no such quantity; the message lists those it has.
+        If the output does not contain a quantity; the message lists existing ones.
     """
     numbers: dict[str, float] = {}
     arrays: dict[str, Array] = {}
@@ -229,12 +229,13 @@ def measure(
 
 
 def _measure_one(output: Output, wanted: Quantity) -> dict:
+    """Return the numbers and arrays of one quantity by their labels."""
     if wanted.function:
         return returned(wanted.label, wanted.function(_ended_run(output.file)))
     name, label, component, reduction = _PATH.fullmatch(wanted.name).groups()
     if name == "verdict":
         return _verdict_numbers(output, list(_TOPICS))
-    if name == "figures":  # numbers that exceed rounding according to the engine
+    if name == "figures":  # the engine lists the numbers that exceed rounding errors
         rows = str(output.attributes.get("figures", "")).splitlines()
         keys = {key for row in rows for key in row.split("\t")[1:3]} | {*_ZERO, *_OF_PYTHON}
         return {n: v for n, v in _verdict_numbers(output, list(_TOPICS)).items() if n in keys}
@@ -257,7 +258,7 @@ def _measure_one(output: Output, wanted: Quantity) -> dict:
 
 
 def _ended_run(file: Path):
-    """Return an output as an ended run."""
+    """Return the run of an output, for functions of the user."""
     from ..drawing.ended_run import EndedRun
     from ..output.output_file import load
 
@@ -266,7 +267,7 @@ def _ended_run(file: Path):
 
 
 def _verdict_numbers(output: Output, parts: Iterable[str]) -> dict[str, float]:
-    """Return numbers of parts of a verdict, from the variables that they need."""
+    """Return the numbers of parts (keys of `_TOPICS`) of the verdict by name."""
     if "amplification" not in input_values(output.attributes):
         parts = [part for part in parts if part != "add_damping"]
     found = {name: 0.0 for part in parts for name in _TOPICS[part] if name in _ZERO}
@@ -278,7 +279,7 @@ def _verdict_numbers(output: Output, parts: Iterable[str]) -> dict[str, float]:
 
 
 def _compute_verdict(output: Output, parts: Iterable[str]) -> dict[str, float]:
-    """Compute the parts of a verdict that the engine does not write."""
+    """Return the numbers of parts of the verdict that the engine does not write."""
     from ..output import verdict as words
     from ..output.scene import Scene
 
@@ -291,6 +292,7 @@ def _compute_verdict(output: Output, parts: Iterable[str]) -> dict[str, float]:
 
 
 def _verdict_number(output: Output, part: str, name: str, label: str | None) -> float:
+    """Return a number of the verdict; `label` is the name of its point or joint, if any."""
     values = _verdict_numbers(output, [part])
     key = name if label is None else f"{name}[{label}]"
     if key in values:
@@ -298,10 +300,11 @@ def _verdict_number(output: Output, part: str, name: str, label: str | None) -> 
     if name.startswith("first_"):
         return np.nan
     hint = f"; there are {', '.join(n for n in values if n.startswith(name))}" if values else ""
-    raise InputError(f"the run has no {key}{hint}")
+    raise InputError(f"the run has no result {key}{hint}")
 
 
 def _compute_spectrum(output: Output, name: str, point: str | None, axis: str | None) -> Array:
+    """Return the acceleration response spectrum of a point with 5 % damping, m/s²."""
     from ..output.verdict import PERIODS, acceleration_spectrum
 
     series = _read_history(output, name, "acceleration", point, axis or "x", None)
@@ -313,7 +316,7 @@ def _compute_spectrum(output: Output, name: str, point: str | None, axis: str | 
 
 
 def _read_history(output, path, name, label, component, reduction) -> Array | float:
-    """Return a variable over time or frames, at a point or block and for a component."""
+    """Return a variable of a point or block as a function of time, or reduced to a number."""
     place, reduction = _locate_history(output, path, name, label, component, reduction)
     written = _WRITTEN_AS.get(name, name)
     values, kept = output[written][place], output.dims(written)[0]
@@ -326,7 +329,7 @@ def _read_history(output, path, name, label, component, reduction) -> Array | fl
 
 
 def _locate_history(output, path, name, label, component, reduction) -> tuple[tuple, str | None]:
-    """Return the position of a history in the values of a variable, and its reduction."""
+    """Return the index of a history in the array of its variable, and the name of its reduction."""
     dims = output.dims(_WRITTEN_AS.get(name, name))
     place: list = [slice(None)]
     if component in REDUCTIONS and reduction is None and len(dims) < 3:
@@ -341,21 +344,21 @@ def _locate_history(output, path, name, label, component, reduction) -> tuple[tu
 
 
 def check_names(source, wanted: Iterable[Quantity]) -> None:
-    """Check, before a run, that its output will have the quantities; see `measure`.
+    """Check before a run that its output will contain quantities; see `measure`.
 
     Parameters
     ----------
     source : path or InputOfRun
         The input.
     wanted : iterable of Quantity
-        Of functions, nothing is known before the run.
+        Quantities; functions are not checked.
 
     Raises
     ------
     NotBegun
         If the run cannot begin.
     InputError
-        If it would have no such quantity; the message lists those it would have.
+        If the output would not contain a quantity; the message lists existing ones.
     """
     from ..engine.simulation import Simulation
 
@@ -374,10 +377,11 @@ def check_names(source, wanted: Iterable[Quantity]) -> None:
 
 
 class NotBegun(SiteddaError):
-    """A run cannot start, so that its results are unknown."""
+    """A run cannot start, so the names of its results are unknown."""
 
 
 def _check_name(output: Output, path: str) -> None:
+    """Check that an output contains a quantity; raise InputError otherwise."""
     name, label, component, reduction = _PATH.fullmatch(path).groups()
     kind = "measured_joint" if name in _JOINTS else "point" if name in _AT_POINTS else ""
     if kind:
@@ -393,16 +397,17 @@ def _check_name(output: Output, path: str) -> None:
 
 
 def _find_index(path: str, what: str, name: str | None, names) -> int:
+    """Return the index of a name, such as that of a point; raise InputError if it is missing."""
     if name in names:
         return list(names).index(name)
     shown = ", ".join(list(names)[:8]) + (" …" if len(names) > 8 else "")
     if name is None:
-        raise InputError(f"{path}: name {what} of {shown}")
+        raise InputError(f"{path}: {what} is missing; there are {shown}")
     raise InputError(f"{path}: there is no {what.partition(' ')[2]} {name!r}; there are {shown}")
 
 
 def returned(label: str, value) -> dict:
-    """Convert the result of a function: number, array, DataArray, or a mapping of these."""
+    """Convert the value of a function (number, array, DataArray, mapping) to numbers and arrays."""
     if isinstance(value, Mapping):
         return {k: v for name, one in value.items() for k, v in returned(str(name), one).items()}
     if hasattr(value, "dims") and hasattr(value, "coords"):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Suites of records, each scaled to the same levels of an intensity measure."""
+"""Suites of records that are scaled to levels of an intensity measure."""
 
 import os
 from collections.abc import Sequence
@@ -14,12 +14,12 @@ from ..engine.signals import arias_intensity, running_integral, spectral_acceler
 from .axes import checked_name, coordinate
 
 _UNITS = {"scale": "1", "pga": "m/s^2", "pgv": "m/s", "sa": "m/s^2", "arias": "m/s"}
-_PERIODS = np.geomspace(0.1, 2.0, 12)  # s, at which spectra of records are compared
+_PERIODS = np.geomspace(0.1, 2.0, 12)  # periods at which the spectra of records are compared, s
 
 
 @dataclass(frozen=True)
 class Record:
-    """A ground acceleration that is not yet in a file.
+    """A ground acceleration in memory.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class Record:
     time_step : float
         s.
     misfit : float
-        Of a synthetic one: root of the mean square of Sa over its target, less 1.
+        Root mean square of Sa / target − 1 of a synthetic record; otherwise NaN.
     """
 
     name: str
@@ -39,7 +39,7 @@ class Record:
 
     @property
     def data(self) -> bytes:
-        """Return the samples as a text file, one per line."""
+        """Return the content of a text file with one sample per line."""
         return ("\n".join(map(repr, self.acceleration.tolist())) + "\n").encode()
 
 
@@ -47,24 +47,24 @@ class Record:
 class Records:
     """Records and levels of intensity: two dimensions of a study.
 
-    The factor of a record is the level over the measure of the record, so that all records of a
+    Each record is multiplied by the ratio of the level to its intensity, so that all records of a
     level have the same intensity. For the Arias intensity, the factor is the root of this ratio.
 
     Parameters
     ----------
     records : sequence of path or Record
     levels : sequence of float
-        In the unit of the measure: factors, m/s², m/s.
+        Levels in the unit of the measure: factors, m/s² or m/s.
     measure : {'scale', 'pga', 'pgv', 'sa', 'arias'}
-        Also the name of the dimension. 'sa' is the spectral pseudo-acceleration at `period`.
+        Intensity measure, and name of its dimension. 'sa' is the pseudo-acceleration at `period`.
     motion : str
-        Name of the &motion that the records are for, where the input has several.
+        Name of the &motion that uses the records; required if the input contains several.
     period, damping : float
-        s and damping ratio, of 'sa'.
+        Period (s) and damping ratio of 'sa'.
     format, quantity, unit : str
-        Of files that do not state it, as in &motion.
+        Variables of &motion, for files that do not state them.
     time_step : float
-        s, of files that do not state it.
+        Time step (s) of files that do not state it.
     """
 
     records: Sequence
@@ -85,7 +85,7 @@ class Records:
         if self.measure not in _UNITS:
             raise InputError(f"measure = {self.measure!r}: use {', '.join(_UNITS)}")
         if self.measure == "sa" and not self.period:
-            raise InputError("measure 'sa' needs the period, s")
+            raise InputError("measure = 'sa' requires period, s")
         self.records, levels = list(self.records), np.asarray(self.levels, dtype=float)
         if not self.records or not levels.size or not np.all(np.isfinite(levels) & (levels > 0)):
             raise InputError("give at least one record, and levels above 0")
@@ -109,7 +109,7 @@ class Records:
         }
 
     def changes(self, place: tuple[int, ...]) -> dict:
-        """Return file and factor of the motion."""
+        """Return the changes of &motion for a record and a level."""
         record = self.records[place[0]]
         group = f"motion[{self.motion}]" if self.motion else "motion"
         found: dict = {"values": None, "scale": float(self.factors[place])}
@@ -123,7 +123,7 @@ class Records:
         return {f"{group}.{name}": value for name, value in found.items()}
 
     def _read_motion(self, record) -> tuple[np.ndarray, np.ndarray, float] | None:
-        """Return acceleration, velocity and step; None for a file that need not be read."""
+        """Return acceleration (m/s²), velocity (m/s) and time step (s); None if not needed."""
         if isinstance(record, Record):
             velocity = running_integral(record.acceleration, record.time_step)
             return record.acceleration, velocity, record.time_step
@@ -133,19 +133,19 @@ class Records:
         return read.acceleration.values, read.velocity.values, float(read.time[1] - read.time[0])
 
     def _raw_measure(self, record, motion) -> float:
-        """Return the measure of an unscaled record."""
+        """Return the intensity of an unscaled record."""
         if self.measure == "scale":
             return 1.0
         acceleration, velocity, step = motion
         found = intensity(self.measure, acceleration, velocity, step, self.period, self.damping)
         if not found > 0:
-            raise InputError(f"{_record_name(record)}: its {self.measure} is {found:g}; it cannot "
-                             "be scaled")  # fmt: skip
+            raise InputError(f"{_record_name(record)} cannot be scaled: its {self.measure} is "
+                             f"{found:g}")  # fmt: skip
         return found
 
 
 def _ln_sa_scatter(motions: list) -> dict:
-    """Return, as an attribute, the scatter of ln Sa of records scaled to a common mean."""
+    """Return the scatter of ln Sa of records with a common mean, as an attribute of the table."""
     if len(motions) < 2 or None in motions:
         return {}
     shapes = np.array([np.log(spectral_acceleration(acceleration, step, _PERIODS, 0.05))
@@ -167,9 +167,9 @@ def intensity(measure: str, acceleration, velocity, step: float, period=None, da
     acceleration, velocity : ndarray, shape (samples,)
         m/s² and m/s.
     step : float
-        s between samples.
+        Time between samples, s.
     period, damping : float
-        Of 'sa', s and damping ratio.
+        Period (s) and damping ratio of 'sa'.
     """
     if measure == "pga":
         return float(abs(acceleration).max())

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Samples of random parameters: Latin hypercube, Sobol', and designs for sensitivity."""
+"""Samples of random parameters: Latin hypercube, Sobol', and designs for sensitivity analysis."""
 
 from collections.abc import Callable, Mapping, Sequence
 
@@ -18,7 +18,7 @@ def uniform(low: float, high: float):
     from scipy import stats
 
     if not low < high:
-        raise InputError(f"a uniform distribution needs low < high, not {low:g}, {high:g}")
+        raise InputError(f"a uniform distribution requires low < high, not {low:g} and {high:g}")
     return stats.uniform(low, high - low)
 
 
@@ -27,17 +27,17 @@ def normal(mean: float, deviation: float):
     from scipy import stats
 
     if not deviation > 0:
-        raise InputError(f"a normal distribution needs a deviation > 0, not {deviation:g}")
+        raise InputError(f"a normal distribution requires deviation > 0, not {deviation:g}")
     return stats.norm(mean, deviation)
 
 
 def lognormal(median: float, deviation: float):
-    """Return a lognormal distribution by median and standard deviation of ln."""
+    """Return a lognormal distribution; `deviation` is the standard deviation of the logarithm."""
     from scipy import stats
 
     if not (deviation > 0 and median > 0):
-        raise InputError("a lognormal distribution needs median > 0 and deviation > 0, not "
-                         f"{median:g}, {deviation:g}")  # fmt: skip
+        raise InputError("a lognormal distribution requires median > 0 and deviation > 0, not "
+                         f"{median:g} and {deviation:g}")  # fmt: skip
     return stats.lognorm(deviation, scale=median)
 
 
@@ -45,11 +45,11 @@ _KINDS: dict[str, Callable] = {"uniform": uniform, "normal": normal, "lognormal"
 
 
 def distribution(values: Mapping):
-    """Return a distribution by ``{distribution = "uniform", low = 1, high = 2}``."""
+    """Return the distribution of a table ``{distribution = "uniform", low = 1, high = 2}``."""
     values = dict(values)
     kind = values.pop("distribution", None)
     if not isinstance(kind, str) or kind not in _KINDS:
-        raise InputError(f"distribution = {kind!r}: name one of {', '.join(_KINDS)}")
+        raise InputError(f"distribution = {kind!r}: use {', '.join(_KINDS)}")
     try:
         return _KINDS[kind](**{name: FINITE.check(name, one) for name, one in values.items()})
     except TypeError as trouble:
@@ -62,17 +62,18 @@ def latin_hypercube(count: int, distributions: Mapping, seed: int = 0, name="sam
     Parameters
     ----------
     count : int
-        Of cases.
+        Number of cases.
     distributions : mapping
-        By the name of what they change; frozen distributions of `scipy.stats`, or `uniform`,
+        Distribution of each variable: frozen distributions of `scipy.stats`, or `uniform`,
         `normal`, `lognormal` of this package.
     seed : int
     name : str
-        Of the dimension.
+        Name of the dimension.
     """
     from scipy.stats import qmc
 
-    unit = qmc.LatinHypercube(len(distributions), seed=_make_rng(seed)).random(_check_count(count))
+    rng = _random_generator(seed)
+    unit = qmc.LatinHypercube(len(distributions), seed=rng).random(_check_count(count))
     return Points(name, _values_at_points(distributions, unit))
 
 
@@ -85,25 +86,25 @@ def sobol(count: int, distributions: Mapping, seed: int = 0, name="sample") -> P
         If `count` is not a power of two, which the balance of the sequence requires.
     """
     return Points(
-        name, _values_at_points(distributions, _draw_sobol(count, len(distributions), seed))
+        name, _values_at_points(distributions, _sobol_points(count, len(distributions), seed))
     )
 
 
 def saltelli(count: int, distributions: Mapping, seed: int = 0, name="sample") -> Points:
     """Return the design for `sobol_indices`: count × (parameters + 2) cases.
 
-    Samples A and B of a Sobol' sequence of twice the dimension, then A with each column in turn
-    from B (Saltelli et al. 2010, Comput. Phys. Commun. 181, 259).
+    The design contains samples A and B, then, for each parameter, A with the column of the
+    parameter from B (Saltelli et al. 2010, Comput. Phys. Commun. 181, 259).
 
     Parameters
     ----------
     count : int
-        Of each sample, a power of two.
+        Number of cases in each sample, a power of two.
     distributions, seed, name
         See `latin_hypercube`.
     """
     width = len(distributions)
-    unit = _draw_sobol(count, 2 * width, seed)
+    unit = _sobol_points(count, 2 * width, seed)
     a, b = unit[:, :width], unit[:, width:]
     mixed = [np.where(np.arange(width) == i, b, a) for i in range(width)]
     return Points(name, _values_at_points(distributions, np.concatenate([a, b, *mixed])))
@@ -115,9 +116,9 @@ def one_at_a_time(ranges: Mapping, name: str = "variation") -> Points:
     Parameters
     ----------
     ranges : mapping of (low, base, high)
-        By the name of what they change.
+        Values of each variable.
     name : str
-        Of the dimension.
+        Name of the dimension.
     """
     for path, values in ranges.items():
         if not isinstance(values, Sequence) or len(values) != 3:
@@ -134,50 +135,52 @@ def read_points(file, count: int | None = None, name: str = "sample") -> Points:
     Parameters
     ----------
     file : path
-        Its heading has the names of what changes; lines that begin with # are comments.
+        Its heading lists the changed variables; lines that begin with # are comments.
     count : int, optional
-        The first so many rows (all).
+        Number of rows to read; default: all.
     name : str
-        Of the dimension.
+        Name of the dimension.
 
     Raises
     ------
     InputError
-        If there are fewer rows, or a value is not a number.
+        If the file has fewer rows, or a value is not a number.
     """
     names, rows = read_numbers(file, _LARGEST)
     if len(rows) < (count or 1):
-        raise InputError(f"{file} has {len(rows)} rows of values; {count} are needed")
+        raise InputError(f"{file} has {len(rows)} rows of values; {count or 1} are required")
     columns = zip(*(values for _, values in rows[:count]), strict=True)
     return Points(name, {one: [FINITE.check(f"{file}: {one}", value) for value in column]
                          for one, column in zip(names, columns, strict=True)})  # fmt: skip
 
 
-def _draw_sobol(count: int, width: int, seed: int) -> np.ndarray:
+def _sobol_points(count: int, width: int, seed: int) -> np.ndarray:
+    """Return a scrambled Sobol' sample in the unit cube, shape (count, width)."""
     from scipy.stats import qmc
 
     count = _check_count(count)
     if count & (count - 1):
         near = 1 << (count.bit_length() - 1)
-        raise InputError(f"a Sobol' sample needs a power of two, such as {near} or {2 * near}, "
-                         f"not {count}")  # fmt: skip
-    return qmc.Sobol(width, seed=_make_rng(seed)).random(count)
+        raise InputError(f"count = {count}: a Sobol' sample requires a power of two, such as "
+                         f"{near} or {2 * near}")  # fmt: skip
+    return qmc.Sobol(width, seed=_random_generator(seed)).random(count)
 
 
 def _check_count(count: int) -> int:
+    """Return a number of cases as an integer; raise InputError if it is not one above 0."""
     if int(count) != count or count < 1:
         raise InputError(f"count = {count} must be a whole number above 0")
     return int(count)
 
 
-def _make_rng(seed: int) -> np.random.Generator:
+def _random_generator(seed: int) -> np.random.Generator:
     return np.random.Generator(np.random.PCG64(seed))
 
 
 def _values_at_points(distributions: Mapping, unit: np.ndarray) -> dict[str, list[float]]:
-    """Return values of the distributions at points of the unit cube."""
+    """Transform points of the unit cube to values of the distributions, by variable."""
     if not distributions:
-        raise InputError("a sample needs at least one parameter")
+        raise InputError("a sample requires at least one parameter")
     found = {}
     for (path, one), column in zip(distributions.items(), unit.T, strict=True):
         one = distribution(one) if isinstance(one, Mapping) else one

@@ -11,17 +11,20 @@ from ..base.numbers import labelled
 
 @dataclass(frozen=True)
 class Tornado:
-    """Results with one parameter at a time at low and high value, the widest range first.
+    """Results with one parameter at a time at its low and high value; the widest range first.
 
     Attributes
     ----------
     names : list of str
+        Names of the parameters.
     low, high : ndarray, shape (parameters,)
-        Results there.
+        Results at the low and high value of each parameter.
     low_values, high_values : ndarray, shape (parameters,)
-        Values of the parameters.
+        Low and high value of each parameter.
     base : float
+        Result at the base values of all parameters.
     quantity : str
+        Name of the result.
     """
 
     names: list[str]
@@ -34,12 +37,12 @@ class Tornado:
 
     @property
     def swing(self) -> np.ndarray:
-        """Return the range of the results of each parameter, including the base."""
+        """Return the range of the three results (low, base, high) of each parameter."""
         rows = np.stack([self.low, self.high, np.full_like(self.low, self.base)])
         return np.ptp(rows, axis=0)
 
     def picture(self):
-        """Draw the ranges of the results around the base."""
+        """Draw the range of the result of each parameter as a bar; return the figure."""
         from ..report.style import BLUE, INK, ORANGE, canvas
 
         figure, (axes,) = canvas(1, size=(7.5, 1.2 + 0.5 * len(self.names)))
@@ -64,12 +67,12 @@ class Tornado:
 
 
 def tornado(table, quantity: str, dim: str = "variation") -> Tornado:
-    """Return the tornado diagram of a study whose design is `one_at_a_time`.
+    """Return the tornado diagram of a study with the design `one_at_a_time`.
 
     Raises
     ------
     InputError
-        If the dimension is not such a design, or a case has no result.
+        If the dimension has another design, or a case has no result.
     """
     names = _parameter_names(table, dim)
     values = table[quantity].values
@@ -87,17 +90,20 @@ def tornado(table, quantity: str, dim: str = "variation") -> Tornado:
 
 @dataclass(frozen=True)
 class SobolIndices:
-    """Sobol' indices: fractions of the variance of a result.
+    """Sobol' indices: fractions of the variance of a result that parameters cause.
 
     Attributes
     ----------
     names : list of str
+        Names of the parameters.
     first, total : ndarray, shape (parameters,)
-        Fraction of each parameter alone, and with all its interactions.
+        Fraction due to each parameter alone, and including its interactions.
     first_interval, total_interval : ndarray, shape (parameters, 2)
-        Of the confidence, by resampling.
+        Confidence intervals by bootstrap.
     confidence : float
+        Confidence level of the intervals.
     quantity : str
+        Name of the result.
     """
 
     names: list[str]
@@ -109,7 +115,7 @@ class SobolIndices:
     quantity: str
 
     def picture(self):
-        """Draw the indices with their confidence intervals."""
+        """Draw the indices with their confidence intervals; return the figure."""
         from ..report.style import BLUE, INK, ORANGE, canvas
 
         figure, (axes,) = canvas(1, size=(7.0, 4.2))
@@ -129,25 +135,27 @@ class SobolIndices:
 
 
 def sobol_indices(table, quantity: str, dim: str = "sample", confidence=0.95, seed=0):
-    """Return the Sobol' indices of a study whose design is `saltelli`.
+    """Return the Sobol' indices of a study with the design `saltelli`.
 
-    By `scipy.stats.sobol_indices`: the estimators of Saltelli et al. (2010) and of Jansen (1999).
+    `scipy.stats.sobol_indices` uses the estimators of Saltelli et al. (2010) and Jansen (1999).
 
     Parameters
     ----------
     table : xarray.Dataset
-        Of a study.
+        Results of a study.
     quantity : str
+        Name of the result.
     dim : str
+        Dimension of the design.
     confidence : float
-        Of the intervals.
+        Confidence level of the intervals.
     seed : int
-        Of the resampling.
+        Seed of the bootstrap.
 
     Raises
     ------
     InputError
-        If the dimension is not such a design, a case has no result, or all results are equal.
+        If the dimension has another design, a case has no result, or all results are equal.
     """
     from scipy import stats
 
@@ -158,7 +166,7 @@ def sobol_indices(table, quantity: str, dim: str = "sample", confidence=0.95, se
         raise InputError(f"{dim!r} is not a design of saltelli")
     _require_complete(table, quantity, dim)
     if np.ptp(values) == 0:
-        raise InputError(f"{quantity} is the same in all cases: there is no variance to divide")
+        raise InputError(f"{quantity} is the same in all cases: its variance is 0")
     rows = values.reshape(width + 2, -1)
     parts = {"f_A": rows[:1], "f_B": rows[1:2], "f_AB": rows[2:, None, :]}
     found = stats.sobol_indices(func=parts, n=rows.shape[1])
@@ -169,7 +177,7 @@ def sobol_indices(table, quantity: str, dim: str = "sample", confidence=0.95, se
 
 
 def _bootstrap_intervals(rows: np.ndarray, rng, confidence: float, times: int = 200) -> np.ndarray:
-    """Bootstrap intervals of the indices, shape (2, parameters, 2), over rows."""
+    """Return bootstrap intervals of first and total indices, shape (2, parameters, 2)."""
     found = np.empty((times, 2, len(rows) - 2))
     for i in range(times):
         a, b, *mixed = rows[:, rng.integers(rows.shape[1], size=rows.shape[1])]
@@ -183,13 +191,15 @@ def _bootstrap_intervals(rows: np.ndarray, rng, confidence: float, times: int = 
 
 
 def _parameter_names(table, dim: str) -> list[str]:
+    """Return the names of the parameters that vary along a dimension."""
     if dim not in table.sizes:
         raise InputError(f"the table has no dimension {dim!r}; it has {', '.join(table.sizes)}")
     return [name for name, one in table.coords.items() if one.dims == (dim,) and name != dim]
 
 
 def _require_complete(table, quantity: str, dim: str) -> None:
+    """Raise InputError if a case has no value of a quantity."""
     lacking = int(np.sum(~np.isfinite(table[quantity].values)))
     if lacking:
-        raise InputError(f"{lacking} of {table.sizes[dim]} cases have no {quantity}: the design "
-                         "must be complete")  # fmt: skip
+        raise InputError(f"{lacking} of {table.sizes[dim]} cases have no {quantity}; sensitivity "
+                         "analysis requires all cases")  # fmt: skip

@@ -35,7 +35,7 @@ _WORDS: dict = {
     _NAMES: "a name, a list or a table of names",
 }
 _OF_TYPE: dict = {str: str, bool: bool, int: FINITE, float: FINITE}
-# The names in each table and their kinds; None: checked elsewhere.
+# The names in each table and the types or ranges of their values; None: checked elsewhere.
 _KNOWN: dict[str, dict] = {
     "": {"model": str, "folder": str, "table": str, "task": str, "results": _NAMES,
          "time_limit": None, "memory": None, "fixed": dict, "parameters": dict, "sample": dict,
@@ -55,7 +55,7 @@ _KNOWN: dict[str, dict] = {
     "eurocode8": {"peak": POSITIVE, "ground": str, "kind": Range(1, 2, whole=True)},
     "slurm": dict.fromkeys(("program", "each", "time", "memory", "options")),
 }  # fmt: skip
-_LARGEST = 2**24  # largest size of a file of a study, bytes
+_LARGEST = 2**24  # largest size of a study file, bytes
 _SAMPLES = {"latin_hypercube": latin_hypercube, "sobol": sobol, "saltelli": saltelli}
 
 
@@ -72,7 +72,7 @@ class Settings:
     limits : dict
         ``time_limit`` (s) and ``memory`` (bytes, MB in the file) of a case.
     figures : list of dict
-        Of the report.
+        Figures of the report.
     """
 
     plan: Plan
@@ -83,24 +83,24 @@ class Settings:
 
 
 def read_settings(file, folder=None) -> Settings:
-    """Read a study; its file names are relative to its folder.
+    """Read a study file; file names in it are relative to its folder.
 
     Parameters
     ----------
     file : path
     folder : path, optional
-        Of the study, instead of that in the file; it may be anywhere.
+        Folder of the study; it replaces the one in the file and may be anywhere.
 
     Raises
     ------
     InputError
-        If a name in it is not known or a value cannot be; the message names file and table.
+        If a name is unknown or a value is invalid; the message names file and table.
     """
     file = Path(file)
     try:
         values = tomllib.loads(read_bounded(file, _LARGEST).decode("utf-8"))
     except RecursionError:
-        raise InputError(f"{file}: nested too deeply") from None
+        raise InputError(f"{file}: its tables or lists are nested too deeply") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as trouble:
         raise InputError(f"{file}: {trouble}") from None
     try:
@@ -111,9 +111,10 @@ def read_settings(file, folder=None) -> Settings:
 
 
 def _parse_settings(values: dict, file: Path, folder: Path | None) -> Settings:
+    """Convert the values of a study file to settings."""
     _check_names(values, "")
     if "model" not in values:
-        raise InputError("model is missing: name the namelist file of the study")
+        raise InputError("model is missing: give the name of the input file")
     here = file.parent
     folder = folder or here / _path_in_folder(
         here, "folder", values.get("folder", f"{file.stem}_study")
@@ -151,7 +152,7 @@ def _parse_task(values: dict):
     if len(given) > 1:
         raise InputError(f"[{table}] and [{given[1]}] are two tasks: remove one")
     if "task" in values or "results" in values:
-        raise InputError(f"[{table}] defines task and results: leave out task and results")
+        raise InputError(f"[{table}] defines task and results: remove task and results")
     told = dict(values[table])
     _check_names(told, table)
     for one in fields(_TASKS[table]):
@@ -163,7 +164,7 @@ def _parse_task(values: dict):
 
 
 def _path_in_folder(here: Path, what: str, name) -> str:
-    """Return the path of a file that a study writes; it must lie in its folder."""
+    """Return the path of a file that a study writes; raise InputError if outside of `here`."""
     if not name:
         raise InputError(f"{what} = {name!r} is not a file name")
     if not is_below(here, name):
@@ -174,9 +175,9 @@ def _path_in_folder(here: Path, what: str, name) -> str:
 
 
 def _check_values(where: str, values) -> None:
-    """Check that texts contain no control characters and that numbers are finite.
+    """Check that texts contain no control characters, and that numbers are finite.
 
-    Limits may be infinite, and figures have separate checks.
+    Limits may be infinite; figures are checked separately.
     """
     if isinstance(values, str):
         plain_text(where, values)
@@ -194,6 +195,7 @@ def _check_values(where: str, values) -> None:
 
 
 def _parse_axes(values: dict, here: Path) -> list[Axis]:
+    """Return the axes of [parameters], [sample] and [records]."""
     axes: list = []
     parameters = {path: _parse_values(path, v) for path, v in values.get("parameters", {}).items()}
     if parameters:
@@ -209,7 +211,7 @@ def _parse_axes(values: dict, here: Path) -> list[Axis]:
 
 
 def _parse_values(path: str, values):
-    """Return values of a list or ``{from, to, count, spacing}``, and their ``changes``."""
+    """Return the values of a parameter from a list or table, and the variable that it changes."""
     if not isinstance(values, Mapping):
         return values
     _check_names(values, "parameter", f"parameter {path!r}: ")
@@ -220,19 +222,20 @@ def _parse_values(path: str, values):
             raise InputError(f"parameter {path!r}: give a list, or from, to and count")
         space = {"linear": np.linspace, "log": np.geomspace}.get(values.get("spacing", "linear"))
         if space is None:
-            raise InputError(f"parameter {path!r}: spacing is 'linear' or 'log'")
+            raise InputError(f"parameter {path!r}: spacing must be 'linear' or 'log'")
         if space is np.geomspace and values["from"] * values["to"] <= 0:
             raise InputError(
-                f"parameter {path!r}: spacing = 'log' needs from and to of the same sign"
+                f"parameter {path!r}: spacing = 'log' requires from and to of the same sign"
             )
         ends = float(values["from"]), float(values["to"])
         found = space(*ends, int(values["count"])).tolist()
         if isinstance(values["from"], int) and all(one.is_integer() for one in found):
-            found = list(map(int, found))  # whole numbers: seeds and counts
+            found = list(map(int, found))  # seeds and counts must be integers
     return (changes, found) if changes else found
 
 
 def _parse_sample(values: dict, here: Path):
+    """Return the axis of [sample]: a design, or rows of a file with further random parameters."""
     _check_names(values, "sample")
     method, parameters = values.get("method", "latin_hypercube"), values.get("parameters", {})
     if method == "one_at_a_time":
@@ -242,7 +245,7 @@ def _parse_sample(values: dict, here: Path):
         raise InputError(f"[sample] method = {method!r}: use {known}")
     if "file" in values:
         if method != "latin_hypercube":
-            raise InputError("[sample] file needs method = 'latin_hypercube'")
+            raise InputError("[sample] file requires method = 'latin_hypercube'")
         read = read_points(here / values["file"], values.get("count"))
         if not parameters:
             return read
@@ -265,6 +268,7 @@ def _parse_records(values: dict, here: Path) -> Records:
 
 
 def _parse_synthetic(values: dict) -> list:
+    """Return the synthetic records of [records.synthetic]."""
     from .fitted_motion import eurocode8, synthetic
 
     _check_names(values, "records.synthetic")
@@ -284,17 +288,17 @@ def _parse_synthetic(values: dict) -> list:
     first, count = values.pop("first_seed", 1), values.pop("count", 1)
     if "periods" in values:
         if len(values["periods"]) != 2:
-            raise InputError("[records.synthetic] periods: give the shortest and the longest, s")
+            raise InputError("[records.synthetic] periods: give shortest and longest period, s")
         values["periods"] = tuple(values["periods"])
     return synthetic(range(first, first + count), target, **values)
 
 
 def _check_names(values: Mapping, table: str, where: str | None = None) -> None:
-    """Check the names in a table and the kinds of their values."""
+    """Check the names in a table, and the types or ranges of their values; see `_KNOWN`."""
     where = (f"[{table}] " if table else "") if where is None else where
     for name, value in values.items():
         if name not in _KNOWN[table]:
-            raise InputError(f"{where}there is no {name!r}{nearest(name, _KNOWN[table])}")
+            raise InputError(f"{where}there is no name {name!r}{nearest(name, _KNOWN[table])}")
         kind = _KNOWN[table][name]
         if isinstance(kind, Range):
             _check_number(where + name, kind, value)
@@ -308,6 +312,7 @@ def _check_names(values: Mapping, table: str, where: str | None = None) -> None:
 
 
 def _check_number(name: str, kind: Range, value) -> None:
+    """Check that a value is a number in a range."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise InputError(f"{name} = {value!r} is not a number")
     kind.check(name, value)

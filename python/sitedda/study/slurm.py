@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Run a study by Slurm: a job array of `sitedda-native`, without Python on the nodes."""
+"""Run a study by Slurm as a job array of `sitedda-native`; the nodes do not need Python."""
 
 import math
 import re
@@ -20,12 +20,11 @@ from .plan import Plan
 from .store import INPUT, PART, case_folder, file_checksum, write_whole
 
 SCRIPT, TASKS = "submit.sh", "tasks.txt"
-_MOST_TASKS = 1000  # largest size of a job array with Slurm's default MaxArraySize
+_MOST_TASKS = 1000  # largest size of a job array with the default MaxArraySize of Slurm
 _MIB = 2**20  # bytes
-_BASE = 200.0  # MiB of the executable and its libraries
+_BASE = 200.0  # memory of the executable and its libraries, MiB
 _OPTION = re.compile(r"--[a-z][a-z0-9-]*(=.*)?")
-# Options of sbatch permitted in a study: place and time of tasks, and mail, but no files to read,
-# write or execute.
+# Options of sbatch that a study may contain: resources, times and mail, but no files or programs.
 _HARMLESS = frozenset(
     "account begin clusters comment constraint contiguous cores-per-socket cpu-freq "
     "deadline delay-boot dependency distribution exclude exclusive gres hint hold "
@@ -46,22 +45,22 @@ _TEMPLATE = """#!/bin/bash
 #SBATCH --signal=B:USR1@120
 #SBATCH --output={log}
 {options}
-# {count} cases, {each} a task, by {program_name}; written by sitedda study plan.
-# To be submitted again and again: what is done stays done.
+# {count} cases, {each} per task, by {program_name}; written by sitedda study plan.
+# Submit this script repeatedly until all cases are done; results are kept.
 export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 study={study}
 program={program}
 
 if [ "$(sha256sum < "$program" | cut -c 1-32)" != {digest} ]; then
-   echo "$program is not the build that this study was planned for; plan it again" >&2
+   echo "$program is not the build with which this study was planned; plan it again" >&2
    exit 1
 fi
 
-set -C  # a file is made again, never written through a link
+set -C  # redirections create files and never write through links
 asked= child=
 trap 'asked=1; [ -n "$child" ] && kill -USR1 "$child"' USR1 TERM
 
-# One case: 0 done or given up, 6 interrupted, else to be tried again.
+# Run one case; status 0: complete or failed, 6: interrupted, otherwise: run it again.
 one() {{
    case "$1" in *[!0-9a-f]* | '') return 1 ;; esac
    cd "$study/cases/${{1:0:2}}/$1" || return 1
@@ -88,7 +87,7 @@ one() {{
       5 | 6) cat words.new >&2; return $status ;;
    esac
    [ -n "$asked" ] && return 6
-   echo "its process ended with status $status (137: by signal 9, as for want of memory)" \\
+   echo "the process ended with status $status (137: signal 9, for example lack of memory)" \\
       >> words.new
    mv words.new failed.txt
 }}
@@ -113,15 +112,15 @@ class Slurm:
     Attributes
     ----------
     program : str
-        sitedda-native, that of this installation by default.
+        Name or path of sitedda-native; default: the executable of this installation.
     each : int
-        Cases of a task; 0: as few as make at most 1000 tasks.
+        Number of cases per task; 0: the smallest number with at most 1000 tasks.
     time : str
-        Limit of a task, in the form of sbatch; by default three times the estimate.
+        Time limit of a task in the format of sbatch; default: three times the estimate.
     memory : float
-        MiB of a task; by default by the model's estimate.
+        Memory of a task, MiB; default: twice the estimate of `sitedda check`, plus 200 MiB.
     options : sequence of str
-        For sbatch, such as ``--partition=long``.
+        Options of sbatch, such as ``--partition=long``.
     """
 
     program: str = ""
@@ -142,12 +141,12 @@ class Slurm:
 
     @classmethod
     def of_study(cls, values: Mapping) -> "Slurm":
-        """Read options from a study file, which must not name files to write or execute.
+        """Return the options in a study file, which must not name files to write or execute.
 
         Raises
         ------
         InputError
-            If it names a program, or an option that Slurm would write or execute something by.
+            If a program or an option that is not in `_HARMLESS` is given.
         """
         if "program" in values:
             raise InputError(
@@ -157,24 +156,24 @@ class Slurm:
         for option in found.options:
             if (name := option.lstrip("-").partition("=")[0]) not in _HARMLESS:
                 raise InputError(
-                    f"options: --{name} may write or execute something, or is set by the script; "
-                    "give it on the command line of sbatch"
+                    f"options: --{name} may name a file to write or execute, or the script sets "
+                    "it; use this option on the command line of sbatch"
                 )
         return found
 
 
 def write_batch(plan: Plan, slurm: Slurm) -> Path:
-    """Write the files for sbatch beside a written plan; return the script.
+    """Write the script for sbatch, and its list of cases, into the folder of a written plan.
 
     Raises
     ------
     InputError
-        If the study needs Python, or an option is not permitted.
+        If the study requires Python, or an option is invalid.
     """
     if callable(plan.model) or plan.task != "run":
         raise InputError(
-            "a script for Slurm runs inputs by sitedda-native, but functions and strength "
-            "reduction need Python: use sitedda study run, with --dask on a cluster"
+            "a script for Slurm can only run inputs by sitedda-native, and this study requires "
+            "Python: use sitedda study run, with --dask on a cluster"
         )
     if not re.fullmatch(r"[\d:-]*", slurm.time):
         raise InputError(f"time = {slurm.time!r} is not a time limit of Slurm, such as 2:00:00")
@@ -193,7 +192,7 @@ def write_batch(plan: Plan, slurm: Slurm) -> Path:
         memory=math.ceil(slurm.memory or _BASE + 2.0 * estimate["memory"]),
         time=slurm.time or f"{minutes // 60}:{minutes % 60:02d}:00",
         log=_escape_for_sbatch(str(plan.folder).replace("%", "%%")) + "/slurm-%A_%a.log",
-        options="\n".join(f"#SBATCH {_check_option(one)}" for one in slurm.options),
+        options="\n".join(f"#SBATCH {_escape_option(one)}" for one in slurm.options),
         count=len(keys),
         each=each,
         program_name=program.name,
@@ -208,29 +207,29 @@ def write_batch(plan: Plan, slurm: Slurm) -> Path:
 
 
 def submit(script: Path) -> str:
-    """Submit a script by sbatch; return its answer."""
+    """Submit a script by sbatch; return the output of sbatch."""
     try:
         done = subprocess.run(["sbatch", str(script)], capture_output=True, text=True, check=False)
     except OSError as trouble:
-        raise OutputError(f"sbatch cannot be started: {trouble.strerror}; on a machine that has "
-                          f"it: sbatch {shlex.quote(str(script))}") from trouble  # fmt: skip
+        raise OutputError(f"sbatch cannot be started: {trouble.strerror}; on a machine with "
+                          f"Slurm, run sbatch {shlex.quote(str(script))}") from trouble  # fmt: skip
     if done.returncode:
-        raise OutputError(f"sbatch refuses {script}: {done.stderr.strip()}")
+        raise OutputError(f"sbatch rejects {script}: {done.stderr.strip()}")
     return done.stdout.strip()
 
 
 def native_program(name: str = "") -> Path:
-    """Find sitedda-native by name, beside this Python, or on the path."""
+    """Return the path of sitedda-native: of this name, beside this Python, or in PATH."""
     beside = Path(sys.executable).parent / "sitedda-native"
     found = shutil.which(name) if name else str(beside) if beside.exists() else None
     found = found or (None if name else shutil.which("sitedda-native"))
     if not found:
-        raise InputError(f"{name or 'sitedda-native'} is not found; name it with --program")
+        raise InputError(f"{name or 'sitedda-native'} is not found; give its path by --program")
     return Path(plain_text("program", str(Path(found).resolve())))
 
 
 def build_inputs(plan: Plan) -> None:
-    """Convert joints and masonry in the inputs of all cases into blocks."""
+    """Replace joint sets, masonry and similar groups in the inputs of all cases by blocks."""
     for key in dict.fromkeys(plan.keys):
         file = case_folder(plan.folder, key) / INPUT
         text = file.read_text("utf-8", "surrogateescape")
@@ -239,7 +238,7 @@ def build_inputs(plan: Plan) -> None:
 
 
 def estimate_of(file: Path) -> Mapping[str, float]:
-    """Return ``memory`` (MiB) and ``seconds`` of a run by `sitedda check`; 0 if it fails."""
+    """Return ``memory`` (MiB) and ``seconds`` of a run, estimated by a check; 0 if this fails."""
     from ..engine.checking import check
 
     try:
@@ -252,12 +251,13 @@ def estimate_of(file: Path) -> Mapping[str, float]:
 def _escape_for_sbatch(text: str) -> str:
     """Escape special characters of a word by backslashes for an #SBATCH line.
 
-    Line ends are rejected, because they end a comment even within quotes.
+    Line ends raise an error, because they end the comment even within quotes.
     """
     return re.sub(r"([^\w./=:@,%+-])", r"\\\1", plain_text("a word for sbatch", text))
 
 
-def _check_option(text: str) -> str:
+def _escape_option(text: str) -> str:
+    """Return an option of sbatch with its value escaped; raise InputError if it is invalid."""
     if not _OPTION.fullmatch(text):
         raise InputError(f"{text!r} is not an option of sbatch, such as --partition=long")
     name, equals, value = text.partition("=")

@@ -2,8 +2,8 @@
 """Back-analysis: find parameter values at which results of a run have target values.
 
 For one parameter, the method ITP (Oliveira and Takahashi 2020, ACM Transactions on Mathematical
-Software 47, 5) shrinks a bracket. It never needs more runs than bisection and usually half as many.
-`solving_systems.py` finds several parameters.
+Software 47, 5) shrinks a bracket. It never needs more runs than bisection, and usually half as
+many. `solving_systems.py` solves for several parameters.
 """
 
 import math
@@ -22,10 +22,10 @@ from .quantities import check_names, quantities_of
 from .tasks import task_of
 from .trials import Trials, bracket_of
 
-INTERVALS = 8  # parts into which a bracket without a change of sign is divided
+INTERVALS = 8  # number of intervals into which a bracket without a change of sign is divided
 _SHRINKING, _POWER = 0.2, 2.0  # κ₁ and κ₂ of ITP; its n₀ is 1
-_JUMP = 0.5  # remaining fraction of a jump after three halvings (1/8 if continuous)
-_FLAT = 1e-12  # smaller changes, as a fraction of a result, count as 0
+_JUMP = 0.5  # a result jumps if three bisections retain this fraction of its change (not 1/8)
+_FLAT = 1e-12  # changes below this fraction of a result count as 0
 
 
 @dataclass(frozen=True)
@@ -38,24 +38,24 @@ class Root:
     target : float
         The target value.
     value : float
-        Of the parameter, in its unit.
+        Value of the parameter, in its unit.
     bar : float
-        The root is assumed to lie within `value` ± `bar`.  The bar is half of the bracket plus, if
-        known, the error of the result by time step and penalty, divided by `slope`.
+        The root is assumed to be within `value` ± `bar`.  The bar is the half width of the bracket
+        plus, if known, the error of the result due to time step and penalty, divided by `slope`.
     low, high : float
-        The bracket.
+        Ends of the last bracket.
     reached : float
-        The result at `value`.
+        Result at `value`.
     slope : float
-        Change of the result with the parameter, within the bracket.
+        Derivative of the result with respect to the parameter, within the bracket.
     crossings : int
-        Number of observed crossings of the target in the whole bracket.
+        Number of observed crossings of the target in the first bracket.
     jumps : bool
-        The result jumps past the target in the bracket.
+        Whether the result jumps past the target in the bracket.
     trials : tuple of (float, float)
-        Trial values and results, in order.
+        Parameter values and results of all runs, in order.
     doubt : str
-        Errors that the bar omits; empty if there are none.
+        Errors that the bar does not include; empty if there are none.
     """
 
     parameter: str
@@ -73,7 +73,7 @@ class Root:
     doubt: str = ""
 
     def __str__(self) -> str:
-        """Return the root in one sentence, with warnings."""
+        """Return a sentence with the root and warnings."""
         from ..base.numbers import with_bar
 
         words = f"{self.parameter} = {with_bar(self.value, self.bar)}"
@@ -82,11 +82,11 @@ class Root:
         else:
             words += f" for {self.result} = {self.target:g} ({len(self.trials)} runs)"
         if self.crossings > 1:
-            words += f"; the lowest of {self.crossings} roots that were found"
+            words += f"; this is the lowest of {self.crossings} roots"
         return words + (f"; {self.doubt}" if self.doubt else "")
 
     def to_dict(self) -> dict:
-        """Return the numbers of the root, and a ``warning`` in words."""
+        """Return the numbers of the root, and a text ``warning``."""
         found = {"root": self.value, "root_bar": self.bar, "root_low": self.low,
                  "root_high": self.high, "reached": self.reached, "slope": self.slope,
                  "crossings": self.crossings, "jumps": int(self.jumps),
@@ -109,50 +109,50 @@ def solve_for(
     changes: Mapping | None = None,
     **more,
 ):
-    """Find the parameter values at which as many results have target values.
+    """Find the value of a parameter at which a result has a target value; or several at once.
 
     Parameters
     ----------
     model : path, Model or callable
-        Model to run; or a function of the parameter that returns a number.
+        Model to run, or a function of the parameter that returns a number.
     parameter : str
-        Variable to change, such as ``joint[plane].friction_angle``.  A sequence of them needs as
-        many results, targets and ranges; a function then returns as many numbers.
+        Variable to change, such as ``joint[plane].friction_angle``.  For a sequence of variables,
+        `result`, `target` and `between` must be sequences of the same length, and a function must
+        return this number of values.
     result : str or callable
-        A number of the run, see `sitedda.study.measure`, or a function of a `sitedda.Run`; of a
-        task one of its numbers.
+        Result of the run (see `sitedda.study.measure`) or of the task, or a function of a
+        `sitedda.Run`.
     target : float
-        Its target value, in its unit.
+        Target value of the result, in its unit.
     between : (float, float)
         Bracket of the root.  If the result is on the same side of the target at both ends, the
-        bracket is divided into eight parts, and the lowest root is returned.
+        bracket is divided into eight intervals, and the lowest root is returned.
     tolerance : float
-        Width of the last bracket over its larger end.
+        Width of the last bracket as a fraction of its larger end.
     task : 'run', 'safety' or callable
         See `sitedda.study.study`.
     accuracy : bool
-        The bar counts the errors of the result by time step and penalty, from runs with smaller
-        steps at the root (`sitedda.accuracy`); of a task or a function it does not.
+        Whether the error bar includes the errors of the result due to time step and penalty, from
+        further runs at the root (`sitedda.accuracy`); not available with a task or function.
     jumps : bool
-        If the result jumps past the target, the jump is the root; of one parameter alone.
+        Whether a jump of the result past the target counts as a root (one parameter only).
     changes, **more
-        Variables to change in the input first, see `Simulation`.
+        Changes of the input for all runs, see `Simulation`.
 
     Returns
     -------
     Root or Roots
-        Roots of several parameters.
+        Roots if there are several parameters.
 
     Raises
     ------
     NoRootError
-        If there is none; its ``mode`` says why: 'outside' (all results lie on one side of the
-        target; of several, no values within the ranges were found), 'flat' (the parameter does not
-        change the result), 'dependent' (the results do not change independently), 'jump' (the
-        result jumps past it), 'fails' (a run within the bracket cannot be carried out), 'no
-        number'.
+        If there is no root.  Its ``mode`` is 'outside' (no solution within the ranges), 'flat' (a
+        parameter does not change the result), 'dependent' (the results do not change
+        independently), 'jump' (the result jumps past the target), 'fails' (a run fails) or 'no
+        number' (a result is not finite).
     InputError
-        If an argument cannot be used.
+        If an argument is invalid.
     """
     TOLERANCE.check("tolerance", tolerance)
     changes = dict(changes or {}) | more
@@ -180,12 +180,12 @@ def solve_for(
 
 @dataclass(frozen=True)
 class SolveFor:
-    """The task of a study that calls `solve_for` with the input of each case.
+    """The task [solve] of a study: `solve_for` with the input of each case.
 
     Attributes
     ----------
     parameter, result, target, between, tolerance, task, accuracy, jumps
-        Those of `solve_for`.
+        Arguments of `solve_for`.
     """
 
     parameter: str
@@ -200,7 +200,7 @@ class SolveFor:
                          "crossings", "jumps", "runs")  # fmt: skip
 
     def checked(self) -> "SolveFor":
-        """Return the settings; raise an error if a search cannot start with them."""
+        """Return the settings; raise InputError if one is invalid."""
         bracket_of(self.between)
         TOLERANCE.check("tolerance", self.tolerance)
         FINITE.check("target", self.target)
@@ -211,14 +211,14 @@ class SolveFor:
         return self
 
     def check(self, file) -> None:
-        """Check, before the search, that an input has the parameter and the result."""
+        """Check before the search that parameter and result exist in an input."""
         trials = Trials(file, [self.parameter], [self.result], self.task, {})
         text = changed_input(trials.text, {self.parameter: self.between[0]}, file=file)
         if self.task == "run":
             check_names(InputOfRun(trials.file, text), trials.wanted)
 
     def __call__(self, file) -> dict:
-        """Return the numbers of the root of an input, see `Root.to_dict`."""
+        """Solve for the parameter of an input; return the numbers of `Root.to_dict`."""
         return solve_for(Path(file), **vars(self)).to_dict()
 
 
@@ -231,7 +231,7 @@ class _Bracket:
         self.scale = scale
 
     def find(self, low: float, high: float) -> int:
-        """Find the lowest part of a range with a change of sign; return the number of changes."""
+        """Set the bracket to the lowest interval with a change of sign; return their number."""
         places = [low, high]
         if self.trials(low) * self.trials(high) > 0:
             places = np.linspace(low, high, INTERVALS + 1).tolist()
@@ -246,20 +246,21 @@ class _Bracket:
         return len(crossed) - int(np.sum(signs[1:-1] == 0))
 
     def _no_root_error(self, low: float, high: float) -> NoRootError:
+        """Return the error that the result does not cross the target in a range."""
         trials = self.trials
         results = [found for _, found in trials.tried()]
         least, most = min(results), max(results)
         where = f"for {trials.parameter} from {low:g} to {high:g} ({len(results)} runs)"
         if most - least <= _FLAT * max(abs(least), abs(most)):
-            words = f"{trials.name} is {least:g} whatever {trials.parameter} is, {where}"
+            words = f"{trials.name} does not depend on {trials.parameter}; it is {least:g} {where}"
             return trials.failure("flat", words)
         side = "above" if trials.target > most else "below"
-        words = (f"{trials.name} lies between {least:g} and {most:g} {where}; the target "
+        words = (f"{trials.name} is between {least:g} and {most:g} {where}; the target "
                  f"{trials.target:g} is {side} all these values")  # fmt: skip
         return trials.failure("outside", words)
 
     def take_value(self, value: float) -> None:
-        """Shrink the bracket to the side of a value on which the sign changes."""
+        """Replace an end of the bracket by a value, so that the sign still changes within."""
         difference = self.trials(value)
         if difference == 0.0 or (difference > 0) == (self.above > 0 or self.below < 0):
             self.high, self.above = value, difference
@@ -267,7 +268,7 @@ class _Bracket:
             self.low, self.below = value, difference
 
     def shrink_to_tolerance(self, tolerance: float) -> None:
-        """Shrink the bracket by the method ITP to a tolerance."""
+        """Shrink the bracket by the method ITP to a relative tolerance."""
         half = 0.5 * tolerance * (max(abs(self.low), abs(self.high)) or self.scale)
         first = self.high - self.low
         most = max(0, math.ceil(math.log2(max(first / (2 * half), 1.0)))) + 1
@@ -283,12 +284,12 @@ class _Bracket:
             self.take_value(near if abs(near - middle) <= radius else middle - toward * radius)
 
     def secant_value(self) -> float:
-        """Return the value at which a line between the ends has the target value."""
+        """Return the value at which a straight line between the ends reaches the target."""
         share = self.below / (self.below - self.above)
         return self.low + share * (self.high - self.low)
 
     def settle(self, jumps: bool) -> tuple[float, bool]:
-        """Return the root, and whether the result jumps there."""
+        """Return the root, and whether it is a jump; without `jumps`, a jump is an error."""
         kept = self.low, self.high, self.below, self.above
         before = abs(self.above - self.below)
         self.slope = (self.above - self.below) / (self.high - self.low)
@@ -307,7 +308,7 @@ class _Bracket:
             words = (f"{trials.name} jumps from {one + trials.target:g} to "
                      f"{other + trials.target:g} between {trials.parameter} = {low:.8g} and "
                      f"{high:.8g}, past the target {trials.target:g}; jumps = True accepts the "
-                     "jump as root")  # fmt: skip
+                     "jump as a root")  # fmt: skip
             raise trials.failure("jump", words, low, high)
         value = 0.5 * (low + high) if jump else self.secant_value()
         trials(value)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Find values of several parameters at which as many results have target values.
+"""Solve for n parameters such that n results have target values.
 
-Least squares within the ranges (trust region reflective: Branch, Coleman and Li 1999, SIAM Journal
-on Scientific Computing 21, 1-23), with differences of second order; from the middle of the ranges,
-then from points closer to their corners, until all results have their targets.
+The method is least squares within the ranges (trust region reflective: Branch, Coleman and Li 1999,
+SIAM Journal on Scientific Computing 21, 1-23), with central differences.  The search starts from
+the middle of the ranges, then from points closer to their corners, until a solution is found.
 """
 
 from collections.abc import Sequence
@@ -17,27 +17,27 @@ from ..base.errors import InputError
 from .trials import Trials, bracket_of
 
 _STARTS = 9  # largest number of starting points
-_STEP = 5e-3  # step of differences, over the range once to twice that
-_SOLUTIONS = 40  # largest number of evaluations of a search, without differences
-_DEPENDENT = 1e-4  # smallest ratio of singular values of the slopes that is not error
+_STEP = 5e-3  # relative step of the differences of the variables u, which are from 1 to 2
+_SOLUTIONS = 40  # largest number of evaluations of a search, differences excluded
+_DEPENDENT = 1e-4  # smallest ratio of singular values of the slopes of independent results
 
 
 @dataclass(frozen=True)
 class Roots:
-    """The values of several parameters at which as many results have their target values.
+    """The values of n parameters at which n results have their target values.
 
     Attributes
     ----------
     parameters, results : tuple of str
     target, value, bar, reached : ndarray, shape (n,)
-        Targets; values of the parameters, each taken to lie within its bar; the results there.
-        Bars are the last step of the search and errors of the results over the slopes.
+        Target values; values of the parameters and their error bars; results at these values.
+        The bars are the last step of the search, plus errors of the results over the slopes.
     slope : ndarray, shape (n, n)
-        Change of each result (row) with each parameter.
+        Derivative of each result (row) with respect to each parameter (column).
     trials : tuple of (tuple, tuple)
-        Values that were tried, and the results, in order.
+        Parameter values and results of all runs, in order.
     doubt : str
-        Errors that the bars omit; empty if there are none.
+        Errors that the bars do not include; empty if there are none.
     """
 
     parameters: tuple[str, ...]
@@ -51,7 +51,7 @@ class Roots:
     doubt: str = ""
 
     def __str__(self) -> str:
-        """Return the roots in one sentence, with warnings."""
+        """Return a sentence with the values of the parameters and warnings."""
         from ..base.numbers import with_bar
 
         values = zip(self.parameters, self.value, self.bar, strict=True)
@@ -73,8 +73,8 @@ def solve_system(
             raise InputError(f"{name} = {values!r}: give a list, with one value per parameter")
         lengths.append(len(values))
     if len(set(lengths)) > 1 or not lengths[0]:
-        raise InputError("give as many parameters as results, targets and ranges, not {}, {}, {} "
-                         "and {}".format(*lengths))  # fmt: skip
+        raise InputError("parameter, result, target and between must have the same length, not {}, "
+                         "{}, {} and {}".format(*lengths))  # fmt: skip
     for name, names in (("parameter", parameters), ("result", results)):
         if len(set(names)) < len(names):
             raise InputError(f"{name} = {list(names)}: a name is repeated")
@@ -82,7 +82,7 @@ def solve_system(
     ends = np.array([bracket_of(one) for one in between])
     trials = Trials(model, parameters, results, task, changes)
     if len(set(trials.names)) < len(trials.names):
-        raise InputError(f"two results are named {trials.names[0]!r}: name the functions")
+        raise InputError(f"two results have the name {trials.names[0]!r}: rename the functions")
     search = _Search(trials, aims, ends, tolerance)
     value, reached, slope, last = search.run()
     errors, doubt = trials.errors_at(tuple(value.tolist()), accuracy)
@@ -92,23 +92,23 @@ def solve_system(
 
 
 class _Search:
-    """The search of a root, in fractions of the ranges of the parameters, from 1 to 2."""
+    """The search of a root, in variables u from 1 (lower end of a range) to 2 (upper end)."""
 
     def __init__(self, trials: Trials, aims: np.ndarray, ends: np.ndarray, tolerance: float):
         self.trials, self.aims, self.low, self.width = trials, aims, ends[:, 0], np.ptp(ends, 1)
         self.close = tolerance * abs(ends).max(1) / self.width
 
     def run(self) -> tuple:
-        """Return values, results, slopes and last step of the parameters; or raise NoRootError."""
+        """Return parameters, results, slopes and last step; raise NoRootError if none is found."""
         size, first, nearest = len(self.aims), None, None
         starts = [np.full(size, 1.5), *map(np.array, product((1.2, 1.8), repeat=size))]
         for start in islice(starts, _STARTS):
-            slopes = self._fit(start, 1.0, 1).jac
+            slopes = self._fit_parameters(start, 1.0, 1).jac
             first = slopes if first is None else first
             if not _are_independent(slopes):
-                continue  # they may be independent from another starting point
+                continue  # the results may be independent at another starting point
             scale = np.linalg.norm(slopes, axis=1)
-            found = self._fit(start, scale, _SOLUTIONS)
+            found = self._fit_parameters(start, scale, _SOLUTIONS)
             slopes, gap = found.jac * scale[:, None], found.fun * scale
             step = abs(np.linalg.lstsq(slopes, gap, rcond=None)[0])
             if _are_independent(slopes) and np.all(step <= self.close):
@@ -118,8 +118,8 @@ class _Search:
                 nearest = found
         raise self._no_root_error(nearest.x) if nearest else self._dependence_error(first)
 
-    def _fit(self, start: np.ndarray, scale, evaluations: int):
-        """Return a least-squares fit to the targets, with gaps over a scale."""
+    def _fit_parameters(self, start: np.ndarray, scale, evaluations: int):
+        """Return the least-squares fit of the misfits over `scale`, from a starting point."""
         from scipy.optimize import least_squares
 
         return least_squares(
@@ -131,11 +131,13 @@ class _Search:
         return self.low + (u - 1) * self.width
 
     def _misfit(self, u: np.ndarray) -> np.ndarray:
+        """Return the differences of the results from their targets, shape (n,)."""
         return np.array(self.trials.results(tuple(self._parameter_values(u).tolist()))) - self.aims
 
     def _dependence_error(self, slopes: np.ndarray):
+        """Return the error that results do not depend on the parameters, or not independently."""
         sides = ((self.trials.parameters, "changes none of the results"),
-                 (self.trials.names, "changes with none of them"))  # fmt: skip
+                 (self.trials.names, "depends on none of the parameters"))  # fmt: skip
         for axis, (names, words) in enumerate(sides):
             moves = slopes.any(axis)
             if not moves.all():
@@ -145,17 +147,18 @@ class _Search:
                                    f"{' and '.join(self.trials.parameters)}")  # fmt: skip
 
     def _no_root_error(self, u: np.ndarray):
+        """Return the error that no solution was found; u are the best parameters."""
         there = zip(self.trials.parameters, self._parameter_values(u), strict=True)
         where = ", ".join(f"{name} = {value:.6g}" for name, value in there)
         got = zip(self.trials.names, self._misfit(u) + self.aims, self.aims, strict=True)
         what = ", ".join(f"{name} = {value:.6g} (target {aim:g})" for name, value, aim in got)
         runs = len(self.trials.done)
         return self.trials.failure("outside", f"none found within the ranges ({runs} runs); "
-                                   f"nearest is {where}, with {what}")  # fmt: skip
+                                   f"the closest is {where}, with {what}")  # fmt: skip
 
 
 def _are_independent(slopes: np.ndarray) -> bool:
-    """Return whether the results depend on all parameters independently."""
+    """Return whether the matrix of slopes (results, parameters) is well-conditioned."""
     for axis in (1, 0):
         size = np.linalg.norm(slopes, axis=axis, keepdims=True)
         if not size.all():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The folder of a study: names, locks and atomic writes; no file outside it is read.
+"""The folder of a study: names, locks and atomic writes.
 
 ::
 
@@ -8,11 +8,12 @@
     STUDY/cases/ab/ab…/           one case, by its key
         model.nml, out.nc         input and output (out.nc.checkpoint … while it runs)
         words.txt                 warnings of the run
-        failed.txt                why a task of Slurm gave it up
-        result.json, result.npy   results: numbers; names and arrays, in a row
-        lock                      of the process that works on the case
+        failed.txt                error with which a Slurm task failed
+        result.json, result.npy   numbers; names of arrays, then the arrays
+        lock                      lock of the process that executes the case
 
-Nothing here is pickled.  A file is written under another name and renamed.
+No file contains pickled objects.  No file outside the folder is read.  A file is written under
+another name and then renamed.
 """
 
 import fcntl
@@ -38,12 +39,12 @@ INPUT, OUTPUT, WORDS, FAILED = "model.nml", "out.nc", "words.txt", "failed.txt"
 _KEY = re.compile(r"[0-9a-f]{32}")
 _ENDING = re.compile(r"\.[A-Za-z0-9]{1,8}")
 _MOST = 1 << 30  # largest size of a JSON file, bytes
-_LONGEST = 250  # longest name of a result, limited by netCDF
-_READ = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK  # a pipe is read as an empty file
+_LONGEST = 250  # largest length of the name of a result, limited by netCDF
+_READ = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK  # fails at links and does not wait for pipes
 
 
 def function_name(function: Callable) -> str:
-    """Return the name of a function with the checksum of its source."""
+    """Return module, name and checksum of the source of a function."""
     try:
         source = inspect.getsource(function)
     except (OSError, TypeError):
@@ -68,14 +69,14 @@ def file_checksum(file) -> str:
 
 
 def case_folder(study: Path, key: str) -> Path:
-    """Return the folder of a case; the key is checked, so that it cannot lead elsewhere."""
+    """Return the folder of a case; raise OutputError if its key is invalid."""
     if not _KEY.fullmatch(key):
         raise OutputError(f"{study / MANIFEST} is damaged: {key!r} is not the key of a case")
     return Path(study) / "cases" / key[:2] / key
 
 
 def keep_file(study: Path, data: bytes, ending: str) -> str:
-    """Copy a file into the study under its checksum; return its name for inputs."""
+    """Write data to a file of the study, named by its checksum; return its path for inputs."""
     ending = ending.lower() if _ENDING.fullmatch(ending) else ".txt"
     name = f"{checksum(data)}{ending}"
     target = Path(study) / "files" / name
@@ -86,7 +87,7 @@ def keep_file(study: Path, data: bytes, ending: str) -> str:
 
 
 def write_whole(file: Path, data: bytes | str, kind: str = ANY) -> None:
-    """Write a file of a case atomically; a power failure affects only this case."""
+    """Write a file of a case atomically, without synchronisation of the disk."""
     write(file, data, kind, sync=False)
 
 
@@ -100,7 +101,7 @@ def read_json(file: Path):
 
 
 def refuse_links(study: Path, file: Path) -> Path:
-    """Return a path below the study; reject links in it."""
+    """Return a path below the study; raise OutputError if it contains a link."""
     at = Path(study)
     for part in file.relative_to(study).parts:
         at = at / part
@@ -111,10 +112,9 @@ def refuse_links(study: Path, file: Path) -> Path:
 
 @contextmanager
 def locked(folder: Path, wait: bool) -> Iterator[bool]:
-    """Hold the lock of a case; yield False if another process holds it.
+    """Lock a case during the context; yield False if another process has locked it.
 
-    The lock ends with the process.  This also holds on another machine by the lock manager of a
-    network file system.
+    The lock ends with the process, also on other machines that use the same network file system.
     """
     try:
         handle = os.open(folder / "lock", os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
@@ -149,13 +149,13 @@ def write_result(folder: Path, status: str, message: str = "", **more) -> dict:
 
 
 def read_result(folder: Path) -> dict | None:
-    """Return the result of a case without its arrays; None if there is none yet."""
+    """Return the result of a case without its arrays; None if there is no valid result."""
     found = read_json(folder / "result.json")
     return found if isinstance(found, dict) and _is_result(found) else None
 
 
 def _is_result(found: dict) -> bool:
-    """Return whether a result has the parts that a case writes."""
+    """Return whether status, numbers and shapes of a result are valid."""
     numbers, shapes = found.get("numbers", {}), found.get("shapes", {})
     if not isinstance(found.get("status"), str) or not _is_number(found.get("seconds", 0.0)):
         return False
@@ -167,6 +167,7 @@ def _is_result(found: dict) -> bool:
 
 
 def _is_shape(about) -> bool:
+    """Return whether dimensions, shape and units of an array are valid."""
     if not isinstance(about, dict) or not isinstance(about.get("units", ""), str):
         return False
     dims, shape = about.get("dims"), about.get("shape")
@@ -184,7 +185,7 @@ def _are_texts(values) -> bool:
 
 
 def read_arrays(folder: Path) -> dict[str, np.ndarray]:
-    """Read the arrays of a case."""
+    """Return the arrays of a case by name."""
     try:
         handle = os.open(folder / "result.npy", _READ)
         with os.fdopen(handle, "rb") as stream:
@@ -197,12 +198,12 @@ def read_arrays(folder: Path) -> dict[str, np.ndarray]:
 
 
 def read_manifest(study: Path) -> dict:
-    """Read the manifest of a study.
+    """Return the manifest of a study.
 
     Raises
     ------
     InputError
-        If the folder contains none, or one of another format.
+        If the folder contains no manifest, or it is damaged or has another format.
     """
     file = Path(study) / MANIFEST
     found = read_json(file)
@@ -216,7 +217,7 @@ def read_manifest(study: Path) -> dict:
 
 
 def _find_invalid_part(manifest: dict) -> str:
-    """Return the first invalid part of a manifest; blank if all are valid."""
+    """Return the name of the first invalid part of a manifest; blank if all parts are valid."""
     dims, coordinates = manifest.get("dims"), manifest.get("coordinates")
     if not isinstance(dims, dict) or not all(type(n) is int and n >= 0 for n in dims.values()):
         return "dims"
@@ -234,7 +235,7 @@ def _find_invalid_part(manifest: dict) -> str:
 
 
 def _is_coordinate(one: dict, dims: dict) -> bool:
-    """Return whether a coordinate has existing dimensions and plain attributes."""
+    """Return whether values, dimensions and attributes of a coordinate are valid."""
     attributes = one.get("attrs", {})
     if not _are_texts(one.get("dims")) or not isinstance(attributes, dict):
         return False

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Collect all cases of a study in one dataset, case by case."""
+"""Collect the results of all cases of a study in one dataset."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from ..base.errors import MissingLibrary, OutputError
 from ..base.files import check_target, written
 from .store import case_folder, read_arrays, read_manifest, read_result, refuse_links
 
-BAR, DECIDED = "_bar", "_decided_s"  # suffix of the name of a result
-IN_MEMORY = 200e6  # bytes of arrays; a larger table is written to a file case by case
+BAR, DECIDED = "_bar", "_decided_s"  # suffixes of a result: error bar, end of its predictability
+IN_MEMORY = 200e6  # size of the arrays (bytes) above which a table is always written to a file
 _TEXTS = ("status", "message", "warning")
 
 
@@ -29,17 +29,17 @@ def collect(study, file=None, arrays: bool = True):
     study : path
         Folder of the study.
     file : path, optional
-        File of the table: netCDF, or zarr if its name ends so; chunked by case, never
-        whole in memory.
+        File of the table: zarr if the name ends with .zarr, otherwise netCDF.  Cases are written
+        one by one, as chunks.
     arrays : bool
-        Whether to include histories, besides numbers and texts.
+        Whether to include histories and other arrays.
 
     Returns
     -------
     xarray.Dataset
-        Over the dimensions of the parameters.  ``status`` is 'complete', 'failed' or 'missing',
-        ``message`` why a case has failed, ``warning`` the warnings of a run, ``case`` the key of
-        its folder.
+        Results over the dimensions of the parameters.  ``status`` is 'complete', 'failed' or
+        'missing'; ``message`` is the error of a failed case; ``warning`` contains the warnings of
+        the run; ``case`` is the key of the case.
     """
     import xarray as xr
 
@@ -60,7 +60,7 @@ def collect(study, file=None, arrays: bool = True):
 
 
 def check_table(file) -> Path:
-    """Check that a path is free or contains an earlier table of the same kind."""
+    """Return the path of a table; raise OutputError if it exists and is not a table."""
     file = Path(file)
     if file.suffix == ".zarr" and file.is_dir() and not file.is_symlink():
         if not (file / ".zgroup").is_file():
@@ -71,7 +71,7 @@ def check_table(file) -> Path:
 
 
 def _replace_zarr(results: _Results, file: Path) -> None:
-    """Write a table as a folder beside an earlier one, then replace the earlier one."""
+    """Write a table in zarr to a temporary folder, which then replaces the folder `file`."""
     check_table(file)
     try:
         scratch = Path(tempfile.mkdtemp(prefix=".new-", dir=file.parent))
@@ -91,7 +91,7 @@ def _replace_zarr(results: _Results, file: Path) -> None:
 
 
 class _Results:
-    """The results of all cases: numbers and texts in memory, arrays on the disk."""
+    """The results of all cases; numbers and texts are in memory, arrays are read from files."""
 
     def __init__(self, study: Path, manifest: dict, arrays: bool = True):
         self.study, self.manifest = study, manifest
@@ -114,6 +114,7 @@ class _Results:
         self.coordinates = self._common_coordinates()
 
     def _read_case(self, number: int, key: str) -> None:
+        """Read texts, numbers and shapes of arrays of a case."""
         folder = refuse_links(self.study, case_folder(self.study, key))
         found = read_result(folder)
         self.texts["status"][number] = found["status"] if found else "missing"
@@ -137,7 +138,7 @@ class _Results:
 
     @property
     def size(self) -> float:
-        """Return the bytes of the arrays of all cases."""
+        """Return the size of the arrays of all cases, bytes."""
         each = sum(np.prod(about["shape"]) for about in self.arrays.values())
         return 8.0 * float(each) * len(self.keys)
 
@@ -152,7 +153,7 @@ class _Results:
             yield number, arrays
 
     def _is_numeric_array(self, name: str, arrays: dict[str, np.ndarray]) -> bool:
-        """Return whether an array of a case contains numbers over its coordinates."""
+        """Return whether an array of a case and its coordinates are numbers of equal shapes."""
         dims = [arrays.get(f"{name}|{dim}") for dim in self.arrays[name]["dims"]]
         if any(one is None or one.ndim != 1 or one.size == 0 for one in dims):
             return False
@@ -161,10 +162,10 @@ class _Results:
         return all(one.dtype.kind in "biuf" for one in (arrays[name], *dims))
 
     def _common_coordinates(self) -> dict[str, np.ndarray]:
-        """Return the coordinate of each inner dimension, and whether to interpolate to it.
+        """Return the coordinate of each dimension of the arrays, such as time.
 
-        If cases differ, for example with adaptive steps, the coordinate has equal steps of the
-        largest mean step, up to the last end.
+        If the coordinates of cases differ (adaptive steps), the dimension is added to `uneven`, and
+        the coordinate has equal steps: the largest mean step, from the first start to the last end.
         """
         names = {d: n for n, about in self.arrays.items() for d in about["dims"]}
         first: dict[str, np.ndarray] = {}
@@ -179,7 +180,7 @@ class _Results:
                 both = min(len(known), len(here))
                 if not np.array_equal(here[:both], known[:both]):
                     self.uneven.add(dim)
-                if len(here) > len(known):  # the other case ended earlier
+                if len(here) > len(known):  # the case with `known` ended earlier
                     first[dim] = here
                 step = (here[-1] - here[0]) / max(len(here) - 1, 1)
                 ends.setdefault(dim, []).append((here[0], here[-1], step))
@@ -190,13 +191,13 @@ class _Results:
         return first
 
     def layout(self, name: str) -> tuple[tuple[str, ...], tuple[int, ...], tuple[int, ...]]:
-        """Return dimensions, shape and chunks of an array over all cases: a chunk is a case."""
+        """Return dimensions, shape and chunks of an array over all cases; each case is a chunk."""
         inner = tuple(self.arrays[name]["dims"])
         sizes = tuple(len(self.coordinates[d]) for d in inner)
         return (*self.dims, *inner), (*self.shape, *sizes), (*(1 for _ in self.dims), *sizes)
 
     def on_common(self, name: str, arrays: dict[str, np.ndarray]) -> np.ndarray:
-        """Interpolate an array of a case to the common coordinates; NaN beyond its ends."""
+        """Return an array of a case at the common coordinates; NaN outside of its own range."""
         values = arrays[name]
         for axis, dim in enumerate(self.arrays[name]["dims"]):
             common, here = self.coordinates[dim], arrays[f"{name}|{dim}"]
@@ -213,7 +214,7 @@ class _Results:
         return values
 
     def fill(self, targets: dict) -> None:
-        """Put the arrays of all cases into targets by index."""
+        """Write the arrays of all cases into the arrays of the table."""
         for number, arrays in self.each_array():
             place = np.unravel_index(number, self.shape)
             for name, target in targets.items():
@@ -221,17 +222,17 @@ class _Results:
                     target[tuple(int(i) for i in place)] = self.on_common(name, arrays)
 
     def small(self) -> dict[str, tuple]:
-        """Return all variables without inner dimensions, and the coordinates."""
+        """Return the variables with one value per case: numbers, texts, key and seconds."""
         dims = tuple(self.dims)
         found = {n: (dims, v.reshape(self.shape), {}) for n, v in self.numbers.items()}
         found |= {n: (dims, v.reshape(self.shape), {}) for n, v in self.texts.items()}
-        found["case"] = (dims, self.keys.reshape(self.shape), {"long_name": "key of its folder"})
+        found["case"] = (dims, self.keys.reshape(self.shape), {"long_name": "key of the case"})
         found["seconds"] = (dims, self.seconds.reshape(self.shape),
-                            {"units": "s", "long_name": "of the clock"})  # fmt: skip
+                            {"units": "s", "long_name": "wall-clock time"})  # fmt: skip
         return found
 
     def coordinate_variables(self) -> dict[str, tuple]:
-        """Return the coordinates of parameters and inner dimensions."""
+        """Return the coordinates of parameters and of arrays."""
         found = {
             name: (tuple(one["dims"]), coordinate_values(one["values"]), one.get("attrs", {}))
             for name, one in self.manifest["coordinates"].items()
@@ -240,12 +241,12 @@ class _Results:
         for dim, values in self.coordinates.items():
             attrs = {"units": units[dim]} if dim in units else {}
             if dim in self.uneven:
-                attrs["comment"] = "cases differ; histories interpolated to equal steps"
+                attrs["comment"] = "histories of all cases are interpolated to equal steps"
             found[dim] = ((dim,), values, attrs)
         return found
 
     def dataset(self, arrays: bool):
-        """Return the dataset in memory, with or without its arrays."""
+        """Return the table in memory, with or without arrays."""
         import xarray as xr
 
         variables = self.small()
@@ -262,12 +263,13 @@ class _Results:
 
 
 def coordinate_values(values: list) -> np.ndarray:
-    """Return the values of a coordinate; texts become objects of any length."""
+    """Return the values of a coordinate as an array; texts have the type object."""
     found = np.asarray(values)
     return found.astype(object) if found.dtype.kind in "US" else found
 
 
 def _write_netcdf(results: _Results, file: Path) -> None:
+    """Write a table in netCDF, case by case."""
     import netCDF4
 
     results.dataset(arrays=False).to_netcdf(file, engine="netcdf4")
@@ -284,10 +286,11 @@ def _write_netcdf(results: _Results, file: Path) -> None:
 
 
 def _write_zarr_folder(results: _Results, file: Path) -> None:
+    """Write a table in zarr, case by case."""
     try:
         import zarr
     except ImportError as trouble:
-        raise MissingLibrary("a table in zarr needs the package: pip install zarr") from trouble
+        raise MissingLibrary("a .zarr table requires zarr: pip install zarr") from trouble
     frame = results.dataset(arrays=False)
     for name in frame.variables:
         if frame[name].dtype == object:

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Named tasks of a study other than a run."""
+"""Tasks of a study that have a name."""
 
 from collections.abc import Callable
 from importlib import import_module
 
 from ..base.errors import InputError
 
-# Functions of the path of an input, imported on access.
+# Module and name of functions of the path of an input; they are imported on first use.
 TASKS = {
     "safety": ".factor_of_safety:factor_of_safety",
     "accuracy": ".error_bars.of_case:figures_with_bars",
@@ -14,12 +14,12 @@ TASKS = {
 
 
 def task_of(task: str | Callable) -> str | Callable:
-    """Return 'run', or the function that carries out a task.
+    """Return 'run', or the function that executes a task.
 
     Parameters
     ----------
     task : str or callable
-        Its name, or a function of the path of an input.
+        Name of the task, or a function of the path of an input.
     """
     if task == "run" or callable(task):
         return task

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Evaluate results of a model at parameter values, for searches of roots."""
+"""Evaluate results of a model at values of its parameters, for searches of roots."""
 
 import math
 import tempfile
@@ -29,9 +29,9 @@ def bracket_of(between) -> tuple[float, float]:
 
 
 class Trials:
-    """Results of a model by the values of its parameters."""
+    """Results of a model as functions of its parameters; evaluated results are stored."""
 
-    target = 0.0  # name of a single result
+    target = 0.0  # target value of the first result
 
     def __init__(self, model, parameters: Sequence, results: Sequence, task, changes: Mapping):
         self.model, self.parameters, self.parameter = model, list(parameters), parameters[0]
@@ -57,18 +57,19 @@ class Trials:
     def results(self, values: tuple) -> tuple:
         """Return all results at values of the parameters."""
         if values not in self.done:
-            self.done[values] = self._check_results(values)
+            self.done[values] = self._finite_results(values)
         return self.done[values]
 
     def tried(self) -> tuple:
-        """Return the trial values of one parameter, and the results."""
+        """Return value of the first parameter and first result of each run, in order."""
         return tuple((value[0], found[0]) for value, found in self.done.items())
 
-    def _check_results(self, values: tuple) -> tuple:
+    def _finite_results(self, values: tuple) -> tuple:
+        """Run the model and return its results; raise NoRootError if one is not finite."""
         pairs = zip(self.parameters, values, strict=True)
         where = ", ".join(f"{name} = {value:.6g}" for name, value in pairs)
         try:
-            found = self._measure_results(values)
+            found = self._run_model(values)
         except (InterruptedRun, InputError):
             raise
         except SiteddaError as error:
@@ -79,16 +80,17 @@ class Trials:
         return found
 
     def failure(self, mode: str, words: str, low=math.nan, high=math.nan) -> NoRootError:
-        """Return the error of a search that has not found a root."""
+        """Return the error of a search that has found no root."""
         tried = self.tried() if len(self.parameters) == 1 else tuple(self.done.items())
         return NoRootError(f"no root: {words}", mode, (low, high), tried)
 
-    def _measure_results(self, values: tuple) -> tuple:
+    def _run_model(self, values: tuple) -> tuple:
+        """Run the model, task or function at values of the parameters; return the results."""
         if callable(self.model):
             names = short_names(self.parameters).values()
             found = self.model(**dict(zip(names, values, strict=True)))
             if len(self.names) > 1 and not isinstance(found, Mapping):
-                found = self._check_sequence(found)
+                found = self._name_numbers(found)
             return self._pick_numbers(returned(self.name, found))
         changes = dict(zip(self.parameters, values, strict=True))
         text = changed_input(self.text, changes, file=self.file)
@@ -102,27 +104,29 @@ class Trials:
             numbers, _ = measure(output, self.wanted, [])
         return self._pick_numbers(numbers)
 
-    def _check_sequence(self, found) -> dict:
+    def _name_numbers(self, found) -> dict:
+        """Return the sequence of numbers of a function as a dict with the names of the results."""
         try:
             return dict(zip(self.names, found, strict=True))
         except (TypeError, ValueError):
-            raise InputError(f"the function must return {len(self.names)} numbers, for "
-                             f"{', '.join(self.names)}, not {found!r}") from None  # fmt: skip
+            raise InputError(f"the function must return {len(self.names)} numbers "
+                             f"({', '.join(self.names)}), not {found!r}") from None  # fmt: skip
 
     def _pick_numbers(self, values: Mapping) -> tuple:
         return tuple(self._pick_number(name, values) for name in self.names)
 
     def _pick_number(self, name: str, values: Mapping) -> float:
+        """Return the result of a name; a single number may have any name."""
         numbers = {n: v for n, v in values.items() if isinstance(v, float | int)}
         if name in numbers:
             return float(numbers[name])
         if len(numbers) == len(values) == len(self.names) == 1:
             return float(next(iter(numbers.values())))
-        known = f"; there are {', '.join(numbers)}" if numbers else ", as with .last or .largest"
-        raise InputError(f"result {name!r} is not one number{known}")
+        known = f"; there are {', '.join(numbers)}" if numbers else "; append .last or .largest"
+        raise InputError(f"result {name!r} is not a number{known}")
 
     def errors_at(self, values: tuple, wanted: bool) -> tuple[list[float], str]:
-        """Return errors of the results by time step and penalty, and a warning."""
+        """Return the errors of the results due to time step and penalty, and a warning."""
         from .error_bars import accuracy
 
         errors = [0.0] * len(self.names)
@@ -130,7 +134,7 @@ class Trials:
         if self.task != "run" or callable(self.model):
             return errors, alone
         if not wanted:
-            return errors, f"{alone}: accuracy = true adds errors of time step and penalty"
+            return errors, f"{alone}; accuracy = true includes errors due to time step and penalty"
         changes = dict(zip(self.parameters, values, strict=True))
         text = changed_input(self.text, changes, file=self.file)
         asked = {one.label: one.function or one.name for one in self.wanted}
@@ -147,13 +151,13 @@ class Trials:
 
 
 def _absolute_name(group, file: Path) -> str:
-    """Return the absolute name of a file of a group."""
+    """Return the absolute path of the file that a group of an input names; blank if none."""
     name = group.values.get("file", "") if group.name != "output" else ""
     return str((Path(file).parent / name).resolve()) if name else ""
 
 
 def _run_case(source, output: Path) -> None:
-    """Run a case to its end; a signal ends the search."""
+    """Run an input to its end; raise InterruptedRun if a signal arrives."""
     from ..base.stop import SIGNALS, Stop
     from ..engine.simulation import Simulation, run_to_end
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Worker processes behind the protocol of `concurrent.futures.Executor`.
+"""Worker processes with the interface of `concurrent.futures.Executor`.
 
-Unlike in a `ProcessPoolExecutor`, a process that dies fails only its own task and is replaced by
-another process.  Memory and time of a task can be limited.
+Unlike in a `ProcessPoolExecutor`, the death of a process fails only its own task, and another
+process replaces it.  Memory and time of a task can be limited.
 """
 
 import os
@@ -21,11 +21,11 @@ from numbers import Real
 
 from ..base.errors import InputError
 
-_GRACE = 5.0  # s after the time limit within which a task can end itself
+_GRACE = 5.0  # s after the time limit until a process is killed
 _POLL = 0.5  # s between checks of the parent process
-_MOST = 1e15  # largest number accepted as a limit
-_UNLIMITED = 2.0**62  # bytes; the system does not accept larger limits
-_FOREVER = 1e6  # s; longer waits count as infinite
+_MOST = 1e15  # largest limit of memory (bytes) or time (s)
+_UNLIMITED = 2.0**62  # bytes above which memory is not limited; the system accepts no larger limit
+_FOREVER = 1e6  # s above which time is not limited
 
 
 class WorkerDied(Exception):
@@ -33,7 +33,7 @@ class WorkerDied(Exception):
 
 
 class TaskTooLong(Exception):
-    """The process of a task was ended because it exceeded its time limit."""
+    """The process of a task was killed because the task exceeded its time limit."""
 
 
 def check_limits(memory: float | None, time_limit: float) -> None:
@@ -49,7 +49,7 @@ def check_limits(memory: float | None, time_limit: float) -> None:
     Raises
     ------
     InputError
-        If one of them is no number above 0.
+        If a limit is not a number above 0.
     """
     for name, value in (("memory", memory), ("time_limit", time_limit)):
         number = isinstance(value, Real) and not isinstance(value, bool)
@@ -64,11 +64,11 @@ class Workers(Executor):
     Parameters
     ----------
     count : int
-        Of processes.
+        Number of processes.
     memory : float
-        Bytes that each may allocate.
+        Bytes that a process may allocate.
     time_limit : float
-        s of the clock that a task may take.
+        Largest duration of a task, s (wall clock).
     """
 
     def __init__(self, count: int, memory: float = float("inf"), time_limit: float = float("inf")):
@@ -77,7 +77,7 @@ class Workers(Executor):
         self._closed = threading.Event()
         self._processes: set[subprocess.Popen] = set()
         self._threads = [
-            threading.Thread(target=self._serve_worker, daemon=True) for _ in range(count)
+            threading.Thread(target=self._feed_process, daemon=True) for _ in range(count)
         ]
         for thread in self._threads:
             thread.start()
@@ -89,7 +89,7 @@ class Workers(Executor):
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the processes after their tasks, or at once (with checkpoints) if cancelled."""
+        """End the processes after their tasks; if cancelled, stop the tasks with checkpoints."""
         self._closed.set()
         if cancel_futures:
             for process in list(self._processes):
@@ -100,8 +100,8 @@ class Workers(Executor):
             for thread in self._threads:
                 thread.join()
 
-    def _serve_worker(self) -> None:
-        """Start a process, send it tasks, and replace it if it dies."""
+    def _feed_process(self) -> None:
+        """Send tasks to a process, and replace the process if it dies."""
         process = None
         while (task := self._tasks.get()) is not None:
             future, data = task
@@ -120,7 +120,7 @@ class Workers(Executor):
 
 
 def _serialise_task(*task) -> bytes:
-    """Return a task as bytes; functions of the main program need cloudpickle."""
+    """Return a task as bytes; functions of the main program require cloudpickle."""
     try:
         from cloudpickle import dumps
     except ImportError:
@@ -130,12 +130,12 @@ def _serialise_task(*task) -> bytes:
     try:
         data = pickle.dumps(task)
     except (pickle.PicklingError, AttributeError, TypeError) as trouble:
-        raise ValueError(f"this cannot be sent to another process: {trouble}; define functions "
-                         "in a module, or pip install cloudpickle") from trouble  # fmt: skip
+        raise ValueError(f"the task cannot be sent to a process: {trouble}; define functions in "
+                         "a module, or pip install cloudpickle") from trouble  # fmt: skip
     if b"__main__" in data:
         raise ValueError(
-            "a function that is defined in the main program or a notebook needs the package "
-            "cloudpickle (pip install cloudpickle); else define it in a module"
+            "a function that is defined in the main program or a notebook requires cloudpickle: "
+            "pip install cloudpickle, or define the function in a module"
         )
     return data
 
@@ -170,28 +170,29 @@ class _Process:
             self.connection.send_bytes(data)
             patience = None if time_limit > _FOREVER else time_limit
             if not wait([self.connection], patience):
-                self._exit_reason(signal.SIGKILL)
-                raise TaskTooLong("it exceeded its time limit")
+                self._end_process(signal.SIGKILL)
+                raise TaskTooLong("the task exceeded its time limit")
             good, value = self.connection.recv()
         except (EOFError, OSError) as trouble:
-            raise WorkerDied(self._exit_reason(None)) from trouble
+            raise WorkerDied(self._end_process(None)) from trouble
         if not good:
             raise value
         return value
 
-    def _exit_reason(self, number: int | None) -> str:
+    def _end_process(self, number: int | None) -> str:
+        """End the process by a signal, or wait for its end; return the reason of its end."""
         if number:
             self.process.send_signal(number)
         status = self.process.wait()
         self.connection.close()
         self.processes.discard(self.process)
         if status < 0:
-            why = " (for example for lack of memory)" if status == -signal.SIGKILL else ""
+            why = " (for example because of lack of memory)" if status == -signal.SIGKILL else ""
             return f"its process was ended by signal {-status}{why}"
         return f"its process ended with status {status}"
 
     def close(self) -> None:
-        """Close the connection, so that the process ends."""
+        """Close the connection, which ends the process, and wait for its end."""
         self.connection.close()
         self.process.wait()
         self.processes.discard(self.process)
@@ -203,7 +204,7 @@ def main() -> None:
     threading.Thread(target=_stop_with_parent, args=(os.getppid(),), daemon=True).start()
     memory = connection.recv()
     if memory < _UNLIMITED:
-        most = resource.getrlimit(resource.RLIMIT_DATA)[1]  # limit set by a parent worker, if any
+        most = resource.getrlimit(resource.RLIMIT_DATA)[1]  # limit of a parent worker, if any
         most = int(memory) if most == resource.RLIM_INFINITY else min(int(memory), most)
         resource.setrlimit(resource.RLIMIT_DATA, (most, most))
     while True:
@@ -214,7 +215,7 @@ def main() -> None:
         try:
             function, arguments, more = pickle.loads(data)
             answer = (True, function(*arguments, **more))
-        except KeyboardInterrupt:  # signals of the terminal also reach the client
+        except KeyboardInterrupt:  # the client receives signals of the terminal as well
             return
         except Exception as error:
             answer = (False, error)
@@ -222,7 +223,7 @@ def main() -> None:
 
 
 def _stop_with_parent(parent: int) -> None:
-    """Request a stop with a checkpoint if the client has died."""
+    """Stop this process, with a checkpoint of its run, if the client has died."""
     while os.getppid() == parent:
         time.sleep(_POLL)
     os.kill(os.getpid(), signal.SIGTERM)

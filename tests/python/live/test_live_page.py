@@ -391,8 +391,8 @@ def test_a_joint_in_place_of_another_is_a_stage_of_the_saved_namelist(served, op
     page = begun(opened(served), "pile.nml")
     press(page, "Run", "page.run?.status === 'running' && page.view.model.frames > 2")
     press(page, "Pause", "page.run.status === 'paused'")
-    page.get_by_label("joint", exact=True).select_option(index=1)
-    page.get_by_label("joint in its place").select_option("ice")
+    page.get_by_label("replace joint").select_option(index=1)
+    page.get_by_label("by joint", exact=True).select_option("ice")
     press(page, "Begin", "page.run.actions.length === 1")
     page.get_by_role("tab", name="Save").click()
     press(page, "save the namelist")
@@ -446,7 +446,7 @@ def test_another_model_is_seen_whole_and_nothing_picked_is_removed(served, opene
     until(page, "page.view.info.innerText.includes('compression')")
     remove = page.locator(".stage-form .row", has_text="remove").locator("input").first
     assert remove.input_value() == ""
-    press(page, "remove the picked block")
+    press(page, "remove the selected block")
     assert remove.input_value() == "low"
     zoomed = """(() => { const v = page.view, {scale} = v.camera; v.zoom(4, 0, 0);
     for (const [width, height] of [["1px", "1px"], ["700px", "1px"], ["", ""]]) {

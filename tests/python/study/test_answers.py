@@ -229,7 +229,7 @@ def test_results_that_are_no_number_and_runs_that_fail():
         ({"between": 3}, "two numbers"),
         ({"target": math.nan}, "target"),
         ({"tolerance": 0}, "tolerance"),
-        ({"result": "joint_slip[base]"}, "not one number"),
+        ({"result": "joint_slip[base]"}, "not a number"),
         ({"result": "joint_slip[none].last"}, "there is no measured_joint 'none'"),
         ({"parameter": "joint[plane].angle"}, "angle"),
         ({"task": "dance"}, "task"),
@@ -289,7 +289,7 @@ def test_a_study_may_be_one_root_or_none(tmp_path, capsys):
         ("target = 0.05", "", "target is missing"),
         ("[10, 40]", "[10]", "two numbers"),
         ("result =", "outcome =", "there is no 'outcome'"),
-        ("[solve]", 'results = ["verdict"]\n[solve]', "leave out task and results"),
+        ("[solve]", 'results = ["verdict"]\n[solve]', "remove task and results"),
     ],
 )
 def test_bad_tables_of_a_study(tmp_path, old, new, words):

@@ -52,7 +52,7 @@ def test_a_root_that_the_middle_does_not_reach():
         (lambda x, y: (x + y, 2 * x + 2 * y), (1, 2), "dependent", "f and g do not change indep"),
         (lambda x, y: (x * y + 1, (x * y + 1) ** 2), (1, 3), "dependent", "with x and y"),
         (lambda x, y: (x, x**2 + 1), (0.5, 1), "flat", "y changes none"),
-        (lambda x, y: (x + y, 3.0), (0.5, 1), "flat", "g changes with none"),
+        (lambda x, y: (x + y, 3.0), (0.5, 1), "flat", "g depends on none"),
         (lambda x, y: (x, math.nan), (0.5, 1), "no number", "g is not a number with x = "),
     ],
 )
@@ -66,7 +66,7 @@ def test_systems_without_roots(function, targets, mode, words):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"target": [1.0]}, "results, targets and ranges, not 2, 2, 1 and 2"),
+        ({"target": [1.0]}, "between must have the same length, not 2, 2, 1 and 2"),
         ({"target": 1.0}, "target = 1.0: give a list"),
         ({"result": "f"}, "result = 'f': give a list"),
         ({"parameter": ["x", "x"]}, "a name is repeated"),

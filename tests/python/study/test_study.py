@@ -102,7 +102,7 @@ def test_every_kind_of_quantity(file, threads):
         ("block_density[layer_1]", "does not vary in time"),
         ("pga_m_s2[top]", r"no point 'top'; there are base, surface"),
         ("joint_slip[seam].last", "no quantity 'joint_slip'"),
-        ("amplification_ratio", "needs a group &amplification"),
+        ("amplification_ratio", "requires a group &amplification"),
         ("spectrum[surface].z", "no axis 'z'"),
     ],
 )
@@ -447,7 +447,7 @@ def test_collect_reads_only_below_its_own_folder(file, tmp_path, threads):
 
 
 def test_points_change_together():
-    with pytest.raises(InputError, match="equally many"):
+    with pytest.raises(InputError, match="same number of values"):
         Points("pair", {"a.b": [1, 2], "a.c": [1]})
     pair = Points("pair", {"joint.friction_angle": [1, 2], "joint.cohesion": [3, 4]})
     assert pair.changes((1,)) == {"joint.friction_angle": 2, "joint.cohesion": 4}

@@ -98,7 +98,7 @@ def test_incremental_dynamic_analysis(table):
     assert np.allclose(found.fractiles[1], [1.0, 4.0, 9.0, 13.6])
     high = ida(table, "tilt", "pga", threshold=30.0).capacity
     assert np.isinf(high[:4]).all() and np.isnan(high[4])  # a failed run hides it
-    with pytest.raises(InputError, match="select values of the others"):
+    with pytest.raises(InputError, match="select one value of each other dimension"):
         ida(table, "tilt", "pga", record="seed")
 
 
@@ -114,7 +114,7 @@ def test_a_fragility_says_which_cases_are_beyond_their_horizon(table):
     early = known.assign(tilt_decided_s=known.tilt_decided_s.where(table.tilt < 20, 6.0))
     found = fragility_of(early.where(table.tilt.notnull()), "tilt", 8.5, "pga")
     beyond, cases = int((table.tilt >= 20).sum()), int(table.tilt.notnull().sum())
-    assert found.doubt.startswith(f"{beyond} of {cases} cases are beyond the horizon of tilt")
+    assert found.doubt.startswith(f"{beyond} of {cases} cases end after the horizon of tilt")
     assert found.doubt[:20] in found.picture().axes[0].get_title(loc="left")
 
 
@@ -130,7 +130,7 @@ def test_a_fragility_without_a_curve_has_bounds(table, threshold, why, low, high
     found = fragility_of(table, "tilt", threshold, "pga")
     assert found.why.startswith(why) and not hasattr(found, "median")
     assert np.allclose(found.band(4.0), (low, high))
-    assert f"At pga 4 m/s² the probability of failure lies between {low:.2g} and" in found.words
+    assert f"At pga 4 m/s² the probability of failure is between {low:.2g} and" in found.words
     figure = {"kind": "fragility", "quantity": "tilt", "threshold": threshold, "intensity": "pga"}
     page = write_report(table, tmp_path / "page.html", [figure]).read_text()
     assert page.index(f"No curve: {why}") < page.index("20 cases") < page.index("<figure")
@@ -196,7 +196,7 @@ def test_a_map_and_bands():
     assert np.array_equal(result.values, [[np.nan] * 2, [4.0, 5.0], [6.0, 7.0]], equal_nan=True)
     rows = bands(found.isel(b=2), "row", "a")
     assert np.allclose(rows.fractiles[1], [1.5, 5.0, 7.5])
-    with pytest.raises(InputError, match="select values of the others"):
+    with pytest.raises(InputError, match="select one value of each other dimension"):
         parameter_map(found, "row", "a", "b")
 
 
@@ -208,10 +208,10 @@ def test_a_report_holds_what_is_asked_for(table, tmp_path):
     ]
     page = write_report(table, tmp_path / "page.html", figures).read_text()
     for words in ("20 cases", "1 failed", "it fell", "capacity 16, 50, 84 %", "dispersion β",
-                  "Not drawn: a map needs two parameters that are numbers"):  # fmt: skip
+                  "Not drawn: a map requires two parameters with numbers as values"):  # fmt: skip
         assert words in page, words
     assert page.count("<figure") == 2
     with pytest.raises(InputError, match="did you mean 'map'"):
         write_report(table, tmp_path / "page.html", [{"kind": "mop"}])
-    with pytest.raises(InputError, match="kind 'ida': there is no 'level'; it has quantity"):
+    with pytest.raises(InputError, match="kind 'ida': there is no value 'level'; its values are quantity"):
         write_report(table, tmp_path / "page.html", [{"kind": "ida", "level": 3}])

@@ -91,7 +91,7 @@ def test_the_command(study, table, main, tmp_path):
         ("results", "result", "there is no 'result'; did you mean 'results'"),
         ("[fixed]", "[fixes]", "there is no 'fixes'; did you mean 'fixed'"),
         ("count = 3", "counts = 3", "there is no 'counts'; did you mean 'count'"),
-        ('"log"', '"lag"', "spacing is 'linear' or 'log'"),
+        ('"log"', '"lag"', "spacing must be 'linear' or 'log'"),
         ("model =", "#", "model is missing"),
         ("[parameters]", "[parameters", "grid.toml: "),
         ("rock.density", "rock.densety", "has no variable 'densety'; did you mean 'density'"),

@@ -1,12 +1,12 @@
-// The input as forms, made from the schema: units, ranges, defaults, help; sliders re-cut.
+// Forms of the input, made from the schema: units, ranges, defaults, help; sliders for numbers.
 
 import {element, short, withUnit} from "/view/words.js";
 import {button, choice, plain, row, settle, spoken} from "./parts.js";
 
 const NUMBERS = ["real", "integer"];
-const WIDEST = 1000;  // range that a slider spans as a whole
+const WIDEST = 1000;  // width of the largest range that a slider covers completely
 
-/** Lowest and highest of "0 to 89", "above 0", "any". */
+/** Return the lowest and highest value of a range such as "0 to 89", "above 0" or "any". */
 export function limits(values) {
   const both = values.match(/^(\S+) to (\S+)$/);
   if (both) return [Number(both[1]), Number(both[2])];
@@ -14,7 +14,7 @@ export function limits(values) {
   return [-Infinity, Infinity];
 }
 
-/** Whether a variable belongs to what another one is: law = 'one', 'two'. */
+/** Return whether another variable has a value that a variable requires, as in law = 'one'. */
 export function fits({when}, values) {
   if (!when) return true;
   const [variable, allowed] = when.split("=");
@@ -22,7 +22,7 @@ export function fits({when}, values) {
   return words(allowed || "").includes(value);
 }
 
-/** From where to where a slider goes. */
+/** Return the lowest and highest value of the slider of a variable. */
 function span(variable, value) {
   const [low, high] = limits(variable.values);
   if (variable.unit === "degrees") {
@@ -52,7 +52,7 @@ export class Forms {
     this.shape = "";
   }
 
-  /** Show groups; where only values have changed, the fields stay. */
+  /** Show groups; if only values have changed, retain the fields. */
   show(groups) {
     this.groups = groups;
     this.names = new Map();
@@ -89,7 +89,7 @@ export class Forms {
     this.adder();
     for (const group of this.groups) {
       if (group.more) {
-        element("p", this.root, `and ${group.more} more groups &${group.name}: in the text`, "note");
+        element("p", this.root, `${group.more} more groups &${group.name}: see the text`, "note");
       } else {
         this.group(group);
       }
@@ -140,10 +140,10 @@ export class Forms {
           for (const one of others) this.variable(more, name, number, one, undefined);
         }
       });
-      element("summary", more, `${others.length} more, by default`);
+      element("summary", more, `${others.length} more variables with default values`);
     }
-    button(box, "Take out", () => this.ask("take_out", {group: name, number}),
-      `take this &${name} out`).className = "quiet";
+    button(box, "Remove", () => this.ask("take_out", {group: name, number}),
+      `remove this &${name}`).className = "quiet";
   }
 
   title(values, kind) {
@@ -154,7 +154,7 @@ export class Forms {
     return `${spoken(name)} ${text.length > 36 ? "…" : text}`.trim();
   }
 
-  /** A value as a person reads it: four digits and its unit, or words without signs of Fortran. */
+  /** Return a value for display: four digits and unit, or a word without the syntax of Fortran. */
   inWords(value, one) {
     if (["word", "logical"].includes(one?.kind)) return plain(value);
     const numbers = value.split(",").map(Number), unit = one?.unit || "";
@@ -170,7 +170,7 @@ export class Forms {
       `${one.meaning}${range} (default: ${plain(one.default)})`);
     this.fields.set(key, line);
     if (value === null) {
-      element("span", line.place, "a long list: in the text");
+      element("span", line.place, "a long list: see the text");
       return;
     }
     const send = (text) => this.ask("set",
@@ -192,7 +192,7 @@ export class Forms {
     if (options && one.size === 0) {
       if (value && !options.includes(value)) options = [...options, value];
       const listed = options.map((text) => [text, (refers ? text : plain(text)) || "blank"]);
-      return choice(null, [["", `by default: ${plain(one.default)}`], ...listed], value ?? "");
+      return choice(null, [["", `default: ${plain(one.default)}`], ...listed], value ?? "");
     }
     const field = element("input", null);
     field.type = "text";
@@ -224,7 +224,7 @@ export class Forms {
   }
 
   record(box, number) {
-    const line = row(box, "shipped record", "", "copied beside the model, for this motion to follow");
+    const line = row(box, "shipped record", "", "record that this motion uses; it is copied into the folder of the model");
     const field = settle(line, choice(null,
       [["", "choose …"], ...this.records.map((name) => [name, name])], ""));
     field.addEventListener("change", () => {
@@ -232,7 +232,7 @@ export class Forms {
     });
   }
 
-  /** Mark the field that a message is about; whether there is one. */
+  /** Mark the field to which a message refers; return whether this field exists. */
   wrong(trouble) {
     for (const line of this.fields.values()) {
       line.trouble.textContent = "";

@@ -1,4 +1,4 @@
-// The view of a model that is edited and of a run that goes on: frames are added as they come.
+// The view of an edited model and of its run, to which each new frame is added.
 
 import {Chart} from "/view/chart.js";
 import {Model} from "/view/model.js";
@@ -6,14 +6,14 @@ import {View} from "/view/view.js";
 import {limits, variable} from "/view/words.js";
 
 const NAMES = ["u", "v", "turn", "ex", "ey", "gxy", "speed", "sx", "sy", "txy"];
-const BYTES = 400e6;     // of the frames that are kept
+const BYTES = 400e6;     // largest size of the stored frames
 const CHARTS = 250;      // ms between drawings of the histories
 const DRAWN = {displacement: ["displacement of the measured points", "m"],
   energies: ["energies", "J/m"]};
 
-/** A model whose frames grow; quantities are kept as they come. */
+/** A model with a growing number of frames; quantities are stored as received. */
 class LiveModel extends Model {
-  /** The interface between two blocks, or −1. */
+  /** Return the index of the interface between two blocks, or −1. */
   jointBetween(a, b) {
     const f = this.faceBlocks;
     for (let k = 0; k < this.meta.faces; k++) {
@@ -22,7 +22,7 @@ class LiveModel extends Model {
     return -1;
   }
 
-  /** Where a vertex of block a is nearest to an edge of block b: x, y; ends of the edge. */
+  /** Return the vertex of block a that is nearest to an edge of block b, and the ends of the edge. */
   nearest(a, b) {
     const {first, places: p} = this;
     let least = Infinity, found = [];
@@ -56,7 +56,7 @@ class LiveModel extends Model {
     this.gone = new Set();
   }
 
-  /** Stored values of each frame, and how many there are of each. */
+  /** Yield each stored quantity, and its number of values per frame. */
   * stored() {
     for (const name of NAMES) yield [this.channels[name], this.n];
     for (const [kind, {size, state}] of Object.entries(this.lineValues)) {
@@ -80,7 +80,7 @@ class LiveModel extends Model {
     }
   }
 
-  /** Keep every second frame. */
+  /** Delete every second frame. */
   thin() {
     const keep = Math.ceil(this.frames / 2);
     for (const [stored, things] of this.stored()) {
@@ -122,7 +122,7 @@ class LiveModel extends Model {
     this.widen(f);
   }
 
-  /** Limits of the colours so far. */
+  /** Extend the limits of the colours to the values of a frame. */
   widen(frame) {
     for (const {name} of this.meta.quantities) {
       const now = super.range(name, frame), {low, high, usual} = this.live[name] || now;
@@ -150,14 +150,14 @@ export class LiveView extends View {
     return new LiveModel(meta, streams);
   }
 
-  /** Another model comes: nothing that was chosen for this one is kept. */
+  /** Reset the choices of the user before another model is shown. */
   forget() {
     this.moved = false;
     this.picked = -1;
     this.color = "material";
   }
 
-  /** Show a model as drawn, and its supports, loads and water. */
+  /** Show a model with its supports, loads and water. */
   async load(head, streams) {
     this.loading = true;
     this.waiting = [];
@@ -172,7 +172,7 @@ export class LiveView extends View {
     if (this.blockBox) this.blockBox.remove();
     this.blockBox = this.blockChart = null;
     await this.begin({...head.meta, charts: []}, streams);
-    this.choices.speed.value = this.speed = 1;  // how long it will be is not known yet
+    this.choices.speed.value = this.speed = 1;  // the duration is not known yet
     if (head.run && this.color === "material") this.setColor("displacement");
     this.live = {};
     this.forceMost = 0;
@@ -184,7 +184,7 @@ export class LiveView extends View {
     for (const [one, data] of this.waiting) this.add(one, data);
   }
 
-  /** A frame of the run. */
+  /** Add a frame of the run and show it, unless the user looks at an earlier one. */
   add(head, streams) {
     if (this.loading) {
       this.waiting.push([head, streams]);
@@ -202,7 +202,7 @@ export class LiveView extends View {
     if (this.follows) this.show(this.model.frames - 1, true);
   }
 
-  /** A frame that the user asks for is stayed at, unless it is the last one. */
+  /** Show a frame; new frames replace it only if it is the last one. */
   show(frame, follows = false) {
     super.show(frame);
     this.follows = follows || this.frame === this.model.frames - 1;
@@ -236,7 +236,7 @@ export class LiveView extends View {
     }
   }
 
-  /** All samples of the output in place of those of the frames. */
+  /** Replace the histories of the frames by all samples of the output. */
   async conclude(meta, streams) {
     this.meta.charts = meta.charts;
     this.streams = streams;
@@ -256,9 +256,9 @@ export class LiveView extends View {
     return this.usualForce = this.forceMost || 1;
   }
 
-  /** Supports, boundaries, loads, measured points, water and slivers, as drawn. */
+  /** Draw supports, boundaries, loads, measured points, water and slivers at their first position. */
   drawMarks(c, X, Y, ratio) {
-    const marks = this.symbols;  // of boundaries, supports, loads
+    const marks = this.symbols;
     if (!marks) return;
     if (this.failing) this.drawFailing(c, X, Y, ratio);
     const ink = variable("--ink"), size = 7 * ratio;
@@ -319,7 +319,7 @@ export class LiveView extends View {
     }
   }
 
-  /** Names at a corner of their points where they cover no other name or point; else none. */
+  /** Draw the names of points beside them; omit names that would cover other names or points. */
   drawNames(c, points, ratio) {
     const away = 7 * ratio, half = 6 * ratio, {width, height} = this.camera;
     const taken = points.map(([x, y]) => [x - half, y - half, x + half, y + half]);
@@ -337,7 +337,7 @@ export class LiveView extends View {
     }
   }
 
-  /** A text with a rim in the colour of the paper, which is read on every block. */
+  /** Write a text with an outline in the background colour, legible on all blocks. */
   write(c, text, x, y, ratio) {
     c.save();
     c.lineJoin = "round";
@@ -348,7 +348,7 @@ export class LiveView extends View {
     c.fillText(text, x, y);
   }
 
-  /** Look at the contact between blocks that a message names, or at the one block. */
+  /** Zoom to the block that a message names, or to the contact between two blocks. */
   pointAt(blocks) {
     if (!blocks.length) return;
     const {model} = this, [a, b] = blocks;
@@ -365,7 +365,7 @@ export class LiveView extends View {
     this.refresh();
   }
 
-  /** The blocks of the contact that did not converge, and the vertex and edge of it. */
+  /** Mark the contact that did not converge: its blocks, vertex and edge. */
   drawFailing(c, X, Y, ratio) {
     const [a, b] = this.failing, {first, places} = this.model;
     c.strokeStyle = variable("--pick");

@@ -1,4 +1,4 @@
-// The page: what the server says goes to its parts, what the user does goes to the server.
+// The page: it passes messages of the server to its parts, and actions of the user to the server.
 
 import {element} from "/view/words.js";
 import {Forms} from "./forms.js";
@@ -101,7 +101,7 @@ class Page {
       this.screen("enter");
       say("");
     } else {
-      say("The server does not answer. If it has ended, start it again: the model is kept.", true);
+      say("The server does not respond. If it has ended, start it again; it continues with this model.", true);
       this.lost = true;
     }
   }
@@ -196,7 +196,7 @@ class Page {
     if (head.line) this.text.reveal(head.line);
     element("p", root, head.message, "wrong");
     if (!atField || this.tab !== "form") return;
-    element("p", root, "The picture is the last good one.", "note");
+    element("p", root, "The picture shows the last valid model.", "note");
   }
 
   hearCheck(head) {
@@ -236,7 +236,7 @@ class Page {
   }
 
   hearSaving({what}) {
-    this.saves.say(what, "is written …");
+    this.saves.say(what, "The file is being written …");
   }
 
   hearSaved({what, files, folder}) {

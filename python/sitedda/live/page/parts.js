@@ -4,13 +4,13 @@ import {element} from "/view/words.js";
 
 let count = 0;
 
-/** A name for an element that no other has. */
+/** Return a unique name for an element. */
 export const fresh = (stem) => `${stem}-${++count}`;
 
-/** The name of a group or variable in words. */
+/** Return the name of a group or variable in words. */
 export const spoken = (name) => name.replaceAll("_", " ");
 
-/** A value or default of the schema in words: also without the points of .true. */
+/** Return a value or default of the schema in words, and .true. without its points. */
 export const plain = (text) => spoken(text).replace(/^\.(\w+)\.$/, "$1");
 
 export function button(parent, text, act, title = "") {
@@ -21,7 +21,7 @@ export function button(parent, text, act, title = "") {
   return node;
 }
 
-/** A select of [value, words]. */
+/** Create a select from options [value, words]. */
 export function choice(parent, options, value) {
   const node = element("select", parent);
   for (const [key, words] of options) element("option", node, words).value = key;
@@ -29,7 +29,7 @@ export function choice(parent, options, value) {
   return node;
 }
 
-/** A row of a label and what it is for, with a unit; help is read where the field has the focus. */
+/** Create a row for a field: label, unit, help (shown if the field has the focus), message. */
 export function row(parent, label, unit, help) {
   const box = element("div", parent, "", "row"), id = fresh("field");
   const name = element("label", box, label);
@@ -43,7 +43,7 @@ export function row(parent, label, unit, help) {
   return {box, place, id, trouble};
 }
 
-/** Make a field the one of a row. */
+/** Insert a field into a row. */
 export function settle(line, field) {
   field.id = line.id;
   field.setAttribute("aria-describedby", `${line.id}-help ${line.id}-wrong`);
@@ -58,7 +58,7 @@ export function say(words, bad = false) {
   node.classList.toggle("bad", bad);
 }
 
-/** A table of rows of texts. */
+/** Create a table from rows of texts. */
 export function table(parent, heads, rows, title) {
   const box = element("div", parent, "", "wide");
   box.tabIndex = 0;

@@ -1,12 +1,12 @@
-// The run beside the model: check, rest, run, pause, step, stop; what can be changed; the verdict.
+// Controls of the run (check, rest, run, pause, step, stop), changes during it, and its verdict.
 
 import {element, short} from "/view/words.js";
 import {fits} from "./forms.js";
 import {button, choice, plain, row, settle, spoken, table} from "./parts.js";
 
 const OVER = ["done", "stopped", "failed"];
-const WORDS = {opening: "is opened", ready: "as drawn", resting: "comes to rest", running: "runs",
-  paused: "paused", done: "complete", stopped: "stopped", failed: "failed"};
+const WORDS = {opening: "opening", ready: "ready", resting: "computing equilibrium",
+  running: "running", paused: "paused", done: "complete", stopped: "stopped", failed: "failed"};
 
 export class RunBar {
   constructor(root, ask) {
@@ -19,11 +19,11 @@ export class RunBar {
       this[name] = button(this.bar, text, act, title);
     };
     add("check", "Check", "check the model before its run", () => ask("check"));
-    add("rest", "Rest", "bring the model to rest, as its first stages say", () => ask("rest"));
-    add("run", "Run", "run it to its end", () => ask("run"));
-    add("pause", "Pause", "wait between two steps", () => ask("pause"));
-    add("step", "Step", "take one step", () => ask("step", {steps: 1}));
-    add("stop", "Stop", "end the run here", () => ask("stop"));
+    add("rest", "Rest", "compute the static equilibrium before the first dynamic step", () => ask("rest"));
+    add("run", "Run", "run the model to its end", () => ask("run"));
+    add("pause", "Pause", "pause after the present step", () => ask("pause"));
+    add("step", "Step", "compute one step", () => ask("step", {steps: 1}));
+    add("stop", "Stop", "end the run at the present time", () => ask("stop"));
     add("back", "Edit the model", "leave the run", () => ask("back"));
     this.run.classList.add("main");
     this.progress = element("progress", root);
@@ -66,14 +66,14 @@ function duration(seconds) {
   return seconds < 5400 ? `${Math.round(seconds / 60)} min` : `${(seconds / 3600).toFixed(1)} h`;
 }
 
-/** What a running model lets change, and stages that are begun by hand. */
+/** Form for changes and stages during a run. */
 export class ChangePanel {
-  /** What asks; what names the block that is looked at. */
+  /** `ask` sends a command to the server; `picked` returns the name of the selected block. */
   constructor(root, ask, picked) {
     Object.assign(this, {root, ask, picked, shape: "", done: 0, fields: new Map()});
   }
 
-  /** The fields, with the values that run. */
+  /** Show the fields with the values that the run uses. */
   show(groups, kinds, changeable, run) {
     const shape = JSON.stringify(groups.map(({name, number, values}) => [name, number, values]));
     if (shape !== this.shape) {
@@ -83,7 +83,7 @@ export class ChangePanel {
     const actions = run?.actions || [], over = OVER.includes(run?.status);
     this.done = actions.length;
     this.note.textContent = over ? "The run has ended. Edit the model to run it with other values."
-      : "Changes act from this moment. “Save script” repeats them exactly.";
+      : "Changes act from the present time. “Save script” writes a script that repeats them.";
     this.form.disabled = over;
     const runs = Object.assign({}, ...actions.map((one) => one.changes || {}));
     for (const [path, one] of this.fields) {
@@ -99,7 +99,7 @@ export class ChangePanel {
     one.line.trouble.textContent = "";
   }
 
-  /** What was asked for does not run: the fields are as they were. */
+  /** Reset the fields whose changes the server has rejected. */
   refused() {
     for (const one of this.fields.values()) if (one.sent !== null) this.settled(one);
   }
@@ -111,7 +111,7 @@ export class ChangePanel {
       return;
     }
     one.sent = text;
-    one.line.trouble.textContent = `not yet: ${one.runs || "the default"} runs`;
+    one.line.trouble.textContent = `not yet changed from ${one.runs || "the default"}`;
     this.ask("change", {values: {[path]: text}});
   }
 
@@ -120,7 +120,7 @@ export class ChangePanel {
     this.fields.clear();
     this.note = element("p", this.root, "", "note");
     this.form = element("fieldset", this.root, "", "changes");
-    element("legend", this.form, "Change what runs");
+    element("legend", this.form, "Change the running model");
     this.stage(groups);
     for (const {name, number, values} of groups) {
       const names = changeable[name];
@@ -154,11 +154,11 @@ export class ChangePanel {
       const line = row(box, spoken(name), unit, help);
       fields[name] = settle(line, element("input", null));
     };
-    add("remove", "", "blocks that are taken out: excavation; names: one, two, all_*");
-    button(box, "remove the picked block", () => { fields.remove.value = this.picked(); })
+    add("remove", "", "names of blocks to remove (excavation), such as one, two, all_*");
+    button(box, "remove the selected block", () => { fields.remove.value = this.picked(); })
       .className = "quiet";
-    add("release", "", "fixed points and edges that let go; names");
-    add("drop", "", "bolts, tractions and water that end; names");
+    add("release", "", "names of fixed points and boundaries that end");
+    add("drop", "", "names of bolts, tractions and water that end");
     const supports = groups.filter((group) => ["fixed_point", "boundary", "bolt"].includes(group.name)
       && group.values.name);
     for (const {name, values} of supports) {
@@ -174,7 +174,7 @@ export class ChangePanel {
     const rest = element("label", box, "", "tick");
     const ticked = element("input", rest);
     ticked.type = "checkbox";
-    element("span", rest, "come to rest first");
+    element("span", rest, "static stage: compute the equilibrium");
     button(box, "Begin", () => {
       const values = {name: `live ${this.done + 1}`};
       for (const [name, field] of Object.entries(fields)) {
@@ -185,11 +185,11 @@ export class ChangePanel {
     }).classList.add("main");
   }
 
-  /** Another joint or material of the input in place of one: 'old -> new'. */
+  /** Add fields that replace a joint or material by another one: 'old -> new'. */
   replacement(box, kind, names, fields) {
     const all = [["", "none"], ...names.map((one) => [one, one])];
-    const ends = [kind, `${kind} in its place`].map((label) =>
-      settle(row(box, label, "", "of the input; from the stage on"), choice(null, all, "")));
+    const ends = [`replace ${kind}`, `by ${kind}`].map((label) =>
+      settle(row(box, label, "", "from this stage"), choice(null, all, "")));
     fields[`change_${kind}s`] = {
       get value() {
         const [old, other] = ends.map((field) => field.value);
@@ -199,13 +199,13 @@ export class ChangePanel {
   }
 }
 
-/** The check of a model. */
+/** Show the findings of a check. */
 export function showCheck(root, found) {
   root.replaceChildren();
   if (!found) return;
   element("h2", root, "Check");
   if (found.state === "running") {
-    element("p", root, "The model is checked …", "note");
+    element("p", root, "The model is being checked …", "note");
   } else if (found.error) {
     element("p", root, found.error, "wrong");
   } else {
@@ -214,7 +214,7 @@ export function showCheck(root, found) {
   }
 }
 
-/** What happened, and what may be wrong with it. */
+/** Show the verdict of a run, and its warnings. */
 export function showVerdict(root, run) {
   root.replaceChildren();
   const found = run?.verdict;

@@ -1,11 +1,11 @@
-// What is saved, under which name, in the working folder.
+// Panel that saves files in the working folder.
 
 import {element} from "/view/words.js";
 import {button, row, settle} from "./parts.js";
 
 const WORDS = {
-  namelist: "the input, with the stages that were begun by hand",
-  script: "Python that does what was done here, to the same bits, and its input",
+  namelist: "the input, with the stages that were added during the run",
+  script: "Python script that repeats the run bit for bit, and its input",
   report: "model, check, verdict and view in one page",
   movie: "the blocks of the run",
   output: "all results, as netCDF",
@@ -44,7 +44,7 @@ export class SavePanel {
     }
   }
 
-  /** A name for another model. */
+  /** Clear the file names before another model is shown. */
   forget() {
     for (const {field, words} of Object.values(this.fields)) {
       field.value = words.textContent = "";

@@ -1,9 +1,9 @@
-// The connection: enters with the token, unpacks messages, comes back when it is lost.
+// The connection to the server: it sends the token, unpacks messages, and reconnects after a loss.
 
 const AGAIN = 1500;  // ms between attempts
 const REFUSED = 4401;
 
-/** Streams of a message, by name: views of its bytes. */
+/** Streams of a message, by name, as views of the bytes of the message. */
 class MessageStreams {
   constructor(buffer, base, places) {
     Object.assign(this, {buffer, base, places});
@@ -35,7 +35,7 @@ function unpacked(buffer) {
   return [head, new MessageStreams(buffer, 4 + length, head.streams)];
 }
 
-/** The token that the address ends with, which then leaves the address, or that of another tab. */
+/** Return the token: move it from the address into the storage, which all tabs share. */
 function token() {
   if (location.hash.length > 1) {
     localStorage.setItem("token", location.hash.slice(1));
@@ -45,7 +45,7 @@ function token() {
 }
 
 export class Link {
-  /** What hears messages: (head, streams); what hears of the connection: ("open" …). */
+  /** `onMessage` receives (head, streams); `onState` receives "refused" or "lost". */
   constructor(onMessage, onState) {
     this.onMessage = onMessage;
     this.onState = onState;
@@ -91,7 +91,7 @@ export class Link {
     });
   }
 
-  /** Ask for something: a command and its fields. */
+  /** Send a command and its fields; return whether there is a connection. */
   ask(command, fields = {}) {
     if (this.socket?.readyState !== WebSocket.OPEN) return false;
     this.socket.send(JSON.stringify({do: command, ...fields}));

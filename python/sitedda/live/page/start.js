@@ -20,7 +20,7 @@ export class StartPage {
     const first = element("div", this.root, "", "begin");
     button(first, "An empty model", () => this.ask("open", {source: "empty", name: ""}))
       .classList.add("main");
-    element("p", this.root, `The working folder is ${folder}. What is saved goes there.`, "note");
+    element("p", this.root, `Files are saved in the working folder ${folder}.`, "note");
     if (files.length) {
       element("h3", this.root, "Inputs of the folder");
       const list = element("ul", this.root, "", "files");
@@ -42,7 +42,7 @@ export class StartPage {
     }
   }
 
-  /** The picture of an example: outlines in thousandths of its size. */
+  /** Draw the picture of an example; its outlines are in thousandths of its size. */
   draw({name, box, blocks}) {
     const canvas = this.cards.get(name);
     if (!canvas) return;

@@ -1,18 +1,18 @@
-// The input as text: the same model as the forms.
+// The input as text, which the forms show as well.
 
 import {element} from "/view/words.js";
 
-const PAUSE = 350;  // ms without a key before the text is taken
+const PAUSE = 350;  // ms after the last key until the text is sent
 
 export class TextPanel {
   constructor(root, ask) {
-    const label = element("label", root, "the input, as it is saved");
+    const label = element("label", root, "text of the input");
     this.field = element("textarea", root);
     this.field.id = "text";
     label.htmlFor = "text";
     this.field.spellcheck = false;
     this.field.wrap = "off";
-    this.sent = [];  // texts that the server has not answered yet
+    this.sent = [];  // texts that the server has not confirmed yet
     this.field.addEventListener("input", () => {
       clearTimeout(this.later);
       this.later = setTimeout(() => this.take(ask), PAUSE);
@@ -31,7 +31,7 @@ export class TextPanel {
     ask("write", {text: this.field.value});
   }
 
-  /** Show a text, unless more is being typed or was sent since. */
+  /** Show a text of the server, unless the user has typed a newer one. */
   show(text) {
     this.sent.splice(0, this.sent.lastIndexOf(text) + 1);
     if (this.later || this.sent.length || text === this.field.value) return;
@@ -40,7 +40,7 @@ export class TextPanel {
     this.field.setSelectionRange(at, at);
   }
 
-  /** Go to a line. */
+  /** Select a line and scroll to it. */
   reveal(line) {
     const lines = this.field.value.split("\n");
     const start = lines.slice(0, line - 1).join("\n").length + (line > 1 ? 1 : 0);

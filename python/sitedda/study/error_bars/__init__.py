@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Error bars of the results of a run, from time step and penalty stiffness."""
+"""Error bars of the results of a run, due to time step and penalty stiffness."""
 
 from .figures import Accuracy, Figure
 from .keeping import keep_accuracy, kept_accuracy

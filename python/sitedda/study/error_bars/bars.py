@@ -3,34 +3,35 @@
 
 Notes
 -----
-3 |b − c| contains the exact value if changes decrease with the time step, even irregularly, as with
-impacts and slip that stops (`tests/robustness/error_bars.py`).  Roache (1994) uses the same factor
-for two grids of unknown order.
+With results a, b, c, the exact value is within c ± 3 |b − c| if the changes decrease with Δt, even
+irregularly because of impacts or of slip that stops (`tests/robustness/error_bars.py`).  Roache
+(1994) uses the same factor for two grids of unknown order.
 """
 
 import math
 from dataclasses import dataclass
 
-SAFETY = 3.0  # width of an error bar over the last change
-SMALL = 1e-3  # narrowest error bar, as a fraction of the result
-ROUND_OFF = 1e-9  # smaller changes, as a fraction of the result, count as 0
-NEAR = 0.3  # tolerance of the observed order around the order of the scheme
+SAFETY = 3.0  # ratio of half the width of the error bar to the last change
+SMALL = 1e-3  # smallest half width of an error bar, as a fraction of the result
+ROUND_OFF = 1e-9  # changes below this fraction of the result count as 0
+NEAR = 0.3  # largest difference between the observed order and the order of the scheme
 
 
 @dataclass(frozen=True)
 class Bar:
-    """The error bar of a result with respect to infinitely small time steps.
+    """The error bar of a result due to the size of the time step.
 
     Attributes
     ----------
     half : float
         Half the width of the bar, in the unit of the result; NaN if it exceeds the result.
     order : float
-        p of the changes, which decrease by 2^p; NaN if they do not decrease or are round-off.
+        Observed order p: the ratio of successive changes is 2^p; NaN if they do not decrease or are
+        round-off.
     extrapolated : float
-        The Richardson value if the order is that of the scheme; otherwise NaN.
+        Richardson extrapolation if the observed order is that of the scheme; otherwise NaN.
     converges : bool
-        Whether the changes decrease or are round-off.  Otherwise the bar is only a guess.
+        Whether the changes decrease or are round-off.  Otherwise `half` is only a rough estimate.
     """
 
     half: float
@@ -45,9 +46,9 @@ def bar_of_steps(a: float, b: float, c: float, order: int) -> Bar:
     Parameters
     ----------
     a, b, c : float
-        The figure at Δt, Δt/2 and Δt/4.
+        The result with Δt, Δt/2 and Δt/4.
     order : int
-        Of the time integration: 1 or 2.
+        Order of the time integration: 1 or 2.
     """
     if not all(map(math.isfinite, (a, b, c))):
         return Bar(math.nan, math.nan, math.nan, False)
@@ -58,7 +59,7 @@ def bar_of_steps(a: float, b: float, c: float, order: int) -> Bar:
         half = max(SAFETY * last, SMALL * size)
         half = half if half < size else math.nan
         return Bar(half, math.nan, math.nan, False)
-    # The last change may be small by chance; then the first change counts.
+    # The last change may be small by chance; then the first change determines the width.
     half = max(SAFETY * max(last, first / 4.0**order), SMALL * size)
     seen = math.log2(first / last) if last > 0 else math.inf
     regular = (a - b) * (b - c) > 0 and abs(seen - order) <= NEAR
@@ -67,14 +68,14 @@ def bar_of_steps(a: float, b: float, c: float, order: int) -> Bar:
 
 
 def penalty_error(figure: float, stiffer: float) -> float:
-    """Return the error of a result by its penalty stiffness k_n, from the result with 4 k_n.
+    """Return a bound of the error due to the penalty stiffness, from results with k_n and 4 k_n.
 
-    The error of elastic contacts is s/k_n.  With impacts or beginning slip, it is s/√k_n, like the
-    contact time and its slip.  The bound r = r∞ + s/√k_n holds for both.
+    The error is proportional to 1/k_n in elastic contacts, and to 1/√k_n with impacts or beginning
+    slip, like the contact time.  The assumption of 1/√k_n is on the safe side of both.
 
     Parameters
     ----------
     figure, stiffer : float
-        With k_n and with 4 k_n, all else alike.
+        Results with k_n and with 4 k_n, and otherwise the same input.
     """
     return 2.0 * abs(figure - stiffer)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Results of a run with their error bars, as sentences or table."""
+"""Results of a run with their error bars, as values, table or warnings."""
 
 import math
 import re
@@ -14,12 +14,12 @@ from .bars import SMALL, Bar
 from .variants import STEPS
 
 COUNTS = ("contacts_slipped", "contacts_opened", "bonds_broken", "blocks_fallen", "blocks_lost")
-# Values without error bars: residual of the audit, times and periods of a largest value.
+# Values without error bars: audit residual, period of the largest Sa, resolved frequency, times.
 _NOT = ("energy_balance_j_m", "sa_period_s", "resolved_frequency_hz", "first_block_", "end_s")
 _REST = 1e-9  # final values below this fraction of the largest value are round-off
-_NO_DRIFT = 1e-6
-_BLOW = 1.5  # growth per halving of Δt of a result without a limit
-_OF_BLOWS = ("force", "pga_", "sa_", "acceleration")  # without a limit in a rigid impact
+_NO_DRIFT = 1e-6  # residual drifts below this value are round-off
+_BLOW = 1.5  # smallest growth per halving of Δt that indicates a result without limit
+_OF_BLOWS = ("force", "pga_", "sa_", "acceleration")  # results without limit in a rigid impact
 _STIFFER = (*_OF_BLOWS, "strain", "arias_")  # results that increase with the penalty stiffness
 _NUMBER = re.compile(r"\d[\d.e+-]*")
 _TIMES = 200  # largest number of times of a stored band
@@ -34,27 +34,27 @@ class Figure:
     Attributes
     ----------
     name : str
-        As in ``Run.verdict.values``, with its unit.
+        Name as in ``Run.verdict.values``, with the unit.
     run : float
-        Value of the run itself, at Δt.
+        Value of the run itself, with Δt.
     finest : float
-        Value at Δt/4; of a linear run at Δt/64.
+        Value with Δt/4, or Δt/64 if the run is linear.
     bar : float
         Half the width of the error bar: the value for infinitely small steps and rigid contacts is
-        assumed to lie within `finest` ± `bar`; NaN if there is no bar.
+        assumed to be within `finest` ± `bar`; NaN if there is no bar.
     extrapolated : float
-        By Richardson, from the three steps; NaN where their order is not that of the scheme.
+        Richardson extrapolation; NaN if the observed order is not that of the scheme.
     order : float
-        p of the changes; NaN if there is none.
+        Observed order of convergence; NaN if there is none.
     penalty : float
-        Part of the bar due to the penalty stiffness; 0 if no joint has one.
+        Part of the bar due to the penalty stiffness; 0 if no joint has a penalty stiffness.
     doubt : str
-        Why there is no error bar, or which error it omits; otherwise blank.
+        Reason why there is no error bar, or error that the bar does not include; otherwise blank.
     decided : float
-        Time, s, until which a twin of the run, with a block displaced by 1e-9 of its size, has the
-        same result within 1 %; the end of the run if always; NaN without a twin.
+        Time (s) until which the run and its twin (a block displaced by 1e-9 of its size) have the
+        same result within 1 %, at most the end of the run; NaN without a twin.
     low, median, high : float
-        16, 50 and 84 % of the twins of an ensemble; NaN without one.
+        16, 50 and 84 % fractiles of an ensemble of twins; NaN without an ensemble.
     """
 
     name: str
@@ -72,11 +72,11 @@ class Figure:
 
     @property
     def is_inside(self) -> bool:
-        """Return whether the result of the run itself lies within the bar."""
+        """Return whether the result of the run itself is within the error bar."""
         return abs(self.run - self.finest) <= self.bar
 
     def __str__(self) -> str:
-        """Return number ± bar, in the digits that the bar justifies."""
+        """Return value ± bar, rounded to the digits that the bar justifies."""
         return with_bar(self.finest, self.bar)
 
 
@@ -89,7 +89,7 @@ class Band:
     time : ndarray, shape (looks,)
         s
     low, median, high : ndarray, shape (looks,)
-        16, 50 and 84 % of them.
+        16, 50 and 84 % fractiles of the result.
     """
 
     time: np.ndarray
@@ -105,13 +105,13 @@ class Accuracy:
     Attributes
     ----------
     figures : dict of Figure
-        By name.
+        Results by their names.
     runs : dict of str
-        For each run, why it ended early, or its warning, or blank.
+        Reason for the early end, or warning, of each run; otherwise blank.
     end : float
         Time of the end of the run, s.
     bands : dict of Band
-        Of figures over time, by their names; empty without an ensemble.
+        Spread over time of each result, by its name; empty without an ensemble.
     cause : str
         Cause of missing convergence; blank if all results converge.
     """
@@ -123,13 +123,13 @@ class Accuracy:
     cause: str = ""
 
     def rows(self) -> list[tuple[str, ...]]:
-        """Return the results as texts under their headers, without blank columns."""
+        """Return the rows of a table: a header, then one row per result; omit blank columns."""
         rows = [_HEAD, *(_table_row(figure, self.end) for figure in self.figures.values())]
         kept = [i for i in range(len(_HEAD)) if i < 3 or any(row[i] for row in rows[1:])]
         return [tuple(row[i] for i in kept) for row in rows]
 
     def __str__(self) -> str:
-        """Return a table, and the runs that ended early."""
+        """Return a table of the results, and the warnings of the runs."""
         rows = self.rows()
         left = (0, rows[0].index("") if "" in rows[0] else -1)
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
@@ -140,7 +140,7 @@ class Accuracy:
             for row in rows
         ]
         lines += [f"{OPEN}: {self.cause}"] if self.cause else []
-        lines += self._distinct_sentences()
+        lines += self._distinct_warnings()
         return "\n".join(line.rstrip() for line in lines)
 
     def __getitem__(self, name: str) -> Figure:
@@ -148,13 +148,13 @@ class Accuracy:
         return self.figures[name]
 
     def draw(self):
-        """Draw bands over time, see `sitedda.study.error_bars.picture`; return the figure."""
+        """Draw the bands over time; return the figure (see `sitedda.study.error_bars.picture`)."""
         from .picture import bands_picture
 
         return bands_picture(self)
 
     def doubts(self) -> list[Doubt]:
-        """Return warnings on several results: no bar, a horizon, runs that ended early."""
+        """Return warnings; results with the same warning share one."""
         groups: dict[str, list[str]] = {}
         for name, figure in self.figures.items():
             if figure.doubt:
@@ -165,12 +165,12 @@ class Accuracy:
             first = min(ends, key=float)
             groups[f"{BEYOND} (first: {first} s), random samples"] = late
         found = [f"{words}: {', '.join(names)}" for words, names in groups.items()]
-        found += [f"what {OPEN}: {self.cause}"] if self.cause else []
-        found += self._distinct_sentences()
+        found += [f"cause of missing convergence: {self.cause}"] if self.cause else []
+        found += self._distinct_warnings()
         return [Doubt("bars", words) for words in found]
 
-    def _distinct_sentences(self) -> list[str]:
-        """Return the distinct sentences of runs, in the words of the first run."""
+    def _distinct_warnings(self) -> list[str]:
+        """Return the warnings of the runs; list runs together that differ only in numbers."""
         same: dict[str, list[tuple[str, str]]] = {}
         for name, words in self.runs.items():
             for line in words.splitlines():
@@ -179,7 +179,7 @@ class Accuracy:
                 for said in same.values()]  # fmt: skip
 
     def to_dict(self) -> dict:
-        """Return plain values, for example for JSON."""
+        """Return dicts and lists of numbers and texts, for example for JSON."""
         return {
             "figures": {name: asdict(figure) for name, figure in self.figures.items()},
             "runs": self.runs,
@@ -198,6 +198,7 @@ _HEAD = ("figure", "this run", "value ± bar", "extrapolated", "16 %", "median",
 
 
 def _table_row(figure: Figure, end: float) -> tuple[str, ...]:
+    """Return the cells of a result; `end` is the end of the run, s."""
     numbers = (figure.extrapolated, figure.low, figure.median, figure.high)
     more = ("" if math.isnan(value) else number(value, 5) for value in numbers)
     until = "" if math.isnan(figure.decided) else "the end"
@@ -207,13 +208,13 @@ def _table_row(figure: Figure, end: float) -> tuple[str, ...]:
 
 
 def is_figure(name: str, values: Mapping[str, float]) -> bool:
-    """Return whether a number gets an error bar: not of the audit, not final round-off.
+    """Return whether a result can have an error bar: not audit residuals, times or round-off.
 
     Parameters
     ----------
     name : str
     values : mapping of float
-        All numbers of the run.
+        All numbers of the verdict.
     """
     if name.startswith(_NOT) or not math.isfinite(values[name]):
         return False
@@ -224,7 +225,7 @@ def is_figure(name: str, values: Mapping[str, float]) -> bool:
 
 
 def is_count(name: str) -> bool:
-    """Return whether a name is a count, which is 0 if a run omits it."""
+    """Return whether a result is a count, which is 0 if missing."""
     return name.startswith(COUNTS)
 
 
@@ -236,13 +237,13 @@ def figure_of(name: str, numbers: tuple[float, ...], bar: Bar, penalty: float,
     ----------
     name : str
     numbers : tuple of float
-        At three time steps.
+        Values with three time steps.
     bar : Bar
-        Of these.
+        Error bar of these values.
     penalty : float
-        Error by the penalty stiffness; 0 without penalty, NaN if unknown.
+        Error due to the penalty stiffness; 0 without penalty, NaN if unknown.
     steps : tuple of int
-        Divisors of Δt.
+        Divisors of Δt in these runs.
     """
     doubt, half = "", bar.half + penalty
     if is_count(name) and all(map(math.isfinite, numbers)):

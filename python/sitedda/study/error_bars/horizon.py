@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Predictability of a run from twins: its horizon, and the spread of results beyond it.
+"""Predictability of a run from twins: its horizon, and the spread of results after the horizon.
 
-A twin is the run with one block displaced by 1e-9 of its size.  Impacts and slip that starts or
-stops make run and twin diverge exponentially.  As soon as a result of the twin differs, no time
-step, however small, determines the result: it is one of a distribution.
+A twin is the run with one block displaced by 1e-9 of its size.  Impacts, and slip that starts or
+stops, make run and twin diverge exponentially.  The horizon of a result is the time at which run
+and twin differ.  After the horizon the result is a random sample, even with small time steps.
 """
 
 import math
@@ -15,25 +15,26 @@ from ...base.numbers import number
 from .figures import BEYOND, OPEN, YIELD, Band, Figure, is_count
 from .variants import ENSEMBLE, RUN, TWIN
 
-APART = 0.01  # difference at the horizon over the largest value of a result
-BEGUN = 1e-8  # differences below this fraction are rounding
-_LEAST_LOOKS = 10  # smallest number of values for a fit of the growth
+APART = 0.01  # difference at the horizon, as a fraction of the largest value of a result
+BEGUN = 1e-8  # differences below this fraction of the largest value are rounding errors
+_LEAST_LOOKS = 10  # smallest number of values to which the growth is fitted
 SHARES = (16.0, 50.0, 84.0)  # fractiles of the twins of an ensemble, %
 _HISTORY = "history_"
-# Results without a stored history use the history of another result.
+# Beginnings of names: results without a stored history use the history of another result.
 _FOLLOW = {"residual_": "largest_", "pga_below_50_hz_m_s2": "pga_m_s2", "sa_m_s2": "pga_m_s2",
            "pga_resolved_m_s2": "pgv_m_s", "sa_resolved_m_s2": "pgv_m_s",
            "arias_resolved_m_s": "arias_m_s"}  # fmt: skip
 
 
 def horizon(time: np.ndarray, run: np.ndarray, twin: np.ndarray) -> float:
-    """Return the last time before two histories diverge, s; inf if they never do.
+    """Return the last time before two histories diverge, s; inf if they do not diverge.
 
     Parameters
     ----------
     time : ndarray, shape (looks,)
+        s
     run, twin : ndarray, shape (looks,)
-        A result of the run and of its twin; NaN if missing.
+        Histories of a result in the run and in its twin; NaN if missing.
     """
     largest = np.nanmax(np.abs(run), initial=0.0)
     apart = np.abs(run - twin) > APART * largest
@@ -45,9 +46,9 @@ def horizon(time: np.ndarray, run: np.ndarray, twin: np.ndarray) -> float:
 
 
 def _fit_growth(time: np.ndarray, apart: np.ndarray, end: int) -> float:
-    """Return when an exponentially growing difference reaches `APART`, by a fitted line.
+    """Return the time (s) at which a difference reaches `APART`, by a fitted exponential function.
 
-    The first time above `APART` would depend on a single impact, unlike the fitted line.
+    Unlike the first value above `APART`, the fitted function does not depend on a single impact.
     """
     grown = np.fmax.accumulate(apart[: end + 1])
     use = (grown > BEGUN) & (grown < APART)
@@ -58,13 +59,13 @@ def _fit_growth(time: np.ndarray, apart: np.ndarray, end: int) -> float:
 
 
 def with_horizons(figures: dict[str, Figure], table) -> dict[str, Figure]:
-    """Add to results the time until which they are decided, and the ensemble spread.
+    """Add horizon and spread of the ensemble to results.
 
     Parameters
     ----------
     figures : dict of Figure
     table : xarray.Dataset
-        Of the runs, with their histories.
+        Results and histories of all runs.
     """
     names = [str(name) for name in table.variant.values]
     done = {n for n in names if str(table.sel(variant=n).status.values) == "complete"}
@@ -73,7 +74,7 @@ def with_horizons(figures: dict[str, Figure], table) -> dict[str, Figure]:
     if TWIN in done and "look" in table:
         parted = _divergence_times(table)
         found = {n: replace(f, decided=_find_horizon(n, table, parted)) for n, f in found.items()}
-        # A displaced block alters small results at once; kinetic energy shows a divergence.
+        # The displaced block itself changes small results; the kinetic energy shows a divergence.
         first = parted.get("energy_kinetic", math.inf)
         found = {n: _mark_undecided(f, _time_reached(n, table), first) for n, f in found.items()}
     if twins:
@@ -88,7 +89,7 @@ def bands_of(table) -> dict[str, Band]:
     Parameters
     ----------
     table : xarray.Dataset
-        Of the runs, with their histories.
+        Results and histories of all runs.
     """
     twins = [str(n) for n in table.variant.values if str(n).startswith(ENSEMBLE)]
     if not twins or "look" not in table:
@@ -105,7 +106,7 @@ def bands_of(table) -> dict[str, Band]:
 
 
 def _divergence_times(table) -> dict[str, float]:
-    """Return when run and twin diverge, by the name of the history."""
+    """Return the time (s) at which run and twin diverge in each stored history."""
     run, twin, time = table.sel(variant=RUN), table.sel(variant=TWIN), table.look.values
     names = [name for name in table.data_vars if name.startswith(_HISTORY)]
     return {name.removeprefix(_HISTORY): horizon(time, run[name].values, twin[name].values)
@@ -113,7 +114,7 @@ def _divergence_times(table) -> dict[str, float]:
 
 
 def _find_horizon(name: str, table, parted: dict[str, float]) -> float:
-    """Return the horizon of a result; the earliest of all if it has no stored history."""
+    """Return the horizon of a result, s; without a stored history, the earliest horizon of all."""
     end = float(table.look.values[-1])
     if name in parted:
         return min(parted[name], end)
@@ -126,7 +127,7 @@ def _find_horizon(name: str, table, parted: dict[str, float]) -> float:
 
 
 def _time_reached(name: str, table) -> float:
-    """Return when a result reached its final value, s."""
+    """Return the time at which a result first reached its final value, s."""
     history = f"{_HISTORY}{name}"
     if history not in table.data_vars:
         other = next((b for a, b in _FOLLOW.items() if name.startswith(a)), "")
@@ -138,10 +139,9 @@ def _time_reached(name: str, table) -> float:
 
 
 def _mark_undecided(figure: Figure, reached: float, first: float) -> Figure:
-    """Mark a result that was reached after the twins diverged.
+    """Mark a result that reached its final value after its horizon.
 
-    A result without limit, or equally sensitive to k_n, uses the `first` divergence of all results,
-    others use their own.
+    Results that do not converge, or depend on k_n only, use the horizon `first` of the whole run.
     """
     words, between, numbers = figure.doubt.partition(":")
     if is_count(figure.name):
@@ -155,6 +155,7 @@ def _mark_undecided(figure: Figure, reached: float, first: float) -> Figure:
 
 
 def _add_spread(figure: Figure, values: np.ndarray) -> Figure:
+    """Add the fractiles of the values in an ensemble to a result."""
     values = values[np.isfinite(values)]
     if len(values) == 0:
         return figure

@@ -29,7 +29,7 @@ def keep_accuracy(found: Accuracy, output: Path, attributes: dict) -> None:
     Raises
     ------
     OutputError
-        If it cannot be written; the output then stays as it was.
+        If the file cannot be written; then the output is unchanged.
     """
     import netCDF4
 
@@ -42,17 +42,17 @@ def keep_accuracy(found: Accuracy, output: Path, attributes: dict) -> None:
 
 
 def kept_accuracy(attributes: Mapping) -> Accuracy | None:
-    """Return the stored accuracy of an output; None if there is none.
+    """Return the results with error bars that an output contains; None if there are none.
 
     Parameters
     ----------
     attributes : mapping
-        Of the output.
+        Attributes of the output.
 
     Raises
     ------
     OutputError
-        If it is damaged.
+        If the attribute is damaged.
     """
     text = attributes.get(ATTRIBUTE)
     if not text:
@@ -71,7 +71,7 @@ def kept_accuracy(attributes: Mapping) -> Accuracy | None:
 
 
 def _nan_to_null(value):
-    """Replace NaN, which JSON does not have, by null."""
+    """Replace NaN, which JSON does not allow, by null in nested dicts and lists."""
     if isinstance(value, dict):
         return {name: _nan_to_null(one) for name, one in value.items()}
     if isinstance(value, list):

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Error bars of a linear run by its exact transfer function, without other runs.
+"""Error bars of a linear run from the exact transfer function of the scheme, without other runs.
 
-If no contact has changed its state, a transfer function H relates a measured point to the motion of
-the base.  H depends only on the time step and the penalty stiffness.  With Δt/16, the motion of the
-point is multiplied by H(Δt/16)/H(Δt) at each frequency.  The cost does not depend on the time step.
+If no contact has changed its state, a transfer function H(ω, Δt, k_n) relates the motion of a
+measured point to the motion of the base.  At Δt/16, the spectrum of the motion of the point is
+multiplied by H(ω, Δt/16)/H(ω, Δt).  The computing time does not depend on the time step.
 """
 
 import math
@@ -23,24 +23,25 @@ from .figures import Figure, figure_of, is_figure
 from .variants import Facts, finer, stiffer
 
 _STEPS = (16, 32, 64)  # divisors of Δt
-_BETWEEN = 2  # interpolated samples per sample, because peaks of acceleration lie between
-_NEAR = 0.7  # periods above this fraction of the largest Sa are evaluated for other steps
+_BETWEEN = 2  # factor of interpolation, because peaks of acceleration occur between samples
+_NEAR = 0.7  # smaller steps are evaluated at periods with Sa above this fraction of the largest Sa
 _CONTENT = 0.999999  # fraction of the energy below the highest evaluated frequency
-_DIED = 1e-3  # largest acceleration in the last twentieth of a motion, as a fraction of the peak
-_GRID = 400  # number of frequencies in the search of a peak
-_REFINED = 4  # number of refinements around the largest value
+_DIED = 1e-3  # a motion has ended if its last twentieth is below this fraction of the peak
+_GRID = 400  # number of frequencies in each search of a peak
+_REFINED = 4  # number of times that the search is refined around the peak
 NO_BAR = "no error bar: in a linear run only measured points have error bars"
 _AXES = ("x", "y")
 
 
 @dataclass(frozen=True)
 class _Point:
-    """A measured point along the axis of its largest velocity.
+    """Motion of a measured point along the axis of its largest velocity.
 
     Attributes
     ----------
     name : str
     axis : str
+        ``'x'`` or ``'y'``
     velocity, acceleration : ndarray, shape (samples,)
         m/s, m/s²
     """
@@ -52,14 +53,14 @@ class _Point:
 
 
 def is_linear(history, facts: Facts) -> bool:
-    """Return whether a run was linear and excited by its base along a single axis.
+    """Return whether a run was linear and excited only by motion of its base along one axis.
 
     Parameters
     ----------
     history : xarray.Dataset
-        Of the run.
+        Histories of the run.
     facts : Facts
-        Of its input.
+        Properties of the input.
     """
     groups = facts.groups
     control = next(iter(groups.get("control", [])), {})
@@ -88,7 +89,7 @@ def linear_figures(model, changes: Mapping, history, facts: Facts) -> dict[str, 
     Raises
     ------
     SiteddaError
-        If the model has no transfer function.
+        If the transfer function cannot be computed.
     """
     variants = [finer(facts, times) for times in (1, *_STEPS)]
     variants += [stiffer(facts)] if facts.penalty else []
@@ -104,7 +105,7 @@ def linear_figures(model, changes: Mapping, history, facts: Facts) -> dict[str, 
     own_step = float(np.max(history.time_step.values[1:]))
     highest = 0.499 / own_step  # highest frequency resolved by Δt, Hz
     points = _measured_points(history)
-    rest = 1 if all(map(_has_died_out, points)) else 2  # zero padding prevents wrap-around
+    rest = 1 if all(map(_has_died_out, points)) else 2  # zero padding, against periodic response
     length = fast_length(rest * history.sizes["time"])
     length += length % 2
     frequency = rfftfreq(length, step)
@@ -141,13 +142,14 @@ def linear_figures(model, changes: Mapping, history, facts: Facts) -> dict[str, 
 
 
 def _is_along_axis(axes: Mapping, name: str, values: Mapping) -> bool:
-    """Return whether a result of a point, the larger of both axes, belongs to its axis."""
+    """Return whether a result, the larger of two axes, is along the axis of its point."""
     measure, _, point = name.partition("[")
     own = f"{measure}_{axes.get(point[:-1])}[{point}"
     return values.get(own, values[name]) == values[name]
 
 
 def _measured_points(history) -> list[_Point]:
+    """Return the motion of each measured point along the axis of its largest velocity."""
     points = []
     for name in map(str, history.point.values):
         velocity = history.velocity.sel(point=name).values
@@ -158,14 +160,15 @@ def _measured_points(history) -> list[_Point]:
 
 
 def _has_died_out(point: _Point) -> bool:
+    """Return whether the acceleration of a point is small at the end of the run; see `_DIED`."""
     end = point.acceleration[-(len(point.acceleration) // 20 + 1) :]
     return bool(np.abs(end).max() < _DIED * np.abs(point.acceleration).max())
 
 
 def _rate_ratios(frequency: np.ndarray, step: float, chi: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the ratios of v to iω u and of a to iω v under the time integration.
+    """Return v/(iω u) and a/(iω v) of harmonic motions in the time integration.
 
-    v₁ = d/(χΔt) − (1 − χ) v₀/χ and a₁ = (v₁ − v₀)/Δt, at frequencies in Hz and a Δt in s.
+    v₁ = (u₁ − u₀)/(χΔt) − (1 − χ) v₀/χ, a₁ = (v₁ − v₀)/Δt; frequencies in Hz, `step` Δt in s.
     """
     turn = 2j * np.pi * frequency * step
     ahead = np.exp(turn)
@@ -175,9 +178,9 @@ def _rate_ratios(frequency: np.ndarray, step: float, chi: float) -> tuple[np.nda
 
 def _point_motion(simulation, point: _Point, frequency: np.ndarray, highest: float, before: dict,
            rates: Callable):  # fmt: skip
-    """Return velocity and acceleration of a point by the transfer function of a variant.
+    """Return velocity (m/s) and acceleration (m/s²) of a point with the Δt and k_n of a variant.
 
-    The acceleration is changed; the velocity, which may not end at 0, changes by the integral.
+    The difference from the run is computed, because the velocity may not be 0 at the end.
     """
     length = 2 * (len(frequency) - 1)
     spectrum = rfft(point.acceleration, length)
@@ -201,9 +204,10 @@ def _point_motion(simulation, point: _Point, frequency: np.ndarray, highest: flo
 
 
 def _point_results(point, velocity, acceleration, step, resolved, times, near) -> dict[str, float]:
-    """Return a point's results as the verdict names them, filtered at the resolved frequency.
+    """Return the results of a point under the names of the verdict.
 
-    Peaks are taken from `times` samples per sample of the run; `near` selects periods of large Sa.
+    A low-pass filter removes frequencies above `resolved`, Hz.  Peaks are those of the acceleration
+    interpolated to `times` as many samples; `near` contains the periods with large Sa.
     """
     length = fast_length(2 * len(acceleration))
     length += length % 2
@@ -225,7 +229,7 @@ def _point_results(point, velocity, acceleration, step, resolved, times, near) -
 
 
 def _exact_peak(simulation: Simulation, group: Mapping, highest: float) -> dict[str, float]:
-    """Return the exact peak of an amplification, as in the verdict."""
+    """Return the peak of the transfer function of an &amplification up to `highest`, Hz."""
     low, high = group["lowest"], min(group["highest"], highest)
     surface, base = group.get("surface", "surface"), group.get("base", "base")
     for _ in range(1 + _REFINED):

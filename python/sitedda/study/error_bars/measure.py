@@ -17,11 +17,11 @@ from .horizon import bands_of, with_horizons
 from .variants import RUN, STEPS, TWIN, Facts, Variants, facts_of, finer, stiffer, twin
 from .variants import ensemble as twins_of
 
-# Messages on results that do not converge, by the kind of damping.
+# Causes of missing convergence without and with damping, and in linear runs.
 _CAUSES = (
     "vibrations of blocks and contacts, which change friction and impacts, have only numerical "
     "damping, which falls with Δt; set damping of &joint or rayleigh_beta of &material",
-    "the times at which contacts slip, open and hit depend on the time step",
+    "the times at which contacts slip, open and close depend on the time step",
 )
 _UNDAMPED = ("a resonance has only numerical damping, which falls with Δt; "
              "set damping_ratio of &material")  # fmt: skip
@@ -42,38 +42,37 @@ def accuracy(
 ) -> Accuracy:
     """Estimate the error bars of the results of a run.
 
-    The input is run with Δt, Δt/2 and Δt/4, and with four times its penalty stiffness, if it has
-    one.  These runs are a study: they run in parallel, and existing ones are not repeated.
+    The input is run with Δt, Δt/2 and Δt/4, and with four times its penalty stiffness, if any.
+    These runs form a study: they run in parallel, and existing runs are not repeated.
 
     Parameters
     ----------
     model : path or Model
     results : str, callable, sequence or mapping of these
-        The figures, see `sitedda.study.measure`; those of the verdict by default.
+        Results, see `sitedda.study.measure`; default: the results of the verdict.
     changes, **more
         Variables to change in the input, see `Simulation`.
     ensemble : int
         Number of twins of the run, each with another block displaced by 1e-9 of its size.  They
-        yield the median and 16–84 % of each result, and bands of their histories.
+        yield the 16, 50 and 84 % fractiles of each result and of its history.
     folder : path, optional
-        Folder of the runs, from which another call continues; a temporary one by default.
+        Folder of the runs, from which another call continues; default: a temporary folder.
     executor, workers, progress
         See `sitedda.study.study`.
     output : path, optional
-        Complete output of the run itself by this build, which is then not repeated.
+        Complete output of the run itself, written by this build; the run is then not repeated.
 
     Raises
     ------
     InputError
-        If the input cannot be run.
+        If the input is invalid.
     SiteddaError
-        If the run itself, with its own time step, fails.
+        If the run with the time step of the input fails.
 
     Notes
     -----
-    The bar is that of `sitedda.error_bars.bars.bar_of_steps` plus twice the change by stiffer
-    contacts: r(k_n) = r∞ + s/√k_n at worst.  A twin, with a block displaced by 1e-9 of its size,
-    shows until when a result is decided, see `sitedda.error_bars.horizon`.
+    The error bar is the sum of `sitedda.error_bars.bars.bar_of_steps` and `penalty_error`.  A twin
+    shows how long a result is predictable, see `sitedda.error_bars.horizon`.
     """
     from ..api import study
 
@@ -82,7 +81,7 @@ def accuracy(
     if results == "figures" and not ensemble and facts.is_bonded:
         if found := _try_linear_run(model, changes, facts):
             return found
-    # The longest run starts first, so that no process waits for it at the end.
+    # The longest run starts first, which minimises the total time of parallel runs.
     steps = {times: RUN if times == 1 else f"dt/{times}" for times in STEPS}
     variants = {steps[times]: finer(facts, times) for times in reversed(STEPS)}
     if facts.penalty:
@@ -100,7 +99,7 @@ def accuracy(
     words = {}
     for name in names:
         run = table.sel(variant=name)
-        doubts = Doubt.lines(str(run.warning.values))  # warnings of the check belong to the input
+        doubts = Doubt.lines(str(run.warning.values))  # warnings of the check are omitted
         own = "\n".join(str(doubt) for doubt in doubts if not doubt.of_check)
         words[name] = str(run.message.values) or own
     figures = _estimate_figures(facts, _numbers_by_run(table.sel(variant=names)))
@@ -110,7 +109,7 @@ def accuracy(
 
 
 def _try_linear_run(model, changes: Mapping, facts: Facts) -> Accuracy | None:
-    """Run an input and return its results if the run is linear; otherwise None."""
+    """Run an input; return its results with error bars if the run is linear, otherwise None."""
     from ...engine.simulation import run_to_end
     from ...output.output_file import load
 
@@ -126,17 +125,17 @@ def _try_linear_run(model, changes: Mapping, facts: Facts) -> Accuracy | None:
 
 
 def of_linear_run(model, history, changes: Mapping | None = None, facts=None) -> Accuracy | None:
-    """Return the results of a linear run by its exact transfer function; otherwise None.
+    """Return the results with error bars if a run is linear, otherwise None; see `linear.py`.
 
     Parameters
     ----------
     model : path or Model
     history : xarray.Dataset
-        Of its run.
+        Histories of the run.
     changes : mapping, optional
-        Of the input.
+        Changes of the input.
     facts : Facts, optional
-        Of the input with its changes.
+        Properties of the changed input.
     """
     from .linear import is_linear, linear_figures
 
@@ -152,12 +151,13 @@ def of_linear_run(model, history, changes: Mapping | None = None, facts=None) ->
 
 
 def _nonconvergence_cause(figures: Mapping[str, Figure], facts: Facts) -> str:
+    """Return the cause of missing convergence; blank if all results converge."""
     open_ones = any(figure.doubt.startswith(OPEN) for figure in figures.values())
     return _CAUSES[facts.is_damped] if open_ones else ""
 
 
 def _numbers_by_run(table) -> list[dict[str, float]]:
-    """Return the numbers of each run."""
+    """Return the numbers of each run by name; missing counts of complete runs are 0."""
     names = [name for name in table.data_vars
              if table[name].dims == ("variant",) and table[name].dtype.kind == "f"]  # fmt: skip
     rows = ({name: float(table[name].values[i]) for name in names if name != "seconds"}
@@ -169,6 +169,7 @@ def _numbers_by_run(table) -> list[dict[str, float]]:
 
 
 def _estimate_figures(facts: Facts, runs: list[dict[str, float]]) -> dict[str, Figure]:
+    """Return results with error bars from runs with Δt, Δt/2, Δt/4 and, with a penalty, 4 k_n."""
     found = {}
     for name in runs[0]:
         if not any(is_figure(name, run) for run in runs[: len(STEPS)]):
@@ -182,7 +183,7 @@ def _estimate_figures(facts: Facts, runs: list[dict[str, float]]) -> dict[str, F
 
 
 def _with_histories(results) -> dict:
-    """Add the histories during the run to the requested results."""
+    """Return the requested results by name, and the histories of results."""
     if isinstance(results, Mapping):
         return {**results, "histories": "histories"}
     one = isinstance(results, str) or callable(results)

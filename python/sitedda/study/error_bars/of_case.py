@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The task of a study that returns the results of a case with their error bars."""
+"""The task 'accuracy' of a study: results of a case with error bars."""
 
 from ..quantities import NAMES
 from ..table import BAR, DECIDED
@@ -18,8 +18,8 @@ def figures_with_bars(file) -> dict:
     Returns
     -------
     dict
-        Of each figure its value by name, ``NAME_bar`` and ``NAME_decided_s``; counts that are 0;
-        ``end_s``, s; ``warning``.
+        ``NAME``, ``NAME_bar`` and ``NAME_decided_s`` of each result, counts (also if 0),
+        ``end_s`` (s), ``warning``.
     """
     found = accuracy(file, workers=1)
     numbers: dict = dict.fromkeys(COUNTS, 0.0) | {"end_s": found.end}

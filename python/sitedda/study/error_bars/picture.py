@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Draw the spread of results over time in an ensemble of twins as bands."""
+"""Picture of the spread of results over time in an ensemble of twins."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ _COLUMNS = 2
 
 
 def bands_picture(found: Accuracy):
-    """Draw median and 16–84 % of the twins of a run for its first results; return the figure.
+    """Draw median and 16–84 % range of up to six results over time; return the figure.
 
     Parameters
     ----------
     found : Accuracy
-        With an ensemble.
+        Results with an ensemble.
 
     Raises
     ------
     InputError
-        If it has none.
+        If there is no ensemble.
     """
     names = [name for name in found.figures if name in found.bands][:_MOST]
     if not names:

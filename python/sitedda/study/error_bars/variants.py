@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Variants of a run that differ in a single setting: time step or penalty stiffness."""
+"""Variants of a run: smaller time steps, larger penalty stiffness, displaced blocks (twins)."""
 
 import random
 from collections.abc import Mapping, Sequence
@@ -12,10 +12,10 @@ from ...engine.damping import damping_of
 from ...engine.simulation import Simulation
 from ...input.input_text import input_values
 
-RUN, TWIN, ENSEMBLE = "dt", "twin", "twin "  # names; in an ensemble followed by a number
+RUN, TWIN, ENSEMBLE = "dt", "twin", "twin "  # names of variants; a number follows ENSEMBLE
 STEPS = (1, 2, 4)  # divisors of Δt
-TRIFLE = 1e-9  # displacement of a block of a twin, over its size
-_ORDERS = {"midpoint": 2}  # order of these time integrations; all others have 1
+TRIFLE = 1e-9  # displacement of the block of a twin, as a fraction of its size
+_ORDERS = {"midpoint": 2}  # orders of time integrations; other integrations have order 1
 
 
 class Variants:
@@ -24,7 +24,7 @@ class Variants:
     Parameters
     ----------
     variants : mapping of dict
-        The changes of the input by the name of the variant.
+        Changes of the input in each variant, by its name.
     """
 
     def __init__(self, variants: Mapping[str, dict]):
@@ -44,13 +44,13 @@ class Facts:
     Attributes
     ----------
     groups : mapping
-        The groups of the input.
+        Groups of the input.
     order : int
-        Of the time integration.
+        Order of the time integration.
     penalty : float
-        k_n, N/m; 0 if no joint has a penalty because all have a measured stiffness.
+        Penalty stiffness k_n, N/m; 0 if all joints have a measured stiffness.
     there : sequence of int
-        Numbers of the blocks that no stage removes, from 1, in descending order.
+        Numbers (from 1) of the blocks that no stage removes, from the highest block down.
     """
 
     groups: Mapping
@@ -60,18 +60,18 @@ class Facts:
 
     @property
     def is_dynamic(self) -> bool:
-        """Return whether a stage is dynamic."""
+        """Return whether any stage is dynamic."""
         return any(_is_dynamic_stage(one) for one in self.groups.get("stage", [{}]))
 
     @property
     def is_bonded(self) -> bool:
-        """Return whether all joints bear tension, so that a run may be linear."""
+        """Return whether all joints have a tensile strength, so that a run may be linear."""
         return all(any(joint.get(f"{name}tensile_strength", 0.0) > 0.0 for name in ("", "peak_"))
                    for joint in self.groups.get("joint", []))  # fmt: skip
 
     @property
     def is_damped(self) -> bool:
-        """Return whether materials or joints have damping besides the time integration."""
+        """Return whether a material or joint has damping."""
         return any(map(damping_of, self.groups.get("material", []))) or any(
             joint.get("damping", 0.0) > 0.0 for joint in self.groups.get("joint", [])
         )
@@ -84,12 +84,12 @@ def facts_of(model, changes: Mapping) -> Facts:
     ----------
     model : path or Model
     changes : mapping
-        Of the input.
+        Changes of the input.
 
     Raises
     ------
     InputError
-        If the input cannot be run.
+        If the input is invalid.
     """
     with Simulation(model, changes=changes) as simulation:
         groups = input_values({"input_values": simulation.input_values})
@@ -100,7 +100,7 @@ def facts_of(model, changes: Mapping) -> Facts:
     schemes = [control, *(s for s in groups.get("stage", []) if _is_dynamic_stage(s))]
     default = control.get("integration", "dda")
     order = min(_ORDERS.get(s.get("integration", default), 1) for s in schemes)
-    # The stiffness of these joints is measured, so that it is no penalty.
+    # The stiffness of these joints is measured, so it is not a penalty stiffness.
     own = ["normal_stiffness_per_area" in joint or joint.get("law") == "barton_bandis"
            for joint in groups.get("joint", [])]  # fmt: skip
     penalty = 0.0 if own and all(own) else stiffness
@@ -121,6 +121,7 @@ def finer(facts: Facts, times: int) -> dict:
     ----------
     facts : Facts
     times : int
+        The divisor.
     """
     groups = {"control": next(iter(facts.groups.get("control", [])), {})}
     stages = enumerate(facts.groups.get("stage", []), 1)
@@ -140,21 +141,22 @@ def twin(block: int, signs: tuple[int, int] = (1, 1)) -> dict:
     Parameters
     ----------
     block : int
-        Its number, from 1.
+        Number of the block, from 1.
     signs : (int, int)
-        Of the displacement along x and y.
+        Signs of the displacement along x and y.
     """
     away = tuple(TRIFLE * sign for sign in signs)
     return {"control.displaced_block": str(block), "control.displaced_by": away}
 
 
 def ensemble(facts: Facts, count: int) -> dict[str, dict]:
-    """Return the changes of twins with random blocks and signs from a fixed seed, by name.
+    """Return the changes of each twin of an ensemble: reproducible random blocks and signs.
 
     Parameters
     ----------
     facts : Facts
     count : int
+        Number of twins.
     """
     signs = ((1, 1), (1, -1), (-1, 1), (-1, -1))
     found = {}
@@ -166,5 +168,5 @@ def ensemble(facts: Facts, count: int) -> dict[str, dict]:
 
 
 def stiffer(facts: Facts) -> dict:
-    """Return the change to four times the penalty stiffness."""
+    """Return the change that multiplies the penalty stiffness by four."""
     return {"contact.normal_stiffness": 4.0 * facts.penalty}
