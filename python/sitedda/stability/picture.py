@@ -120,7 +120,7 @@ def pushover_figure(found, limits=None):
               ylabel=what.get(found.load, "horizontal load / weight"))  # fmt: skip
     right = curve.twinx()
     right.plot(way, found.friction, color=RED, lw=0.8)
-    right.set_ylabel("dissipated by slip (J/m)", color=RED)
+    right.set_ylabel("lost by slip (J/m)", color=RED)
     _draw_blocks(blocks, found.polygons, found.block_verdicts, 0.6)
     blocks.autoscale()
     blocks.set(aspect="equal", xlabel="x (m)", ylabel="y (m)")

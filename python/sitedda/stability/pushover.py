@@ -125,7 +125,7 @@ class Pushover:
         return "\n".join([
             f"peak: {what} {self.peak:.4g} at {1e3 * self.at_peak:.4g} mm of {self.point}",
             f"end: {self.factor[-1]:.4g} at {1e3 * self.displacement[-1]:.4g} mm: {self.ending}",
-            f"energy: work of the load {self.work[-1]:.4g} J/m, dissipated by slip "
+            f"energy: work of the load {self.work[-1]:.4g} J/m, lost by slip "
             f"{self.friction[-1]:.4g} J/m",
             f"mechanism: {moves}",
         ])  # fmt: skip

@@ -72,7 +72,7 @@ def test_the_next_larger_mechanism(tmp_path, capsys, monkeypatch):
     assert first.factor == pytest.approx(small, rel=2e-3) and not first.smaller
     assert first.mechanism.moving == ["block 3"] and first.mechanism.joint == "clay"
     assert "block 3 moves: 0.5 m², 0.917 % of the model, on joint 'clay'" in first.words
-    assert "give least_area" in first.words
+    assert "set least_area" in first.words
     found = sitedda.safety(model, least_area=1.0)
     assert found.factor == pytest.approx(large, rel=2e-3)
     assert (found.mechanism.moving, found.mechanism.joint) == (["block"], "plane")
@@ -129,7 +129,7 @@ def test_factor_of_rough_joints():
 def test_what_topples_stands_at_no_strength():
     found = sitedda.safety(block_on_plane(40.0, 50.0, height=8.0))
     assert found.low == 0.0
-    assert "fails at any strength" in found.words
+    assert "fails even with all strengths" in found.words
     assert found.mechanism.verdicts == ("stable", "topples")
 
 
