@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Evidence for sitedda: analytic cases and the paper, run by `sitedda validate` and `paper`.
+"""Evidence for sitedda: analytic cases (`sitedda validate`) and the paper (`sitedda paper`).
 
-`catalogue.VALIDATION` and `catalogue.PAPER` hold them by name.
+`catalogue.VALIDATION` and `catalogue.PAPER` contain the cases by name.
 """

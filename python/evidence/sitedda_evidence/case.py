@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cases that compare measured results with expected ones in tables and pictures."""
+"""Cases that compare computed results with expected ones in tables and pictures."""
 
 from __future__ import annotations
 
@@ -22,26 +22,26 @@ Tasks = Callable[[bool], list[Task]]
 
 @dataclass(frozen=True)
 class Row:
-    """A measured result with its expected value.
+    """A computed result and its expected value.
 
     Attributes
     ----------
     quantity : str
-        What was measured.
+        Name of the result.
     expected : float or None
-        What theory says; None where only a bound is known.
+        Theoretical value; None if only a bound is known.
     got : float
-        What the engine gave.
+        Result of the engine.
     error : float
-        Relative error, absolute error or the measured figure itself, see `kind`.
+        Relative error, absolute error or the result itself, see `kind`.
     allowed : float or None
-        Largest error; None for a row that is shown for comparison only.
+        Largest error; None if the row is shown for comparison only.
     kind : str
         ``"relative"`` (a ratio), ``"absolute"`` (in `unit`) or ``"at most"`` (in `unit`).
     unit : str
         Unit of `expected` and `got`.
     words : str
-        What was measured, where a number does not say it.
+        Description of the result, if a number is not sufficient.
     """
 
     quantity: str
@@ -83,7 +83,7 @@ def true(quantity, expected: bool, got: bool, words: str = "") -> Row:
 
 
 def reached(quantity: str, got: bool, words: str) -> Row:
-    """Return a row that passes if `got` is true, with the measured result in words."""
+    """Return a row that passes if `got` is true, with a description of the result."""
     return true(quantity, True, got, words)
 
 
@@ -104,15 +104,15 @@ class Outcome:
     ----------
     rows : list of Row
     figure : Figure, optional
-        Its only picture, captioned by the title.
+        Picture whose caption is the title of the case, if there is only one.
     tables : list of Table
     text : list of str
-        Paragraphs that go before: what is modelled, printed and assumed.
+        First paragraphs: model, printed values and assumptions.
     compared : list of Compared
-        Values of a publication beside theory and run.
+        Published values with those of theory and run.
     pictures : list of Picture
     notes : list of str
-        What disagrees and why.
+        Differences and their causes.
     """
 
     rows: list[Row] = field(default_factory=list)
@@ -124,7 +124,7 @@ class Outcome:
     notes: list[str] = field(default_factory=list)
 
     def compare(self, *values) -> None:
-        """Add a value of a publication, see `Compared`."""
+        """Add a comparison with a published value, see `Compared`."""
         self.compared.append(Compared(*values))
 
     def require(self, *values) -> None:
@@ -137,14 +137,14 @@ class Outcome:
 
 
 def picture(name: str, caption: str, draw_on: Callable[..., None], *values) -> Picture:
-    """Return a picture from a function that draws values on an empty figure."""
+    """Return a picture; the function `draw_on` draws values on an empty figure."""
     figure = Figure()
     draw_on(figure, *values)
     return Picture(figure, caption, name)
 
 
 def curves(across: str, up: str, *lines) -> Figure:
-    """Return a figure of curves: x, y and the style of each in terms of matplotlib."""
+    """Return a figure of curves; each line is (x, y, keywords of matplotlib)."""
     figure, (axis,) = canvas(1, size=(6.0, 3.4))
     for x, y, look in lines:
         axis.plot(x, y, **look)
@@ -159,7 +159,7 @@ class Collection:
     Attributes
     ----------
     name, title, lead : str
-        File name of the page without ending, its title and first paragraph.
+        File name of the page without ending, title and first paragraph.
     cases : dict of str to Case
     """
 
@@ -169,7 +169,7 @@ class Collection:
     cases: dict[str, Case] = field(default_factory=dict)
 
     def add(self, title: str, formula: str, reference: str, tasks: Tasks | None = None) -> Callable:
-        """Register a function as a case, named without a final ``_case``."""
+        """Register a function as a case; the ending ``_case`` is not part of the name."""
 
         def register(function: Callable) -> Callable:
             name = function.__name__.removesuffix("_case")
@@ -192,18 +192,18 @@ class Collection:
         Parameters
         ----------
         names : iterable of str
-            Of `cases`; none: all.
+            Names of cases; none: all cases.
         short : bool
-            The form that tests use: fewer variants, smaller models, the same physics.
+            Whether to run fewer variants and smaller models with the same physics, as in tests.
         progress : callable, optional
-            Called with how many tasks are done and how many there are.
+            Called with the number of completed tasks and the number of tasks.
         cores : int
-            Processes for tasks.
+            Number of processes for tasks.
 
         Raises
         ------
         InputError
-            If there is no case of a name.
+            If a case does not exist.
         """
         wanted = set(names) or set(self.cases)
         if unknown := sorted(wanted - set(self.cases)):
@@ -220,19 +220,19 @@ class Collection:
 
 @dataclass(frozen=True)
 class Case:
-    """A case with a known answer.
+    """A case with a known solution.
 
     Attributes
     ----------
     name, title : str
     formula : str
-        What is expected and how it follows, Markdown.
+        Expected result and its derivation, Markdown.
     reference : str
-        Where it is from.
+        Source of the formula.
     function : callable
-        Takes ``short`` (bool), or what its tasks gave by their keys, and returns an `Outcome`.
+        Function of ``short`` (bool), or of the results of the tasks by key; returns an `Outcome`.
     tasks : callable, optional
-        Takes ``short`` and returns a list of `Task`.
+        Function of ``short`` that returns a list of `Task`.
     """
 
     name: str
@@ -250,7 +250,7 @@ class Case:
         short : bool
             See `Collection.run`.
         done : mapping, optional
-            What its tasks gave.
+            Results of its tasks by key.
         """
         begin = time.perf_counter()
         try:
@@ -265,7 +265,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Result:
-    """The result of a case that was run."""
+    """The result of a case; `trouble` is the error of the engine, if any."""
 
     case: Case
     outcome: Outcome
@@ -306,14 +306,14 @@ def study(title: str, tasks: Tasks) -> Callable:
 
 
 def observed_order(steps: Sequence[float], errors: Sequence[float]) -> list[float]:
-    """Return the order of convergence between neighbours of a series, ``nan`` for the first.
+    """Return the order of convergence between successive steps; ``nan`` for the first step.
 
     Parameters
     ----------
     steps : sequence of float
-        Step or size, of any unit.
+        Time steps or sizes, in any unit.
     errors : sequence of float
-        Error at each of them, absolute value.
+        Absolute error at each step.
     """
     orders = [math.nan]
     for i in range(1, len(steps)):
@@ -324,6 +324,6 @@ def observed_order(steps: Sequence[float], errors: Sequence[float]) -> list[floa
 
 
 def convergence(title: str, head: str, steps: Sequence[float], errors: Sequence[float]) -> Table:
-    """Return a table of errors by step, with their orders."""
+    """Return a table of steps, errors and orders of convergence."""
     rows = zip(steps, errors, observed_order(steps, errors), strict=True)
     return Table(title, (head, "error", "order"), list(rows))

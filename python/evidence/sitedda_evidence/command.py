@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`sitedda validate` and `sitedda paper`: run, judge and report cases with known answers."""
+"""`sitedda validate` and `sitedda paper`: run and report cases with known solutions."""
 
 import argparse
 from collections.abc import Iterator
@@ -18,16 +18,18 @@ def add_paper(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_arguments(parser: argparse.ArgumentParser, collection: str, folder: Path | None) -> None:
-    parser.add_argument("cases", nargs="*", metavar="CASE", help="names of cases (all)")
+    """Add the arguments of a command for a collection; `folder` is the default of the report."""
+    parser.add_argument("cases", nargs="*", metavar="CASE", help="names of cases (default: all)")
     parser.add_argument("--report", "--folder", type=Path, default=folder, metavar="FOLDER",
                         help=f"write a report with pictures ({folder or 'none'})")  # fmt: skip
-    parser.add_argument("--short", action="store_true", help="smaller variants, as the tests use")
+    parser.add_argument("--short", action="store_true", help="smaller variants, as in the tests")
     parser.add_argument("--list", action="store_true", help="list the cases and stop")
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
     parser.set_defaults(act=partial(_run_cases, collection))
 
 
 def _run_cases(collection: str, options: argparse.Namespace) -> int:
+    """Run and print the cases of a collection; return 1 if a case fails, otherwise 0."""
     from . import catalogue
     from .report import write_report
 
@@ -48,7 +50,7 @@ def _run_cases(collection: str, options: argparse.Namespace) -> int:
 
 
 def _print_results(wanted, options: argparse.Namespace, passed: list[bool]) -> Iterator:
-    """Yield the results and print each as soon as it is available."""
+    """Yield the results, and print each result before the next case runs."""
     from tqdm import tqdm
 
     from .report import terminal_text

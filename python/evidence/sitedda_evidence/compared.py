@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Compare values of a publication with theory and run, and format them."""
+"""Comparison of published values with theory and run."""
 
 from dataclasses import dataclass
 
@@ -8,24 +8,24 @@ Value = float | tuple[float, float] | str | None
 
 @dataclass(frozen=True)
 class Compared:
-    """A result of the paper with the results of theory and run.
+    """A result of the paper, of theory and of the run.
 
     Attributes
     ----------
     quantity : str
         Compared quantity, with its unit.
     place : str
-        Its position in the paper.
+        Figure, table or section of the paper.
     paper : float, (float, float), str or None
-        Printed value, range of values, or words; None if the paper prints none.
+        Printed value, range of values, or statement; None if the paper prints none.
     theory : float, str or None
-        From a closed form or the exact discrete theory.
+        Value of a closed form or of the exact discrete theory.
     sitedda : float or str
-        Measured on the run.
+        Result of the run.
     why : str
-        Reason of the difference.
+        Cause of the difference.
     digits : int
-        Significant digits shown.
+        Number of significant digits shown.
     """
 
     quantity: str
@@ -38,7 +38,7 @@ class Compared:
 
     @property
     def from_paper(self) -> float | None:
-        """Return the relative difference of the run from the paper; 0 inside a printed range."""
+        """Return the relative difference of the run from the paper; 0 within a printed range."""
         return deviation(self.sitedda, self.paper)
 
     @property
@@ -57,7 +57,7 @@ def deviation(value: Value, reference: Value) -> float | None:
 
 
 def per_cent(fraction: float | None, sign: bool = False) -> str:
-    """Format a fraction in per cent, from 10 on as a factor; `sign` adds + if above 0."""
+    """Format a fraction in per cent, or from 10 as a factor; `sign` adds + to positive values."""
     if fraction is None:
         return "–"
     if abs(fraction) < 5e-7:
@@ -69,7 +69,7 @@ def per_cent(fraction: float | None, sign: bool = False) -> str:
 
 
 def show(value: Value, digits: int = 4) -> str:
-    """Format a value of a row."""
+    """Format a compared value."""
     if value is None:
         return "–"
     if isinstance(value, str):
@@ -80,6 +80,6 @@ def show(value: Value, digits: int = 4) -> str:
 
 
 def _format_exponent(text: str) -> str:
-    """Format exponents as powers of ten."""
+    """Replace the exponent of a number, as in 1e-05, by a power of ten."""
     mantissa, e, exponent = text.partition("e")
     return f"{mantissa}·10^{int(exponent)}" if e else mantissa

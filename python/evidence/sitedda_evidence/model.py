@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Write inputs of the cases as namelist text and run them."""
+"""Inputs of cases as namelist text, and their runs."""
 
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -15,7 +15,7 @@ from sitedda.input.groups import group_text
 
 GRAVITY = 9.81  # m/s²
 STORED = ("kinetic", "strain", "contact", "support", "gravity")
-STIFF = 1e15  # Pa, modulus of a practically rigid base
+STIFF = 1e15  # Young's modulus of a practically rigid base, Pa
 
 
 def group(name: str, /, **values) -> str:
@@ -29,29 +29,29 @@ def text(*groups: str) -> str:
 
 
 def control(time_step: float, steps: int, gravity: Sequence[float] = (0.0, -GRAVITY), **more):
-    """``&control``: Δt (s), number of steps, gravity (m/s²)."""
+    """Return ``&control``: Δt (s), number of steps, gravity (m/s²)."""
     return group("control", time_step=time_step, steps=int(steps), gravity=gravity, **more)
 
 
 def contact(normal_stiffness: float, **more) -> str:
-    """``&contact``: penalty (N/m per metre of thickness)."""
+    """Return ``&contact``: penalty stiffness (N/m per metre of thickness)."""
     return group("contact", normal_stiffness=normal_stiffness, **more)
 
 
 def material(name, density, young_modulus, poisson_ratio=0.0, velocity=None, **more) -> str:
-    """``&material``: kg/m³, Pa, and velocity at the start (m/s, m/s, rad/s)."""
+    """Return ``&material``: density (kg/m³), E (Pa), initial velocity (m/s, m/s, rad/s)."""
     own = {"name": name, "density": density, "young_modulus": young_modulus}
     own |= {"poisson_ratio": poisson_ratio, "initial_velocity": velocity}
     return group("material", **own, **more)
 
 
 def joint(name: str, friction_angle: float, **more) -> str:
-    """``&joint``: friction angle in degrees."""
+    """Return ``&joint``: friction angle in degrees."""
     return group("joint", name=name, friction_angle=friction_angle, **more)
 
 
 def block(name: str, vertices, material: str = "", joint: str = "") -> str:
-    """``&block`` from vertices, shape (n, 2), m, counter-clockwise."""
+    """Return ``&block`` with vertices, shape (n, 2), m, counter-clockwise."""
     return group("block", name=name, material=material, joint=joint, vertices=vertices)
 
 
@@ -63,12 +63,12 @@ def held(name: str, vertices, material="", joint="", points=None, **motions) -> 
 
 
 def measured(name: str, point, block: str = "") -> str:
-    """``&measured_point`` at a place, m."""
+    """Return ``&measured_point`` at a position, m."""
     return group("measured_point", name=name, x=point[0], y=point[1], block=block)
 
 
 def motion(name: str, values, time_step: float, quantity="acceleration", drift_order=0) -> str:
-    """``&motion`` from samples in SI units."""
+    """Return ``&motion`` with samples in SI units."""
     more = {"time_step": time_step, "drift_order": drift_order, "values": values}
     return group("motion", name=name, quantity=quantity, **more)
 
@@ -87,7 +87,7 @@ def turned(points, angle: float, about=(0.0, 0.0)) -> np.ndarray:
 
 @contextmanager
 def written(text: str) -> Iterator[Path]:
-    """Return the file of an input text in a temporary folder."""
+    """Yield a temporary file with an input text."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "case.nml"
         file.write_text(text)
@@ -96,7 +96,7 @@ def written(text: str) -> Iterator[Path]:
 
 @contextmanager
 def simulation(text: str) -> Iterator[Simulation]:
-    """Return a simulation of an input text, which the caller advances."""
+    """Yield a simulation of an input text, which the caller advances."""
     with written(text) as file, Simulation(file) as opened:
         yield opened
 
@@ -108,15 +108,14 @@ def history(text: str) -> xr.Dataset:
 
 
 def gained(energies: dict[str, float]) -> float:
-    """Return the stored energy above that at the start, J/m."""
+    """Return the increase of the stored energy since the start, J/m."""
     return sum(energies[kind] for kind in STORED) - energies["initial"]
 
 
 def residual(data: xr.Dataset) -> float:
-    """Return the largest residual of the energy audit over the work done.
+    """Return the largest residual of the energy audit as a fraction of the work.
 
-    The work done is the largest sum of what gravity and input gave; where neither gives any, the
-    energy at the start.
+    The work is the largest work of gravity plus input, or at least the initial energy.
     """
     work = np.abs(data.energy_gravity).max() + np.abs(data.energy_input).max()
     start = float(data.energy_initial[-1])

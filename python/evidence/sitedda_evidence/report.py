@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Write results as text for the terminal and as a report in HTML and Markdown."""
+"""Reports of results: text for the terminal, and pages in HTML and Markdown."""
 
 import math
 from collections.abc import Iterable
@@ -14,7 +14,7 @@ from .compared import Compared, per_cent, show
 
 _ROWS = ["quantity", "expected", "got", "error", "allowed", "verdict"]
 _COMPARED = ["quantity", "place", "paper", "theory", "sitedda", "to paper", "to theory",
-             "what explains it"]  # fmt: skip
+             "explanation"]  # fmt: skip
 
 
 def number(value) -> str:
@@ -42,7 +42,7 @@ def row_cells(row: Row) -> list[str]:
     if row.kind == "yes or no":
         answer = {0.0: "no", 1.0: "yes"}
         expected = "" if row.words else answer[row.expected]
-        return [row.quantity, expected, row.words or answer[row.got], "", "", _verdict_text(row)]
+        return [row.quantity, expected, row.words or answer[row.got], "", "", _row_verdict(row)]
     expected = "" if row.expected is None else number(row.expected) + unit
     if row.kind == "at most":
         return [
@@ -50,8 +50,8 @@ def row_cells(row: Row) -> list[str]:
             expected,
             small(row.got) + unit,
             "",
-            _format_bound(row),
-            _verdict_text(row),
+            _format_allowed(row),
+            _row_verdict(row),
         ]
     suffix = unit if row.kind == "absolute" else ""
     return [
@@ -59,16 +59,16 @@ def row_cells(row: Row) -> list[str]:
         expected,
         number(row.got) + unit,
         small(row.error) + suffix,
-        _format_bound(row) + (suffix if row.allowed is not None else ""),
-        _verdict_text(row),
+        _format_allowed(row) + (suffix if row.allowed is not None else ""),
+        _row_verdict(row),
     ]
 
 
-def _format_bound(row: Row) -> str:
+def _format_allowed(row: Row) -> str:
     return "" if row.allowed is None else small(row.allowed)
 
 
-def _verdict_text(row: Row) -> str:
+def _row_verdict(row: Row) -> str:
     if row.allowed is None:
         return "shown"
     return "ok" if row.passed else "FAILS"
@@ -93,21 +93,21 @@ def terminal_text(result: Result) -> str:
 
 
 def write_report(collection: Collection, results: Iterable[Result], folder) -> Path:
-    """Write a page with all pictures, ``NAME.html``, and ``NAME.md`` with ``NAME/*.png``.
+    """Write a report as ``NAME.html``, and as ``NAME.md`` with pictures ``NAME/*.png``.
 
     Parameters
     ----------
     collection : Collection
-        Whose cases they are.
+        Collection of the cases.
     results : iterable of Result
-        In the order of the report; each is drawn as it comes.
+        Results in the order of the report.
     folder : path
-        Made if it does not exist.
+        Folder of the report; it is created if it does not exist.
 
     Returns
     -------
     Path
-        The page.
+        Path of the HTML page.
     """
     page = report_page(collection, results)
     folder, name = make_folder(folder), collection.name
@@ -116,7 +116,7 @@ def write_report(collection: Collection, results: Iterable[Result], folder) -> P
 
 
 def report_page(collection: Collection, results: Iterable[Result]) -> Page:
-    """Return the report of results: requirements, then each result; see `write_report`."""
+    """Return the page of a report: summary, then each result; see `write_report`."""
     page, seconds = Page(collection.title, collection.lead), 0.0
     summary = page.add("Summary")
     judged, stated = [], []
@@ -125,10 +125,10 @@ def report_page(collection: Collection, results: Iterable[Result]) -> Page:
         if result.outcome.compared:
             stated += [_requirement_cells(row) for row in result.rows]
         else:
-            judged.append(_summary_line(result))
+            judged.append(_summary_cells(result))
         page.add(result.case.title, *_result_parts(result), anchor=result.case.name)
     if stated:
-        summary.title, summary.anchor = "What it must reach", "requirements"
+        summary.title, summary.anchor = "Requirements", "requirements"
         summary.parts.append(Table(["", "requirement", "measured"], stated, markup=True))
     if judged:
         heads = ["case", "rows", "worst error over allowed", "time (s)", "verdict"]
@@ -138,11 +138,13 @@ def report_page(collection: Collection, results: Iterable[Result]) -> Page:
 
 
 def _requirement_cells(row: Row) -> list[str]:
+    """Return verdict, requirement and result of a row as cells."""
     measured = row.words or f"{per_cent(row.error)}, allowed {per_cent(row.allowed)}"
     return ["reached" if row.passed else "not reached", row.quantity, measured]
 
 
-def _summary_line(result: Result) -> list[str]:
+def _summary_cells(result: Result) -> list[str]:
+    """Return title, number of rows, worst error, time (s) and verdict of a result as cells."""
     judged = [row for row in result.rows if row.allowed]
     worst = max((row.error / row.allowed for row in judged), default=0.0)
     verdict = "ok" if result.passed else "FAILS"
@@ -151,13 +153,13 @@ def _summary_line(result: Result) -> list[str]:
 
 
 def _result_parts(result: Result) -> list[Part]:
-    """Return the parts of a result: text, rows, comparison, pictures, tables and notes."""
+    """Return text, rows, comparison, pictures, tables and notes of a result."""
     case, outcome = result.case, result.outcome
     texts = [case.formula, *outcome.text]
     texts += [f"*Reference:* {case.reference}"] if case.reference else []
     parts: list[Part] = [Paragraph(text, markup=True) for text in texts if text]
     if result.trouble:
-        parts.append(Paragraph(f"The engine refused: {result.trouble}"))
+        parts.append(Paragraph(f"Error of the engine: {result.trouble}"))
     if outcome.rows and not outcome.compared:
         parts.append(Table(_ROWS, [row_cells(row) for row in outcome.rows]))
     parts += outcome.pictures
@@ -168,11 +170,12 @@ def _result_parts(result: Result) -> list[Part]:
         cells = [[number(cell) for cell in line] for line in table.rows]
         parts.append(Table(table.heads, cells, table.title, markup=True))
     if outcome.notes:
-        parts.append(Bullets(outcome.notes, "What differs, and why", markup=True))
+        parts.append(Bullets(outcome.notes, "Differences and their causes", markup=True))
     return parts
 
 
 def _compared_cells(row: Compared) -> list[str]:
+    """Return a comparison as cells under the heads `_COMPARED`."""
     return [
         row.quantity,
         row.place,

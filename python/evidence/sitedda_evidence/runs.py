@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The inputs of the paper, and the parallel execution of runs."""
+"""Inputs of the paper, and parallel execution of runs."""
 
 from collections.abc import Callable, Iterable
 from concurrent.futures import as_completed
@@ -20,13 +20,13 @@ class Task:
     Attributes
     ----------
     key : object
-        Under which its result is kept.
+        Key of its result.
     work : callable
-        A function at the top of a module.
+        Function of a module.
     arguments : dict
-        Passed to it by name.
+        Arguments of the function by name.
     weight : float
-        About how long it takes, s: long ones start first.
+        Estimated computing time, s; longer tasks start first.
     """
 
     key: object
@@ -36,22 +36,22 @@ class Task:
 
 
 def input_file(name: str) -> Path:
-    """Return the path of an input of the reproduction."""
+    """Return the path of an input of the paper."""
     return inputs() / "paper" / name
 
 
 def run_all(
     tasks: Iterable[Task], progress: Callable[[int, int], None] | None = None, cores: int = _CORES
 ) -> dict[Any, Any]:
-    """Carry out all tasks and return their results by key.
+    """Execute all tasks and return their results by key.
 
     Parameters
     ----------
     tasks : iterable of Task
     progress : callable, optional
-        Called with how many are done and how many there are.
+        Called with the number of completed tasks and the number of tasks.
     cores : int
-        Processes; 1 works in this one.
+        Number of processes; 1: this process executes the tasks.
     """
     todo = sorted(tasks, key=lambda task: -task.weight)
     results = {}

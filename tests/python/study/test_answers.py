@@ -288,7 +288,7 @@ def test_a_study_may_be_one_root_or_none(tmp_path, capsys):
     [
         ("target = 0.05", "", "target is missing"),
         ("[10, 40]", "[10]", "two numbers"),
-        ("result =", "outcome =", "there is no 'outcome'"),
+        ("result =", "outcome =", "there is no name 'outcome'"),
         ("[solve]", 'results = ["verdict"]\n[solve]', "remove task and results"),
     ],
 )

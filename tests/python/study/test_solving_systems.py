@@ -47,7 +47,7 @@ def test_a_root_that_the_middle_does_not_reach():
 @pytest.mark.parametrize(
     ("function", "targets", "mode", "words"),
     [
-        (lambda x, y: (x * x + y * y + 1, x - y), (0, 0), "outside", "nearest is x = "),
+        (lambda x, y: (x * x + y * y + 1, x - y), (0, 0), "outside", "the closest is x = "),
         (lambda x, y: (x + y, x * y), (30, 1), "outside", r"f = .* \(target 30\)"),
         (lambda x, y: (x + y, 2 * x + 2 * y), (1, 2), "dependent", "f and g do not change indep"),
         (lambda x, y: (x * y + 1, (x * y + 1) ** 2), (1, 3), "dependent", "with x and y"),
@@ -73,7 +73,7 @@ def test_systems_without_roots(function, targets, mode, words):
         ({"parameter": []}, "not 0, 2, 2 and 2"),
         ({"between": [(0, 1), (1, 1)]}, "must differ"),
         ({"target": [1.0, math.inf]}, "target"),
-        ({"model": lambda x, y: x}, "must return 2 numbers, for f, g"),
+        ({"model": lambda x, y: x}, r"must return 2 numbers \(f, g\)"),
     ],
 )
 def test_arguments_that_cannot_be(changes, words):

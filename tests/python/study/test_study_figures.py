@@ -63,7 +63,7 @@ def test_the_intervals_of_a_fragility_hold_their_confidence():
         ([0] * 8, "no case failed"),
         ([40] * 8, "all cases failed"),
         ([0, 0, 0, 0, 40, 40, 40, 40], "not determined"),
-        ([30, 20, 20, 10, 8, 5, 3, 1], "more frequent"),
+        ([30, 20, 20, 10, 8, 5, 3, 1], "does not increase"),
         ([1, 2, 3], "one value for each level"),
         ([0, 0, 0, 1, 2, 3, 50, 60], "from 0 to the number"),
     ],

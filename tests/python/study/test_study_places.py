@@ -88,9 +88,9 @@ def test_the_command(study, table, main, tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("results", "result", "there is no 'result'; did you mean 'results'"),
-        ("[fixed]", "[fixes]", "there is no 'fixes'; did you mean 'fixed'"),
-        ("count = 3", "counts = 3", "there is no 'counts'; did you mean 'count'"),
+        ("results", "result", "there is no name 'result'; did you mean 'results'"),
+        ("[fixed]", "[fixes]", "there is no name 'fixes'; did you mean 'fixed'"),
+        ("count = 3", "counts = 3", "there is no name 'counts'; did you mean 'count'"),
         ('"log"', '"lag"', "spacing must be 'linear' or 'log'"),
         ("model =", "#", "model is missing"),
         ("[parameters]", "[parameters", "grid.toml: "),

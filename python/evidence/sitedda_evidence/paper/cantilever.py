@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reproduce the cantilever: kinetic and algorithmic damping, and penalty (figures 2 to 6)."""
+"""The cantilever of the paper: kinetic and algorithmic damping, and penalty (figures 2 to 6)."""
 
 from functools import cache
 
@@ -8,7 +8,6 @@ from scipy.signal import find_peaks
 
 from sitedda.engine.scheme import Scheme
 from sitedda.facade.run import run
-from sitedda.report import Picture
 from sitedda.report.style import BLUE, COLORS, GREY, RED, small_axes
 
 from ..case import Outcome, picture, study
@@ -18,13 +17,13 @@ from .discrete import DiscreteModel
 from .measure import first_mode_decay
 
 _INPUT = "cantilever.nml"
-_END_OF_LOAD = 0.02  # s, printed with figure 4
-_STEPS = (1e-5, 1e-4)  # s, figure 5
-_PENALTIES = (1, 10, 40, 100)  # penalties over Young's modulus; figure 6 prints 1E to 100E
-_YOUNG = 4.788e9  # Pa, Young's modulus of the input
-_FORCES = (1e3, 1e4, 1e5)  # N, sizes of the impulse for the sensitivity
-_SAMPLING = 1e-4  # s between stored samples
-_LONG = 3.0  # s, run of the softest penalty: some cycles of its low frequency
+_END_OF_LOAD = 0.02  # end of the impulse, printed with figure 4, s
+_STEPS = (1e-5, 1e-4)  # time steps of figure 5, s
+_PENALTIES = (1, 10, 40, 100)  # penalties over Young's modulus; figure 6 shows 1E to 100E
+_YOUNG = 4.788e9  # Young's modulus of the input, Pa
+_FORCES = (1e3, 1e4, 1e5)  # peak forces of the impulse in the sensitivity study, N
+_SAMPLING = 1e-4  # interval of stored samples, s
+_LONG = 3.0  # duration with the softest penalty, because of its low frequency, s
 
 
 def tasks(quick: bool = False) -> list[Task]:
@@ -47,7 +46,7 @@ def tasks(quick: bool = False) -> list[Task]:
 
 
 def _run_cantilever(changes: dict) -> dict:
-    """Run the input; return time (s) and displacement of the tip (m)."""
+    """Run the input with changes; return time (s) and displacement of the tip (m)."""
     interval = round(_SAMPLING / changes.get("time_step", _STEPS[0]))
     history = run(input_file(_INPUT), history_interval=interval, **changes).history
     tip = history.displacement.sel(point="tip").isel(axis=1).values
@@ -55,12 +54,12 @@ def _run_cantilever(changes: dict) -> dict:
 
 
 @cache
-def _make_model(penalty: float = 40) -> DiscreteModel:
+def _discrete_model(penalty: float = 40) -> DiscreteModel:
     return DiscreteModel.of(input_file(_INPUT), contact={"normal_stiffness": penalty * _YOUNG})
 
 
 def kinetic_damping_roots(omega: float, time_step: float, factor: float) -> np.ndarray:
-    """Return the two eigenvalues of a step if the velocity is multiplied by a factor.
+    """Return the two eigenvalues of a time step with kinetic damping.
 
     Parameters
     ----------
@@ -69,9 +68,9 @@ def kinetic_damping_roots(omega: float, time_step: float, factor: float) -> np.n
     time_step : float
         Δt, s.
     factor : float
-        The dynamic factor g: 1 fully dynamic, 0.99 is 1 % kinetic damping.
+        The dynamic factor g, by which the velocity is multiplied; 0.99 is 1 % kinetic damping.
     """
-    # coefficients of z², z, 1 for x, from x1 = x0 + d, v1 = 2d/Δt - g v0
+    # coefficients of z², z, 1 of the equation for x with x1 = x0 + d, v1 = 2d/Δt - g v0
     inertia, square = 2 / time_step**2, omega**2
     return np.roots([inertia + square, square * factor - inertia * (1 + factor), inertia * factor])
 
@@ -79,7 +78,7 @@ def kinetic_damping_roots(omega: float, time_step: float, factor: float) -> np.n
 def _linear_tip_displacement(
     model: DiscreteModel, time: np.ndarray, step: float, factor: float = 1.0
 ):
-    """Compute step by step the tip displacement of the linear model under the impulse."""
+    """Return the tip displacement (m) of the linear discrete model under the impulse."""
     steps = round(time[-1] / step)
     force = np.interp(step * np.arange(1, steps + 1), [0.0, 0.01, 0.02], [0.0, -1e4, 0.0])
     row = model.row(model.loads[0], axis=1)
@@ -88,7 +87,7 @@ def _linear_tip_displacement(
 
 
 def _measure_decrement(result: dict, model: DiscreteModel):
-    """Return the decrement of the free vibration after the impulse."""
+    """Return the logarithmic decrement of the tip in the free vibration after the impulse."""
     free = result["time"] > _END_OF_LOAD
     first, second = model.frequencies[:2]
     return first_mode_decay(
@@ -111,12 +110,20 @@ def cantilever(found: dict) -> Outcome:
         worst <= 0.01,
         f"largest difference {per_cent(worst)}, allowed 1 %",
     )
-    done.pictures = _make_pictures(found)
+    done.pictures = [
+        picture("cantilever_fig4", "Figure 4: full dynamic against 1 % kinetic damping.",
+                _draw_kinetic_damping, found),
+        picture("cantilever_fig5", "Figure 5: algorithmic damping at two time steps; the dashed"
+                " lines are the closed form of the first mode.", _draw_time_steps, found),
+        picture("cantilever_fig6", "Figure 6: frequency, largest displacement and damping ratio"
+                " over the penalty.", _draw_penalties, found),
+    ]  # fmt: skip
     return done
 
 
 def _describe_study() -> list[str]:
-    model = _make_model()
+    """Return the paragraphs on model and theory."""
+    model = _discrete_model()
     beam = _beam_frequency()
     return [
         "Ten blocks of 1 m × 1 m, clamped on the left, a triangular impulse of 0.02 s at the free"
@@ -132,19 +139,19 @@ def _describe_study() -> list[str]:
 
 
 def _beam_frequency() -> float:
-    """Return the first frequency of the Euler–Bernoulli cantilever of 10 m × 1 m, Hz."""
+    """Return the first frequency of an Euler–Bernoulli cantilever of 10 m × 1 m, Hz."""
     inertia, length, density = 1 / 12, 10.0, 2643.0
     return 0.5596 * np.sqrt(_YOUNG * inertia / (density * length**4))
 
 
 def _shear_frequency() -> float:
-    """Return the first frequency of this cantilever in pure shear: √(G/ρ)/4L, Hz."""
+    """Return the first frequency of the cantilever in pure shear, √(G/ρ)/4L, Hz."""
     return np.sqrt(_YOUNG / 2.5 / 2643.0) / 40.0
 
 
 def _add_damping_rows(done: Outcome, found: dict) -> float:
-    """Compare the two time steps with figure 5."""
-    model = _make_model()
+    """Compare both time steps with figure 5; return the largest error of the damping ratio."""
+    model = _discrete_model()
     omega = model.omega[0]
     worst = 0.0
     for step in _STEPS:
@@ -187,9 +194,9 @@ def _add_damping_rows(done: Outcome, found: dict) -> float:
 
 
 def _add_kinetic_row(done: Outcome, found: dict) -> None:
-    """Compare 1 % kinetic damping at 1e-5 s with figure 4."""
+    """Compare the motion with 1 % kinetic damping, Δt = 1e-5 s, with figure 4."""
     result, full = found[("kinetic", 0.99)], found[("step", 1e-5)]
-    roots = kinetic_damping_roots(_make_model().omega[0], 1e-5, 0.99)
+    roots = kinetic_damping_roots(_discrete_model().omega[0], 1e-5, 0.99)
     slow = float(-np.log(abs(roots).max()) / 1e-5)
     late = (result["time"] > 0.1) & (result["time"] < 0.4)
     fit = np.polynomial.Polynomial.fit(
@@ -218,18 +225,19 @@ def _add_kinetic_row(done: Outcome, found: dict) -> None:
 
 
 def _theoretical_peak_ratio() -> float:
+    """Return the largest tip displacement with 1 % kinetic damping over that without damping."""
     time = np.arange(5001) * _SAMPLING
     damped, full = (
-        _linear_tip_displacement(_make_model(), time, 1e-5, factor) for factor in (0.99, 1.0)
+        _linear_tip_displacement(_discrete_model(), time, 1e-5, factor) for factor in (0.99, 1.0)
     )
     return float(abs(damped).max() / abs(full).max())
 
 
 def _add_penalty_rows(done: Outcome, found: dict) -> float:
-    """Compare frequency, damping and largest displacement for several penalties with figure 6."""
+    """Compare results for several penalties with figure 6; return the largest damping error."""
     worst = 0.0
     for factor in _PENALTIES:
-        model, result = _make_model(factor), found[("penalty", factor)]
+        model, result = _discrete_model(factor), found[("penalty", factor)]
         omega, decay = model.omega[0], _measure_decrement(result, model)
         theory = float(Scheme().vibration(omega / 2 / np.pi, 1e-5).damping)
         worst = max(worst, abs(decay.damping_exact / theory - 1))
@@ -240,7 +248,7 @@ def _add_penalty_rows(done: Outcome, found: dict) -> float:
         done.compare(f"damping ratio at k = {factor} E", place, None, theory, decay.damping_exact)
         done.compare(f"largest displacement at k = {factor} E (mm)", place, None,
             1e3 * float(abs(tip).max()), 1e3 * float(abs(result["tip"]).max()))  # fmt: skip
-    first, last = (_measure_decrement(found[("penalty", f)], _make_model(f)) for f in (1, 100))
+    first, last = (_measure_decrement(found[("penalty", f)], _discrete_model(f)) for f in (1, 100))
     rise = last.damping_exact / last.frequency / (first.damping_exact / first.frequency)
     done.compare(
         "damping ratio per hertz, k = 100 E over k = E",
@@ -261,6 +269,7 @@ def _add_penalty_rows(done: Outcome, found: dict) -> float:
 
 
 def _add_sensitivity_rows(done: Outcome, found: dict) -> None:
+    """Compare sizes of the impulse, and add notes on other materials."""
     forces = [force for kind, force in found if kind == "force"]
     if forces:
         compliance = [abs(found[("force", f)]["tip"]).max() / f for f in forces]
@@ -273,7 +282,7 @@ def _add_sensitivity_rows(done: Outcome, found: dict) -> None:
             "linear: the size of the impulse does not matter",
             2,
         )
-    omega = _make_model().omega[0]
+    omega = _discrete_model().omega[0]
     for name, scale in (("limestone of Avdat (17 GPa, 2250 kg/m³)", 17e9 / 2250),
                         ("hard rock (50 GPa, 2500 kg/m³)", 50e9 / 2500)):  # fmt: skip
         other = omega * np.sqrt(scale / (_YOUNG / 2643.0))
@@ -286,23 +295,7 @@ def _add_sensitivity_rows(done: Outcome, found: dict) -> None:
         )
 
 
-# ---------------------------------------------------------------------------------------------
-# Pictures
-# ---------------------------------------------------------------------------------------------
-
-
-def _make_pictures(found: dict) -> list[Picture]:
-    return [
-        picture("cantilever_fig4", "Figure 4: full dynamic against 1 % kinetic damping.",
-                _draw_kinetic, found),
-        picture("cantilever_fig5", "Figure 5: algorithmic damping at two time steps; the dashed"
-                " lines are the closed form of the first mode.", _draw_steps, found),
-        picture("cantilever_fig6", "Figure 6: frequency, largest displacement and damping ratio"
-                " over the penalty.", _draw_penalty, found),
-    ]  # fmt: skip
-
-
-def _draw_kinetic(drawing, found) -> None:
+def _draw_kinetic_damping(drawing, found) -> None:
     with small_axes(drawing, 1, 2, size=(7.6, 3.3), width_ratios=[1, 2.6]) as (load, tip):
         load.plot([0, 10, 20, 40], [0, 10, 0, 0], color=GREY)
         load.set(xlabel="time (ms)", ylabel="F (kN, downwards)", title="Fig. 3, assumed size")
@@ -317,8 +310,8 @@ def _draw_kinetic(drawing, found) -> None:
         tip.set_ylim(top=1.35 * 1e3 * full["tip"].max())
 
 
-def _draw_steps(drawing, found) -> None:
-    omega = _make_model().omega[0]
+def _draw_time_steps(drawing, found) -> None:
+    omega = _discrete_model().omega[0]
     with small_axes(drawing, 2, 1, size=(7.2, 4.6), sharex=True, sharey=True) as axes:
         for axis, step, color in zip(axes, _STEPS, COLORS, strict=False):
             result = found[("step", step)]
@@ -335,10 +328,10 @@ def _draw_steps(drawing, found) -> None:
         axes[1].set_xlabel("time (s)")
 
 
-def _draw_penalty(drawing, found) -> None:
-    decays = [_measure_decrement(found[("penalty", f)], _make_model(f)) for f in _PENALTIES]
+def _draw_penalties(drawing, found) -> None:
+    decays = [_measure_decrement(found[("penalty", f)], _discrete_model(f)) for f in _PENALTIES]
     lines = np.geomspace(1, 100, 30)
-    omegas = np.array([_make_model(float(k)).omega[0] for k in lines])
+    omegas = np.array([_discrete_model(float(k)).omega[0] for k in lines])
     with small_axes(drawing, 1, 3, size=(8.4, 3.0)) as (low, middle, high):
         low.loglog(lines, omegas / 2 / np.pi, color=RED, lw=1, label="discrete theory")
         low.loglog(_PENALTIES, [d.frequency for d in decays], "o", color=BLUE, label="sitedda")

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Exact discrete theory of a model with bonded contacts: K and M from the blocks, in NumPy.
 
-The engine's blocks, springs and supports, assembled a second time: frequencies from K x = ω² M x,
-transfer functions of the scheme from one complex solve per frequency, and time histories in modal
-coordinates.  The list of contacts and the closed forms of the scheme are taken from the engine.
-Small motions; contacts neither open nor slide; the weight of the blocks does not act on the
-frequencies.
+This second assembly of blocks, springs and supports yields frequencies from K x = ω² M x, transfer
+functions of the scheme from one complex solution per frequency, and time histories in modal
+coordinates.  The engine provides the list of contacts and the closed forms of the scheme.
+Assumptions: motions are small, contacts neither open nor slide, and weight has no effect.
 """
 
 from collections.abc import Mapping
@@ -22,7 +21,7 @@ from sitedda.engine.simulation import Simulation
 from sitedda.input.changes import changed_input
 from sitedda.input.input_text import groups_by_name
 
-_TOUCHING = 1e-6  # m, a vertex closer to an edge touches it
+_TOUCHING = 1e-6  # largest distance between an edge and a vertex that touches it, m
 
 
 @dataclass(frozen=True)
@@ -32,20 +31,20 @@ class DiscreteModel:
     Attributes
     ----------
     elastic, mass : ndarray, shape (6n, 6n)
-        K of blocks and contacts, M for unknowns (u0, v0, r0, ex, ey, gxy) of each block, per metre
-        of thickness.
-    supports : ndarray, shape (held, 6n)
-        Rows of the displacement of each fixed point in each of its fixed directions.
-    support_axes : ndarray, shape (held,)
-        Those directions: 0 x, 1 y.
+        K of blocks and contacts, and M, per metre of thickness; unknowns of each block are (u0, v0,
+        r0, ex, ey, gxy).
+    supports : ndarray, shape (supports, 6n)
+        Matrix that yields the displacements of all fixed points in their fixed directions.
+    support_axes : ndarray, shape (supports,)
+        These directions: 0 x, 1 y.
     support_stiffness : float
-        k of each support, N/m per metre of thickness; its dashpot has (1 - χ) k Δt.
+        k of each support, N/m per metre of thickness; its dashpot is (1 - χ) k Δt.
     centroids : ndarray, shape (n, 2)
         m.
     points : dict
-        Measured points: name -> (block, place in m).
+        Block and position (m) of each measured point, by name.
     loads : list
-        Point loads: (block, place in m).
+        Block and position (m) of each point load.
     scheme : Scheme
         Time integration of the input.
     """
@@ -101,27 +100,31 @@ class DiscreteModel:
         return self.elastic + self.support_stiffness * self.supports.T @ self.supports
 
     def _support_dashpot(self, time_step: float) -> float:
-        """Return the dashpot of each support for the velocity at the end of a step, N s/m."""
+        """Return the dashpot of a support for velocities at the end of a step, N s/m."""
         return (1 - self.scheme.chi) * self.support_stiffness * time_step
 
     def _sum_support_rows(self, axis: int) -> np.ndarray:
-        """Return the sum of the support rows along an axis, shape (6n,)."""
+        """Return the sum of the rows of `supports` along an axis, shape (6n,)."""
         return self.supports[self.support_axes == axis].sum(0)
 
     def row(self, place, axis: int = 0) -> np.ndarray:
-        """Return the row of the displacement of a point, by name or (block, place), on an axis."""
+        """Return the row that yields the displacement of a point along an axis, shape (6n,).
+
+        The point is a name or (block, position in m).
+        """
         block, where = self.points[place] if isinstance(place, str) else place
         return _shape_matrix(self.centroids, block, where)[axis]
 
     @cached_property
-    def _solve_modes(self) -> tuple[np.ndarray, np.ndarray]:
+    def _modes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return angular frequencies (rad/s) and mass-normalised shapes (columns)."""
         square, shapes = eigh(self.stiffness, self.mass)
         return np.sqrt(np.maximum(square, 0.0)), shapes
 
     @property
     def omega(self) -> np.ndarray:
         """Return the undamped angular frequencies, ascending, rad/s."""
-        return self._solve_modes[0]
+        return self._modes[0]
 
     @property
     def frequencies(self) -> np.ndarray:
@@ -130,23 +133,23 @@ class DiscreteModel:
 
     def mode(self, number: int) -> np.ndarray:
         """Return the mass-normalised shape of a mode, shape (6n,)."""
-        return self._solve_modes[1][:, number]
+        return self._modes[1][:, number]
 
     def share(self, axis: int) -> np.ndarray:
-        """Effective mass of each mode over the total, for motion along an axis."""
+        """Return the effective mass of each mode along an axis as a fraction of the total mass."""
         unit = np.zeros(len(self.mass))
         unit[axis::6] = 1.0
-        return (self._solve_modes[1].T @ self.mass @ unit) ** 2 / (unit @ self.mass @ unit)
+        return (self._modes[1].T @ self.mass @ unit) ** 2 / (unit @ self.mass @ unit)
 
     def first(self, axis: int) -> int:
-        """The mode with the most mass along an axis."""
+        """Return the number of the mode with the largest effective mass along an axis."""
         return int(np.argmax(self.share(axis)))
 
     def transfer(self, frequency, time_step: float, surface: str, base: str, loading: str):
         """Return the transfer function of the scheme between two points for motion in x.
 
-        With the factors w of `Scheme.steady`: [w_M M + K + (w_e k + w_d c) RᵀR] x = F, R the rows
-        of the supports.
+        It solves [w_M M + K + (w_e k + w_d c) RᵀR] x = F with the factors w of `Scheme.steady` and
+        the matrix R of the supports.
 
         Parameters
         ----------
@@ -157,9 +160,9 @@ class DiscreteModel:
         surface, base : str
             Measured points.
         loading : str
-            'displacement': of the fixed points; ratio of the two points' motions.
-            'acceleration': as body force in the frame of the base; 1 + relative acceleration of
-            the surface over the base's.
+            'displacement': the fixed points move; the result is the ratio of both motions.
+            'acceleration': a body force in the frame of the base; the result is 1 + relative
+            acceleration of the surface over acceleration of the base.
         """
         factors = self.scheme.steady(frequency, time_step)
         spring = (
@@ -182,22 +185,22 @@ class DiscreteModel:
         top = x @ self.row(surface)
         if loading == "displacement":
             return top / (x @ self.row(base))
-        # accelerations are measured as (v1 - v0)/Δt
+        # the engine computes accelerations as (v1 - v0)/Δt
         return 1 + top * factors.inertia / factors.end_stiffness
 
     def loaded(
         self, row: np.ndarray, force: np.ndarray, series, time_step: float, factor: float = 1.0
     ) -> np.ndarray:
-        """Return the displacement after each step under force × series, starting at rest.
+        """Return a displacement after each step under force × series, from rest.
 
         Parameters
         ----------
         row : ndarray, shape (6n,)
-            Measured quantity, see `row`.
+            Row of the displacement, see `row`.
         force : ndarray, shape (6n,)
-            Position of the force.
+            Unit force.
         series : array_like, shape (steps,)
-            Its factor in each step, at t₀ + θΔt.
+            Factor of the force at t₀ + θΔt in each step.
         time_step : float
             Δt, s.
         factor : float
@@ -210,14 +213,14 @@ class DiscreteModel:
         return self._step_modes(row, force, series, np.zeros(len(self.mass)), time_step, factor)
 
     def shaken(self, row: np.ndarray, motion, rate, time_step: float) -> np.ndarray:
-        """Return the displacement after each step when all fixed points move along x.
+        """Return a displacement after each step if all fixed points move along x.
 
         Parameters
         ----------
         row : ndarray, shape (6n,)
-            Measured quantity, see `row`.
+            Row of the displacement, see `row`.
         motion, rate : array_like, shape (steps + 1,)
-            Their displacement and its own velocity, m and m/s, from the start on.
+            Displacement (m) and velocity (m/s) of the fixed points from the start.
         time_step : float
             Δt, s.
 
@@ -227,11 +230,11 @@ class DiscreteModel:
         """
         chi, dashpot = self.scheme.chi, self._support_dashpot(time_step)
         motion, rate = np.array(motion, dtype=float), np.array(rate, dtype=float)
-        if chi > 0.5:  # the velocity of supports follows from their displacement, as that of blocks
+        if chi > 0.5:  # the scheme computes velocities of supports from their displacements
             for n, moved in enumerate(np.diff(motion)):
                 rate[n + 1] = moved / (chi * time_step) - (1 / chi - 1) * rate[n]
         push = self._sum_support_rows(0)
-        # the supports have the initial velocity from the first step on
+        # the supports have the initial velocity already in the first step
         weight = (1 - chi) * dashpot * time_step
         moving = np.linalg.solve(
             self.mass + weight * self.supports.T @ self.supports, weight * rate[0] * push
@@ -242,8 +245,8 @@ class DiscreteModel:
     def _step_modes(
         self, row, force, series, velocity, time_step: float, factor: float
     ) -> np.ndarray:
-        """Compute the steps in modal coordinates, in which M and K are diagonal."""
-        square, shapes = self.omega**2, self._solve_modes[1]
+        """Return a displacement after each step; computed in modal coordinates."""
+        square, shapes = self.omega**2, self._modes[1]
         theta, chi = self.scheme.theta, self.scheme.chi
         rows, k, c = (
             self.supports @ shapes,
@@ -252,7 +255,7 @@ class DiscreteModel:
         )
         momentum, back = 1 / (chi * time_step), (1 / chi - 1) * factor
         flexibility = 1 / (momentum / time_step + theta * square)
-        # K - k RᵀR acts at θ, the spring k and the dashpot c at the end
+        # forces of K - k RᵀR are those at t₀ + θΔt; forces of k and c are those at the end
         extra = (1 - theta) * k + c * momentum
         soft = rows * flexibility
         inside = np.linalg.inv(np.eye(len(rows)) + extra * soft @ rows.T) * extra
@@ -271,7 +274,7 @@ class DiscreteModel:
 
 
 def _shape_matrix(centroids: np.ndarray, block: int, place) -> np.ndarray:
-    """Return the matrix T of eq. 4 of the paper for a point, in the unknowns of all blocks."""
+    """Return the matrix T of eq. 4 of the paper for a point of a block, shape (2, 6n)."""
     x, y = np.asarray(place) - centroids[block]
     rows = np.zeros((2, 6 * len(centroids)))
     rows[:, 6 * block : 6 * block + 6] = [[1, 0, -y, x, 0, y / 2], [0, 1, x, 0, y, x / 2]]
@@ -279,7 +282,7 @@ def _shape_matrix(centroids: np.ndarray, block: int, place) -> np.ndarray:
 
 
 def _block_materials(parsed, count: int) -> list:
-    """Return the material of each block, in the order of the groups."""
+    """Return the &material of each block, in the order of the groups in the input."""
     materials = parsed.get("material", [])
     if len(materials) == 1:
         return materials * count
@@ -294,7 +297,7 @@ def _block_materials(parsed, count: int) -> list:
 
 
 def _area_moments(polygon: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-    """Return area, centroid and ∫(r - c)(r - c)ᵀ of a polygon, by triangles."""
+    """Return area (m²), centroid c (m) and ∫(r - c)(r - c)ᵀ (m⁴) of a polygon."""
     origin = polygon[0]
     a, b = polygon[1:-1] - origin, polygon[2:] - origin
     twice = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
@@ -307,7 +310,7 @@ def _area_moments(polygon: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
 
 
 def _mass_matrix(material, area: float, _centre, second: np.ndarray) -> np.ndarray:
-    """Return the mass matrix ρ ∫TᵀT about the centroid."""
+    """Return the mass matrix ρ ∫TᵀT of a block about its centroid, shape (6, 6)."""
     (xx, xy), (_, yy) = second
     matrix = np.zeros((6, 6))
     matrix[0, 0] = matrix[1, 1] = area
@@ -319,7 +322,7 @@ def _mass_matrix(material, area: float, _centre, second: np.ndarray) -> np.ndarr
 
 
 def _strain_stiffness(material, area: float) -> np.ndarray:
-    """Return the stiffness of the strains, area × D of plane stress."""
+    """Return the stiffness matrix of a block, area × D of plane stress, shape (6, 6)."""
     young, nu = material["young_modulus"], material["poisson_ratio"]
     matrix = np.zeros((6, 6))
     plane = np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]])
@@ -328,7 +331,7 @@ def _strain_stiffness(material, area: float) -> np.ndarray:
 
 
 def _add_contacts(stiffness, polygons, contacts, shape, springs) -> None:
-    """Add the normal and shear springs of the closed contacts that the engine lists."""
+    """Add normal and shear springs of the contacts of the engine to a stiffness matrix."""
     vertices = np.concatenate(polygons)
     owner = np.repeat(np.arange(len(polygons)), [len(polygon) for polygon in polygons])
     following = np.concatenate([np.roll(polygon, -1, axis=0) for polygon in polygons])
@@ -344,7 +347,7 @@ def _add_contacts(stiffness, polygons, contacts, shape, springs) -> None:
 
 
 def _support_rows(parsed, polygons, names, shape) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rows of the fixed directions of all fixed points, and the directions."""
+    """Return `supports` and `support_axes` of `DiscreteModel`."""
     rows, axes = [], []
     for group in parsed.get("fixed_point", []):
         both = shape(_block_at_point(group, polygons, names), (group["x"], group["y"]))
@@ -356,7 +359,7 @@ def _support_rows(parsed, polygons, names, shape) -> tuple[np.ndarray, np.ndarra
 
 
 def _block_at_point(group, polygons, names) -> int:
-    """Return the block of a point: by name, or the first block that contains the point."""
+    """Return the index of the block that a group names, or that contains its point."""
     if group.get("block"):
         return names.index(group["block"])
     place = Point(group["x"], group["y"])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Check the discussion of the paper: time step, block size and penalty (section 4)."""
+"""The discussion of the paper: time step, block size and penalty (section 4)."""
 
 from functools import cache
 
@@ -13,31 +13,32 @@ from ..compared import per_cent, show
 from ..runs import Task, input_file
 from .discrete import DiscreteModel
 
-_YOUNG, _DENSITY, _POISSON = 17e9, 2250.0, 0.22  # Pa, kg/m³, –; printed
-_SIDE, _DIAMETER = 0.5, 0.6  # m, printed: largest side, mean diameter
-_SPEED = 3000.0  # m/s, printed
-_PERIOD = 0.004  # s, printed
-_PAPER_OMEGA = 6.3  # Hz, used as ω_max in the paper
-_BEST = {"column": 4e8, "layers": 1.5e12}  # N/m, best fits printed (section 4, table I)
+_YOUNG, _DENSITY, _POISSON = 17e9, 2250.0, 0.22  # printed; Pa, kg/m³, –
+_SIDE, _DIAMETER = 0.5, 0.6  # printed largest side and mean diameter, m
+_SPEED = 3000.0  # printed wave speed, m/s
+_PERIOD = 0.004  # printed wave period, s
+_PAPER_OMEGA = 6.3  # frequency that the paper uses as ω_max, Hz
+_BEST = {"column": 4e8, "layers": 1.5e12}  # printed best penalties (section 4, table I), N/m
 _PENALTIES = (1e8, 4e8, 1e9, 1e10)  # N/m
 _STEPS = (1e-3, 1e-2)  # s
 _RECOMMENDED = {"1/12 [14]": 1 / 12, "1/16 [8]": 1 / 16, "1/20 [10, 19]": 1 / 20}  # η, section 2.2
 
 
 def tasks(quick: bool = False) -> list[Task]:
-    """Return the tasks: frequencies of the column from the engine's springs, without time steps."""
+    """Return the tasks: frequencies of the column at each penalty, by the discrete theory."""
     return [Task(k, _extreme_frequencies, {"k": k}, 0.3) for k in _PENALTIES]
 
 
 def _extreme_frequencies(k: float) -> dict:
-    """Return first and highest undamped angular frequency with closed joints, rad/s."""
-    omega = _make_column(k).omega
-    held = _make_column(k, 1.0).omega
+    """Return first and highest angular frequency of the column, also with soft supports, rad/s."""
+    omega = _discrete_column(k).omega
+    held = _discrete_column(k, 1.0).omega
     return {"first": float(omega[0]), "highest": float(omega[-1]), "without": float(held[-1])}
 
 
 @cache
-def _make_column(k: float, ratio: float = 100.0) -> DiscreteModel:
+def _discrete_column(k: float, ratio: float = 100.0) -> DiscreteModel:
+    """Return the column at a penalty (N/m); `ratio`: stiffness of fixed points over penalty."""
     contact = {"normal_stiffness": k, "fixed_point_ratio": ratio}
     return DiscreteModel.of(input_file("avdat.nml"), contact=contact)
 
@@ -45,7 +46,10 @@ def _make_column(k: float, ratio: float = 100.0) -> DiscreteModel:
 @study("Discussion: ω_max, CFL, η and the penalty (section 4)", tasks)
 def discussion(found: dict) -> Outcome:
     """Compose rows, tables and pictures."""
-    done = Outcome(text=_describe_study())
+    done = Outcome(text=[
+        "The paper checks its time steps with equations 13 and 14 and its blocks with equation 12."
+        " Here the same checks with ω_max as it is: the highest frequency of K x = ω² M x."
+    ])  # fmt: skip
     _add_resolution_rows(done, found)
     _add_size_rows(done)
     _add_penalty_rows(done)
@@ -53,20 +57,13 @@ def discussion(found: dict) -> Outcome:
         picture("discussion_damping", "Damping ratio by the scheme over frequency, and where a mode"
                 " stops swinging (ωΔt = 4, eq. 13).", _draw_damping),
         picture("discussion_omega", "First and highest frequency of the column over penalty, with"
-                " the limits 4/Δt of eq. 13.", _draw_omega, found),
+                " the limits 4/Δt of eq. 13.", _draw_frequencies, found),
     ]  # fmt: skip
     return done
 
 
-def _describe_study() -> list[str]:
-    return [
-        "The paper checks its time steps with equations 13 and 14 and its blocks with equation 12."
-        " Here the same checks with ω_max as it is: the highest frequency of K x = ω² M x."
-    ]
-
-
 def _add_resolution_rows(done: Outcome, found: dict) -> None:
-    """Evaluate equations 13 and 14."""
+    """Compare the largest time steps of equations 13 and 14."""
     at_best = found[_BEST["column"]]
     highest = at_best["highest"] / (2 * np.pi)
     shear = np.sqrt(_YOUNG / 2 / (1 + _POISSON) / _DENSITY)
@@ -108,7 +105,7 @@ def _add_resolution_rows(done: Outcome, found: dict) -> None:
 
 
 def _add_size_rows(done: Outcome) -> None:
-    """Evaluate equation 12."""
+    """Compare the block size with the wavelength by equation 12."""
     modulus = _YOUNG / 2 / (1 + _POISSON)
     length = _PERIOD * np.sqrt(modulus / _DENSITY)
     eta = _SIDE / length
@@ -123,7 +120,7 @@ def _add_size_rows(done: Outcome) -> None:
 
 
 def _add_penalty_rows(done: Outcome) -> None:
-    """Compare best-fit penalties with Shi's k = E·L."""
+    """Compare the best penalties of the paper with Shi's k = E·L."""
     shi = _YOUNG * _DIAMETER
     layers = 4.788e9 * 15.0
     done.compare("Shi's k = E·L of the column (N/m)", "section 4", 1e10, shi, shi,
@@ -144,17 +141,13 @@ def _add_penalty_rows(done: Outcome) -> None:
         f" {per_cent(float(scheme_damping(4.3, 1e-3)))} at 1 ms.",
         "CFL (eq. 14) and 4/ω_max are limits of accuracy for waves and contacts, not of stability:"
         " the scheme is implicit, and Table IV settles at steps far beyond both (ωΔt up to"
-        f" {show(max(_STEPS) * _make_column(_PENALTIES[-1]).omega[-1], 2)} at 1e10 N/m and 10 ms).",
+        f" {show(max(_STEPS) * _discrete_column(_PENALTIES[-1]).omega[-1], 2)} at 1e10 N/m and"
+        " 10 ms).",
     ]
 
 
-# ---------------------------------------------------------------------------------------------
-# Pictures
-# ---------------------------------------------------------------------------------------------
-
-
 def _free_damping(frequency, time_step: float) -> np.ndarray:
-    """Return the damping ratio of free modes (Hz) by the DDA scheme at a time step (s)."""
+    """Return the damping ratio of the DDA scheme for free vibrations (Hz) at a time step (s)."""
     return Scheme().vibration(frequency, time_step).damping
 
 
@@ -175,7 +168,7 @@ def _draw_damping(drawing) -> None:
         axis.legend(loc="lower right")
 
 
-def _draw_omega(drawing, found) -> None:
+def _draw_frequencies(drawing, found) -> None:
     penalties = sorted(found)
     with small_axes(drawing, size=(6.2, 3.4)) as axis:
         for name, color in (("highest", BLUE), ("first", RED)):

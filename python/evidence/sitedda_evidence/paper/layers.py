@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Compare the 15 layers of the paper with SHAKE (figures 12 to 16, tables I and II)."""
+"""The 15 layers of the paper and SHAKE (figures 12 to 16, tables I and II)."""
 
 from dataclasses import replace
 from functools import cache
@@ -19,17 +19,17 @@ from ..compared import per_cent
 from ..runs import Task, input_file
 from .discrete import DiscreteModel
 
-_STEP = 1e-3  # s, table I
-_BAND = (1.0, 25.0)  # Hz, range of the search of the peak, about as in figures 15 and 16
+_STEP = 1e-3  # time step of table I, s
+_BAND = (1.0, 25.0)  # band in which the peak is searched, similar to figures 15 and 16, Hz
 _TABLES = {
     1: {"input": "layers_table1.nml", "figure": "Fig. 15", "dda": (13.95, 29.07),
         "shake": (14.21, 28.93), "damping": None, "where": "uniform, table I"},
     2: {"input": "layers_table2.nml", "figure": "Fig. 16", "dda": (14.23, 28.76),
         "shake": (14.50, 27.79), "damping": 0.023, "where": "table II"},
 }  # frequency (Hz), amplification and damping as printed in section 2.3  # fmt: skip
-_DDA_LIMITS = (0.002, 0.01)  # errors of frequency and amplification, paper's DDA
-_SHAKE_LIMITS = (0.003, 0.008)  # errors with respect to SHAKE of the paper
-_NOISE = {"samples": 3000, "time_step": 0.01, "seed": 4}  # seed of the synthetic motion
+_DDA_LIMITS = (0.002, 0.01)  # largest errors of frequency and amplification, DDA of the paper
+_SHAKE_LIMITS = (0.003, 0.008)  # the same, SHAKE of the paper
+_NOISE = {"samples": 3000, "time_step": 0.01, "seed": 4}  # white noise
 
 
 def tasks(quick: bool = False) -> list[Task]:
@@ -41,20 +41,20 @@ def tasks(quick: bool = False) -> list[Task]:
 
 
 def _run_layers(table: int, loading: str) -> dict:
-    """Run a model; return accelerations of the points in x (m/s²), and its 1-D column."""
+    """Run the layers of a table; return accelerations of points (m/s²), and the 1-D column."""
     changes = {}
     if loading == "acceleration":
         changes = {"base_motion_x": "earthquake", "fixed_point[*]": {"motion_x": ""}}
     elif loading == "noise":
-        changes = {"motion": _make_noise()}
+        changes = {"motion": _noise_motion()}
     history = run(input_file(_TABLES[table]["input"]), **changes).history
     points = ("base", "middle", "surface")
     result = {name: history.acceleration.sel(point=name).isel(axis=0).values for name in points}
     return result | {"column": layered_soils(history, "surface", "base")[0]}
 
 
-def _make_noise() -> dict:
-    """Return a synthetic motion instead of the record: white noise of accelerations."""
+def _noise_motion() -> dict:
+    """Return the values of &motion for white noise of accelerations."""
     random = np.random.default_rng(_NOISE["seed"])
     values = random.standard_normal(_NOISE["samples"])
     return {"file": None, "format": None, "unit": "m/s2", "quantity": "acceleration",
@@ -62,7 +62,7 @@ def _make_noise() -> dict:
 
 
 def _ground_motion() -> dict:
-    """Return the ground motion: acceleration (m/s²) and displacement (m) at each step."""
+    """Return the ground motion: acceleration, velocity and displacement at each step (SI)."""
     history = run(input_file("ground.nml")).history
     take = {name: -history[name].isel(point=0, axis=0).values
             for name in ("acceleration", "velocity", "displacement")}  # fmt: skip
@@ -70,23 +70,23 @@ def _ground_motion() -> dict:
 
 
 @cache
-def _make_model(table: int) -> DiscreteModel:
+def _discrete_model(table: int) -> DiscreteModel:
     return DiscreteModel.of(input_file(_TABLES[table]["input"]))
 
 
 @cache
 def _discrete_peak(table: int, point: str, loading: str = "displacement"):
-    """Return the peak of the exact discrete transfer function."""
-    model = _make_model(table)
+    """Return the peak of the exact discrete transfer function from the base to a point."""
+    model = _discrete_model(table)
     return refined_peak(
         lambda f: model.transfer(f, _STEP, point, "base", loading), (13.0, 15.5), 50
     )
 
 
 def _measure_amplification(result: dict, point: str, ground: dict | None = None):
-    """Return the amplification of a point over the base, and its peak."""
+    """Return frequencies (Hz) and amplification from the base to a point, and its peak."""
     above, below = result[point], result["base"]
-    if ground is not None:  # in the frame of the base: add its motion
+    if ground is not None:  # accelerations are relative to the base, whose motion is added
         below = ground["acceleration"]
         above = above + below
     frequency, ratio = amplification(above, below, _STEP)
@@ -94,12 +94,12 @@ def _measure_amplification(result: dict, point: str, ground: dict | None = None)
 
 
 @cache
-def _shake_column(column: Column, damping: float, convention: str = "shake") -> Column:
+def _damped_column(column: Column, damping: float, convention: str = "shake") -> Column:
     return Column([replace(layer, damping=damping) for layer in column.layers], "rigid", convention)
 
 
-def _printed_damping(table: int) -> float:
-    """Return the damping ratio for SHAKE: as printed, otherwise that of the scheme, rounded."""
+def _shake_damping(table: int) -> float:
+    """Return the printed damping ratio for SHAKE, or else the rounded one of the scheme."""
     printed = _TABLES[table]["damping"]
     return printed or round(float(scheme_damping(_TABLES[table]["dda"][0], _STEP)), 3)
 
@@ -108,28 +108,25 @@ def _printed_damping(table: int) -> float:
 def layers(found: dict) -> Outcome:
     """Compose rows, requirements and pictures from the runs."""
     ground = found.pop("ground")
-    done = Outcome(text=_describe_study())
-    for table in _TABLES:
-        _add_dda_rows(done, table, found)
-        _add_shake_rows(done, table, found[(table, "displacement")]["column"])
-        _add_loading_row(done, table, found, ground)
-    _add_sensitivity_rows(done, found)
-    _add_notes(done, found)
-    done.pictures = _make_pictures(found, ground)
-    return done
-
-
-def _describe_study() -> list[str]:
-    return [
+    done = Outcome(text=[
         "Fifteen layers of 15 m × 1 m on a shaken base block, k = 1500 GN/m, Δt = 1 ms, 60,000"
         " steps, damping by the scheme alone. “Theory” is the exact discrete one: K and M of the"
         " blocks and springs, one complex solve per frequency.",
         "The paper's record (Chi-Chi 1999, ALS, E) is not free to pass on; a Loma Prieta 1989"
         " record of the USGS takes its place. A second, made-up motion gives the same peak.",
-    ]
+    ])  # fmt: skip
+    for table in _TABLES:
+        _add_dda_rows(done, table, found)
+        _add_shake_rows(done, table, found[(table, "displacement")]["column"])
+        _add_loading_row(done, table, found, ground)
+    _add_noise_row(done, found)
+    _add_notes(done, found)
+    done.pictures = _make_pictures(found, ground)
+    return done
 
 
 def _add_dda_rows(done: Outcome, table: int, found: dict) -> None:
+    """Compare the run with theory and with DDA of the paper."""
     case = _TABLES[table]
     result = found[(table, "displacement")]
     printed = dict(zip(("frequency", "amplitude"), case["dda"], strict=True))
@@ -154,10 +151,11 @@ def _add_dda_rows(done: Outcome, table: int, found: dict) -> None:
 
 
 def _add_shake_rows(done: Outcome, table: int, column: Column) -> None:
+    """Compare the 1-D column with SHAKE of the paper."""
     case = _TABLES[table]
-    damping = _printed_damping(table)
-    peak = _shake_column(column, damping).peak()
-    other = _shake_column(column, damping, "shake91").peak()
+    damping = _shake_damping(table)
+    peak = _damped_column(column, damping).peak()
+    other = _damped_column(column, damping, "shake91").peak()
     closed = _closed_form_peak(column, damping)
     source = "printed" if case["damping"] else "the scheme's at the peak, rounded"
     place = f"{case['figure']}, SHAKE"
@@ -179,7 +177,7 @@ def _add_shake_rows(done: Outcome, table: int, column: Column) -> None:
 
 
 def _closed_form_peak(column: Column, damping: float):
-    """Return the peak of eq. 10 of the paper for a uniform column; otherwise None."""
+    """Return the peak of eq. 10 of the paper if the column is uniform; otherwise None."""
     if len({layer.shear_velocity for layer in column.layers}) > 1:
         return None
     speed = column.depth / column.travel_time
@@ -213,7 +211,8 @@ def _add_loading_row(done: Outcome, table: int, found: dict, ground: dict) -> No
     )
 
 
-def _add_sensitivity_rows(done: Outcome, found: dict) -> None:
+def _add_noise_row(done: Outcome, found: dict) -> None:
+    """Compare the amplification of white noise with that of the record."""
     peaks = [
         _measure_amplification(found[(1, kind)], "middle")[2] for kind in ("displacement", "noise")
     ]
@@ -230,14 +229,15 @@ def _add_sensitivity_rows(done: Outcome, found: dict) -> None:
 
 
 def _add_notes(done: Outcome, found: dict) -> None:
+    """Add notes on contact springs, order of the layers of table II, and damping."""
     uniform, column = (found[(table, "displacement")]["column"] for table in _TABLES)
-    turned = _shake_column(replace(column, layers=column.layers[::-1]), _printed_damping(2))
-    right = _shake_column(column, _printed_damping(2)).peak()
+    turned = _damped_column(replace(column, layers=column.layers[::-1]), _shake_damping(2))
+    right = _damped_column(column, _shake_damping(2)).peak()
     stiff = DiscreteModel.of(input_file(_TABLES[1]["input"]), contact={"normal_stiffness": 1.5e15})
     done.notes += [
         "DDA resonates lower than SHAKE because the contact springs, two at each of 15 joints, add"
-        f" to the compliance of the layers: {_make_model(1).frequencies[0]:.2f} Hz undamped at the"
-        f" paper's k = 1500 GN/m, {stiff.frequencies[0]:.2f} Hz at a thousand times that, the"
+        f" to the compliance of the layers: {_discrete_model(1).frequencies[0]:.2f} Hz undamped at"
+        f" the paper's k = 1500 GN/m, {stiff.frequencies[0]:.2f} Hz at a thousand times that, the"
         f" continuum's √(G/ρ)/4H being {0.25 / uniform.travel_time:.2f} Hz.",
         "Table II counts its layers from the top: from the base the twin's peak would lie at"
         f" {turned.peak().frequency:.2f} Hz and not at {right.frequency:.2f} Hz"
@@ -248,18 +248,14 @@ def _add_notes(done: Outcome, found: dict) -> None:
     ]
 
 
-# ---------------------------------------------------------------------------------------------
-# Pictures
-# ---------------------------------------------------------------------------------------------
-
-
 def _make_pictures(found: dict, ground: dict) -> list[Picture]:
+    """Return the pictures of the ground motion and of the amplification of both tables."""
     spectra = [
         picture(
             f"layers_fig{14 + table}",
             f"{_TABLES[table]['figure'].replace('Fig.', 'Figure')}: amplification,"
             f" {_TABLES[table]['where']}; circles are the paper's peaks.",
-            _draw_spectrum,
+            _draw_amplification,
             table,
             found,
             ground,
@@ -270,13 +266,13 @@ def _make_pictures(found: dict, ground: dict) -> list[Picture]:
         "layers_fig14",
         "Figure 14 with the record used here: acceleration and the displacement that moves the"
         " fixed points.",
-        _draw_motion,
+        _draw_ground_motion,
         ground,
     )
     return [motion, *spectra]
 
 
-def _draw_motion(drawing, ground) -> None:
+def _draw_ground_motion(drawing, ground) -> None:
     with small_axes(drawing, 3, 1, size=(7.0, 4.2), sharex=True) as axes:
         for axis, name, label, color in zip(
             axes, ("acceleration", "velocity", "displacement"), ("a (m/s²)", "v (m/s)", "d (m)"),
@@ -287,20 +283,20 @@ def _draw_motion(drawing, ground) -> None:
         axes[-1].set_xlabel("time (s)")
 
 
-def _draw_spectrum(drawing, table, found, ground) -> None:
+def _draw_amplification(drawing, table, found, ground) -> None:
     case = _TABLES[table]
     result = found[(table, "displacement")]
     frequency, ratio, peak = _measure_amplification(result, "middle")
     band = (frequency >= _BAND[0]) & (frequency <= _BAND[1])
     band[::2] = False
-    shake = _shake_column(result["column"], _printed_damping(table))
+    shake = _damped_column(result["column"], _shake_damping(table))
     with small_axes(drawing, size=(6.8, 3.9)) as axis:
         axis.plot(frequency[band], ratio[band], color=BLUE, lw=2, label="sitedda, displacement")
         _, other, _ = _measure_amplification(found[(table, "acceleration")], "middle", ground)
         axis.plot(frequency[band], other[band], ":", color=COLORS[1], lw=1.6,
                   label="sitedda, acceleration")  # fmt: skip
         axis.plot(frequency[band], abs(shake.transfer(frequency[band])), "--", color=RED,
-                  lw=1.2, label=f"SHAKE twin, D = {per_cent(_printed_damping(table))}")  # fmt: skip
+                  lw=1.2, label=f"SHAKE twin, D = {per_cent(_shake_damping(table))}")  # fmt: skip
         for (x, y), name, face in ((case["dda"], "DDA", BLUE), (case["shake"], "SHAKE", "w")):
             axis.plot(x, y, "o", ms=7, mfc=face, mec=INK, label=f"paper, {name}: {y} at {x} Hz")
         axis.set(xlabel="frequency (Hz)", ylabel="spectral amplification", xlim=_BAND,

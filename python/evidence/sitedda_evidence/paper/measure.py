@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measurements on histories shared by several studies."""
+"""Measurements on histories."""
 
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
@@ -10,20 +10,20 @@ _ORDER = 6  # order of the zero-phase Butterworth filter that removes higher mod
 
 
 def first_mode_decay(time, x, frequency: float, cutoff: float, trim: float = 4.0) -> Decrement:
-    """Return the decrement of the lowest mode in a free decay (eq. 11), without higher modes.
+    """Return the decrement of the lowest mode in a free decay (eq. 11).
 
-    A filter without phase leaves the decay rate of a mode as it is; only its ends are cut off.
+    A zero-phase filter removes higher modes without a change of the decay rate.
 
     Parameters
     ----------
     time, x : array_like, shape (m,)
         Free decay, s and any unit.
     frequency : float
-        About where the mode lies, Hz.
+        Approximate frequency of the lowest mode, Hz.
     cutoff : float
-        Hz, between the lowest mode and the next.
+        Frequency between the two lowest modes, Hz.
     trim : float
-        Periods cut off at both ends after filtering.
+        Number of periods removed at both ends after filtering.
     """
     time, x = np.asarray(time), np.asarray(x)
     step = (time[-1] - time[0]) / (time.size - 1)
@@ -33,7 +33,7 @@ def first_mode_decay(time, x, frequency: float, cutoff: float, trim: float = 4.0
 
 
 def sub_sample_maximum(time, x) -> tuple[float, float]:
-    """Return time and height of the highest sample, refined by a parabola."""
+    """Return time and value of the maximum of a series, interpolated by a parabola."""
     x = np.asarray(x)
     i = int(np.argmax(x))
     if i in (0, x.size - 1):

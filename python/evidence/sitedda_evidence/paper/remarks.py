@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Check remarks of the paper without figure or table, each by a short run."""
+"""Remarks of the paper without figure or table; a short run checks each remark."""
 
 import numpy as np
 from scipy.linalg import eigh
@@ -17,18 +17,18 @@ from ..runs import Task, input_file
 from . import avdat, shear_wave
 from .discrete import DiscreteModel
 
-_YOUNG, _LAYER, _SPEED = 4.788e9, 15.0, 851.3  # Pa, m, m/s: properties of the layers, table I
-_SHAKE = (14.21, 28.93)  # Hz, amplification, printed for SHAKE
-_PENALTIES = (1e8, 4e8, 1e9)  # N/m, of table V
+_YOUNG, _LAYER, _SPEED = 4.788e9, 15.0, 851.3  # E (Pa), width (m), V_s (m/s) of the layers, table I
+_SHAKE = (14.21, 28.93)  # frequency (Hz) and amplification printed for SHAKE
+_PENALTIES = (1e8, 4e8, 1e9)  # penalties of table V, N/m
 _RATIOS = (10, 12, 16, 20)  # wavelength over block size, section 2.2
-_PER_PERIOD = (20, 100)  # steps in a period, section 2.2
-_FRONT = (1e-4, 1e-5, 1e-6)  # s
-_MIDDLES = (3.4, 4.75)  # Hz, of the two measured bands
+_PER_PERIOD = (20, 100)  # steps per period, section 2.2
+_FRONT = (1e-4, 1e-5, 1e-6)  # time steps for the wave front, s
+_MIDDLES = (3.4, 4.75)  # centres of the two measured bands, Hz
 _NOISE = {"time_step": 2e-3, "steps": 30000}
 _RIGID = {"normal_stiffness": 1e12, "penetration_tolerance": 1e-10}
 _TURN_ON = {"duration": 1.5, "penetration_tolerance": 1e-10}
 _TURNED_ON = {1e-3: (2.0, 8.0), 1e-2: (0.5, 1.0)}  # Δt (s): range of times of table IV, s
-_ENDS = (1e8, 1e10)  # N/m
+_ENDS = (1e8, 1e10)  # smallest and largest penalty of table IV, N/m
 _LAYER_RUNS = {"direct": {"solver": "direct"}, "sor": {"solver": "sor"},
                "rigid": {"solver": "direct", "penetration_tolerance": 1e-10}}  # fmt: skip
 
@@ -54,7 +54,7 @@ def tasks(quick: bool = False) -> list[Task]:
 
 
 def _simulate_wave(case: tuple) -> dict:
-    """Simulate the triangle of figure 8 as S or P wave; return its loss at M1 and its ripple."""
+    """Run figure 8 as S or P wave; return loss and ripple at M1 as fractions of the amplitude."""
     kind, ratio, step = case
     changes = shear_wave.wave_changes(("triangle", ratio, step, 100.0, 0.004))
     if kind == "P":
@@ -68,7 +68,7 @@ def _simulate_wave(case: tuple) -> dict:
 
 
 def _free_vibration_frequency(contact: dict, duration: float = 5.0, band=(0.5, 20.0)) -> float:
-    """Return the frequency of the column after a push, with a time step of 1e-4 s, Hz."""
+    """Return the frequency of the free vibration of the column after a push, Hz (Δt = 1e-4 s)."""
     push = {"time": [0, 0, 0.02, 0.02], "force_x": [0.0, 1e3, 1e3, 0.0], "force_y": [0.0] * 4}
     history = run(input_file("avdat.nml"), time_step=1e-4, max_displacement_ratio=1e-3, settle=True,
                   duration=duration, contact=contact, load=push).history  # fmt: skip
@@ -79,8 +79,8 @@ def _free_vibration_frequency(contact: dict, duration: float = 5.0, band=(0.5, 2
 def _bending_frequencies(k: float) -> tuple[float, float]:
     """Return the first frequency with drums as single blocks and as meshed bodies, Hz.
 
-    A joint of n + 1 contacts turns with K Σ sᵢ xᵢ², sᵢ their tributary lengths: K is such that this
-    is that of the contacts at both ends.
+    The rotational stiffness of a joint, K Σ sᵢ xᵢ² with tributary lengths sᵢ of contacts, is the
+    same in both models.
     """
     found = []
     for parts in (1, 3):
@@ -95,7 +95,7 @@ def _bending_frequencies(k: float) -> tuple[float, float]:
 
 
 def _noise_peak_frequency(frequency: float) -> float:
-    """Return the peak of the top spectrum over the base spectrum under base noise, Hz."""
+    """Return the peak frequency of the ratio of top to base spectrum under noise, Hz."""
     stiffness = 2.12e8 / (avdat.WIDTH / 2) * (frequency / _MIDDLES[0]) ** 2
     model = avdat.column(stiffness, settle=True, **_NOISE)
     values = np.random.default_rng(1).standard_normal(_NOISE["steps"]) * 1e-3
@@ -112,20 +112,20 @@ def _noise_peak_frequency(frequency: float) -> float:
 
 
 def _layer_accelerations(changes: dict) -> np.ndarray:
-    """Return the acceleration of the top layer of table I during 5 s, m/s²."""
+    """Run the layers of table I for 5 s; return the acceleration of the top layer, m/s²."""
     history = run(input_file("layers_table1.nml"), changes=changes, steps=5000).history
     return history.acceleration.sel(point="middle").isel(axis=0).values
 
 
 def _exact_peak(k: float):
-    """Return the peak of the exact transfer function of the layers of table I at a penalty."""
+    """Return the peak of the exact transfer function of table I at a penalty (N/m)."""
     model = DiscreteModel.of(input_file("layers_table1.nml"), contact={"normal_stiffness": k})
     return refined_peak(lambda f: model.transfer(f, 1e-3, "middle", "base", "displacement"),
                         (11.0, 15.5), 30)  # fmt: skip
 
 
 def _engine_transfer_peak(**changes):
-    """Return the peak of the engine's transfer function of the layers of table I."""
+    """Return the peak of the transfer function of the engine for table I with changes."""
     return refined_peak(
         lambda f: transfer(input_file("layers_table1.nml"), f, "middle", changes=changes),
         (13.0, 15.5), 30,
@@ -133,15 +133,15 @@ def _engine_transfer_peak(**changes):
 
 
 def _first_frequency(k: float) -> float:
-    """Return the first frequency of the column, Hz."""
+    """Return the first frequency of the column with closed joints at a penalty (N/m), Hz."""
     return float(avdat.closed_column(k).frequencies[0])
 
 
 def _non_classical_damping() -> tuple[float, float]:
-    """Return the damping ratio of soft on stiff layers by energies and by complex eigenvalues."""
+    """Return damping ratios of soft on stiff layers: by energies, and by complex eigenvalues."""
     size, ends = 15, [10, 5]
     stiffness, ratio = np.repeat([1.0, 0.1], ends), np.repeat([0.01, 0.1], ends)
-    shear = np.eye(size) - np.eye(size, k=-1)  # of each layer by displacements of its ends
+    shear = np.eye(size) - np.eye(size, k=-1)  # strains of layers from displacements of nodes
     whole, mass = shear.T @ np.diag(stiffness) @ shear, np.diag([1.0] * (size - 1) + [0.5])
     squares, shapes = eigh(whole, mass)
     omega, shape = np.sqrt(squares[0]), shapes[:, 0]
@@ -153,12 +153,12 @@ def _non_classical_damping() -> tuple[float, float]:
 
 
 def _restitutions(omega: float) -> np.ndarray:
-    """Return the restitutions of a mass on a penalty spring in DDA over impact times in a step."""
+    """Return restitutions of a mass on a penalty spring in DDA, for 20 impact times in a step."""
     found = []
     for start in (np.arange(20) + 0.5) / 20:
         gap, velocity = start, -1.0
         for _ in range(100 + int(20 / omega)):
-            moved = velocity  # Δt = 1: free, then closed if it ends below
+            moved = velocity  # free motion with Δt = 1; the spring acts if it ends below 0
             if gap + moved < 0:
                 moved = (2 * velocity - omega**2 * gap) / (2 + omega**2)
             gap, velocity = gap + moved, 2 * moved - velocity
@@ -175,7 +175,7 @@ def remarks(found: dict) -> Outcome:
     _add_contact_rows(done, found)
     _add_damping_rows(done)
     _add_wave_rows(done, found)
-    _add_field_rows(done, found)
+    _add_column_rows(done, found)
     done.pictures = [picture("remarks_rebound", "Restitution of a penalty contact over Ω = Δt"
                              " √(k/m): mean and range over the time of impact within a step.",
                              _draw_restitutions)]  # fmt: skip
@@ -183,6 +183,7 @@ def remarks(found: dict) -> Outcome:
 
 
 def _add_contact_rows(done: Outcome, found: dict) -> None:
+    """Compare rigid joints, solvers and the amplification at the best penalty."""
     shear, rigid = _first_frequency(1e14), found["rigid"]
     direct = found["layers", "direct"]
     apart, bonded = (float(abs(found["layers", name] - direct).max() / abs(direct).max())
@@ -224,6 +225,7 @@ def _add_contact_rows(done: Outcome, found: dict) -> None:
 
 
 def _add_damping_rows(done: Outcome) -> None:
+    """Compare lumped masses, material damping and non-classical damping."""
     kh = np.pi / 2 / 15
     chain = 2 * np.sin(kh / 2)
     material = {"damping_ratio": 0.022, "reference_frequency": 14.0}
@@ -249,6 +251,7 @@ def _add_damping_rows(done: Outcome) -> None:
 
 
 def _add_wave_rows(done: Outcome, found: dict) -> None:
+    """Compare losses of S and P waves, ripples of the front, and thin layers."""
     cells = [
         [f"1/{ratio}", *(f"{100 * found['wave', kind, ratio, 0.004 / n]['loss']:.1f}"
                          for kind in "SP" for n in _PER_PERIOD)]
@@ -274,7 +277,7 @@ def _add_wave_rows(done: Outcome, found: dict) -> None:
 
 
 def _layered_frequency(thickness: float) -> float:
-    """Return the first frequency of the layers of table I with another thickness, Hz."""
+    """Return the first frequency of table I with layers of another thickness (m), Hz."""
     count = round(15 / thickness)
     changes = {"layers.layer": {"thickness": thickness, "count": count},
                "measured_point.middle": {"y": 15 - thickness / 2, "block": f"layer_{count}"},
@@ -282,7 +285,8 @@ def _layered_frequency(thickness: float) -> float:
     return float(modes(input_file("layers_table1.nml"), 1, changes=changes).frequency[0])
 
 
-def _add_field_rows(done: Outcome, found: dict) -> None:
+def _add_column_rows(done: Outcome, found: dict) -> None:
+    """Compare frequencies of the column of Avdat: small steps, bending drums, noise."""
     for k in _PENALTIES:
         done.compare(f"dominant frequency at k = {k:.0e} N/m, Δt = 1e-4 s (Hz)", "Table V, “not"
             " shown”", avdat.printed_range(k), _first_frequency(k), found["fine", k],

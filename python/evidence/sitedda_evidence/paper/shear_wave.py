@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reproduce the shear wave in a stack of layers (figures 7 to 11, equations 12 to 17)."""
+"""The shear wave of the paper in a stack of layers (figures 7 to 11, equations 12 to 17)."""
 
 from functools import cache
 
@@ -17,19 +17,19 @@ from .discrete import DiscreteModel
 from .measure import sub_sample_maximum
 
 _INPUT = "shear_wave.nml"
-_PERIOD = 0.004  # s, the only wave period that the paper prints (its discussion)
-_DENSITY, _POISSON, _SIZE, _WIDTH = 2643.0, 0.25, 1.0, 15.0  # of the input
-_DISTANCE = 14.5  # m from the base block, made rigid by fixed points, to M1
-_RATIOS = (4, 8, 16, 32, 64)  # λ/Δx: the four ratios of the paper and larger ones
-_WIDE = {"width": 60.0, "penalty": 400.0, "ratios": (32, 64, 128)}  # m, E: for longer waves
-_PRINTED = (4, 8, 16, 32)
-_STEPS = (1e-5, 1e-4)  # s, figure 9
+_PERIOD = 0.004  # only wave period that the paper prints (in its discussion), s
+_DENSITY, _POISSON, _SIZE, _WIDTH = 2643.0, 0.25, 1.0, 15.0  # of the input: kg/m³, –, m, m
+_DISTANCE = 14.5  # distance from the base block, which fixed points make rigid, to M1, m
+_RATIOS = (4, 8, 16, 32, 64)  # λ/Δx: ratios of the paper, and 64
+_WIDE = {"width": 60.0, "penalty": 400.0, "ratios": (32, 64, 128)}  # for longer waves: m, E, λ/Δx
+_PRINTED = (4, 8, 16, 32)  # λ/Δx of the paper
+_STEPS = (1e-5, 1e-4)  # time steps of figure 9, s
 _AMPLITUDE = 1e-3  # m
-_PENALTY = 100.0  # times Young's modulus
-_PENALTIES = (1.0, 10.0, 40.0, 100.0, 300.0, 1000.0)
-_AFTER = 1.25  # periods recorded after the arrival of the wave, before reflections return
-_PERIODS = (0.004, 0.01, 0.02)  # s, for the sensitivity
-_SLOWER = 32  # λ/Δx at which speed is measured
+_PENALTY = 100.0  # penalty over Young's modulus
+_PENALTIES = (1.0, 10.0, 40.0, 100.0, 300.0, 1000.0)  # penalties over Young's modulus
+_AFTER = 1.25  # number of recorded periods after the arrival of the wave, before reflections
+_PERIODS = (0.004, 0.01, 0.02)  # periods of the sensitivity study, s
+_SLOWER = 32  # λ/Δx in the measurement of wave speed
 
 
 def tasks(quick: bool = False) -> list[Task]:
@@ -41,22 +41,24 @@ def tasks(quick: bool = False) -> list[Task]:
         cases += [("triangle", 32, s, _PENALTY, p) for s in _STEPS for p in _PERIODS[1:]]
         cases += [_wide_stack_case(ratio, step) for ratio in _WIDE["ratios"] for step in _STEPS]
     return [
-        Task(case, _run_case, {"case": case}, _estimated_cost(case))
+        Task(case, _run_case, {"case": case}, _run_time_estimate(case))
         for case in dict.fromkeys(cases)
     ]
 
 
 def _wide_stack_case(ratio: int, step: float) -> tuple:
-    """Return the case of a wider stack with the same stiffness per metre of width."""
+    """Return the case of a wide stack with the same joint stiffness per metre of width."""
     return ("wide triangle", ratio, step, _WIDE["penalty"], _PERIOD)
 
 
-def _estimated_cost(case: tuple) -> float:
+def _run_time_estimate(case: tuple) -> float:
+    """Return the estimated computing time of a case, s."""
     _, ratio, step, _, period = case
     return _case_duration(ratio, period) / step * 2e-4
 
 
 def _case_duration(ratio: float, period: float) -> float:
+    """Return the simulated time until `_AFTER` periods after the arrival of the wave, s."""
     return (1.3 * _DISTANCE / (ratio * _SIZE) + 1 + _AFTER) * period
 
 
@@ -65,7 +67,7 @@ def _young_modulus(ratio: float, period: float) -> float:
     return 2 * (1 + _POISSON) * _DENSITY * (ratio * _SIZE / period) ** 2
 
 
-def _pulse(shape: str, period: float) -> tuple[np.ndarray, float]:
+def _incident_motion(shape: str, period: float) -> tuple[np.ndarray, float]:
     """Return samples of the incident motion (m) and their interval (s)."""
     spacing = period / 400
     phase = np.arange(401) / 400
@@ -80,9 +82,9 @@ def _width_changes(shape: str) -> dict:
 
 
 def wave_changes(case: tuple) -> dict:
-    """Return the changes of the input: shape, λ/Δx, Δt (s), penalty (E), period (s)."""
+    """Return the changes of the input for a case: shape, λ/Δx, Δt (s), penalty/E, period (s)."""
     shape, ratio, step, penalty, period = case
-    values, spacing = _pulse(shape, period)
+    values, spacing = _incident_motion(shape, period)
     young = _young_modulus(ratio, period)
     return _width_changes(shape) | {
         "time_step": step,
@@ -94,7 +96,7 @@ def wave_changes(case: tuple) -> dict:
 
 
 def _run_case(case: tuple) -> dict:
-    """Run a case; return time (s) and displacements in x of base and M1 (m)."""
+    """Run a case; return time (s) and displacements of base and M1 along x (m)."""
     history = run(input_file(_INPUT), **wave_changes(case)).history
     take = {
         name: history.displacement.sel(point=name).isel(axis=0).values for name in ("base", "M1")
@@ -102,14 +104,9 @@ def _run_case(case: tuple) -> dict:
     return take | {"time": history.time.values}
 
 
-# ---------------------------------------------------------------------------------------------
-# Theory
-# ---------------------------------------------------------------------------------------------
-
-
 @cache
 def _stack_model(penalty: float = _PENALTY, shape: str = "") -> DiscreteModel:
-    """Return the stack with λ/Δx = 1 in 1 s; its stiffness scales with ρ (λ/T)²."""
+    """Return the stack in units of the period: λ/Δx = 1 and T = 1 s."""
     young = _young_modulus(1.0, 1.0)
     return DiscreteModel.of(
         input_file(_INPUT),
@@ -120,25 +117,25 @@ def _stack_model(penalty: float = _PENALTY, shape: str = "") -> DiscreteModel:
 
 
 def _exact_motion(case: tuple, time: np.ndarray, point: str = "M1") -> np.ndarray:
-    """Return the displacement of a point by the exact discrete theory at the times of a run, m."""
+    """Return the displacement of a point by exact discrete theory at each step of a run, m."""
     return _scaled_displacement(case, point, time.size - 1)
 
 
 @cache
 def _scaled_displacement(case: tuple, point: str, steps: int) -> np.ndarray:
-    """Return the displacement at unit period, which `_exact_motion` scales in time."""
+    """Return the displacement of a point after each step, m; times are scaled by the period."""
     shape, ratio, step, penalty, period = case
     model = _stack_model(penalty, shape if shape.startswith("wide") else "")
-    values, spacing = _pulse(shape, period)
+    values, spacing = _incident_motion(shape, period)
     time, samples = step * np.arange(steps + 1), spacing * np.arange(values.size)
     motion = np.interp(time, samples, values)
-    rate = np.interp(time, samples, _backward_velocity(values, spacing), right=0.0)
+    rate = np.interp(time, samples, _engine_velocity(values, spacing), right=0.0)
     moved = model.shaken(model.row(point), motion, rate * period / ratio, step * ratio / period)
     return np.concatenate([[0.0], moved])
 
 
-def _backward_velocity(values: np.ndarray, spacing: float) -> np.ndarray:
-    """Return the velocity at samples of a displacement by the differences of the engine."""
+def _engine_velocity(values: np.ndarray, spacing: float) -> np.ndarray:
+    """Return the velocity at samples of a displacement, by the finite differences of the engine."""
     slope = np.gradient(values, spacing, edge_order=2)
     slope[2:-2] = (values[:-4] - 8 * values[1:-3] + 8 * values[3:-1] - values[4:]) / (12 * spacing)
     slope[[0, -1]] = 0.0
@@ -146,35 +143,35 @@ def _backward_velocity(values: np.ndarray, spacing: float) -> np.ndarray:
 
 
 def _continuum_loss(ratio: float, step: float, period: float) -> float:
-    """Return the fraction of the amplitude lost by a triangle in a continuous column.
+    """Return the fraction of its amplitude that a triangle loses in a continuous column.
 
-    The scheme attenuates exp(-ω²Δt x/4v): a smoothing by a Gaussian of variance Δt x/2v, which
-    takes √(2/π) standard deviations of slope 2A/T from the kink of the triangle:
-    √(4 Δt x / (π T λ)).
+    The factor exp(-ω²Δt x/4v) of the scheme is a convolution with a Gaussian of variance Δt x/2v.
+    It reduces the peak of a triangle with slopes 2A/T by A √(4 Δt x / (π T λ)).
     """
     return float(np.sqrt(4 * step * _DISTANCE / (np.pi * period * ratio * _SIZE)))
 
 
 def _speed_fraction(penalty: float) -> float:
-    """Return the long-wave speed over √(G/ρ): springs add W/(2 k_s) to Δx/G of each layer."""
+    """Return the speed of long waves over √(G/ρ), with springs in series with the layers."""
     shear = 1 / (2 * (1 + _POISSON))
     return float(1 / np.sqrt(1 + shear * _WIDTH / (2 * penalty / 2.5 * _SIZE)))
 
 
 def _amplitude_error(result: dict) -> float:
-    """Return the error of eq. 16 for the highest crest at M1, a fraction."""
+    """Return the relative error of the peak at M1 by eq. 16."""
     return abs(_AMPLITUDE - result["M1"].max()) / _AMPLITUDE
-
-
-# ---------------------------------------------------------------------------------------------
-# Results
-# ---------------------------------------------------------------------------------------------
 
 
 @study("Shear wave: block size, time step and penalty (section 2.2, figures 7–11)", tasks)
 def shear_wave(found: dict) -> Outcome:
     """Compose rows, requirements and pictures from the runs."""
-    done = Outcome(text=_describe_study())
+    done = Outcome(text=[
+        f"A base block and 100 layers of 1 m × 15 m; M1 lies {_DISTANCE:g} m above the base block."
+        f" Period {_PERIOD:g} s, density and number of interfaces per metre stay, the shear modulus"
+        " sets the wavelength (eq. 17), the penalty is 100 E. The paper prints neither period,"
+        " distance nor the values of figure 9.",
+        "“Theory” is the exact discrete one, in modal coordinates, with the scheme's time steps.",
+    ])  # fmt: skip
     _add_amplitude_rows(done, found)
     _add_step_rows(done, found)
     _add_shape_rows(done, found)
@@ -185,18 +182,8 @@ def shear_wave(found: dict) -> Outcome:
     return done
 
 
-def _describe_study() -> list[str]:
-    return [
-        f"A base block and 100 layers of 1 m × 15 m; M1 lies {_DISTANCE:g} m above the base block."
-        f" Period {_PERIOD:g} s, density and number of interfaces per metre stay, the shear modulus"
-        " sets the wavelength (eq. 17), the penalty is 100 E. The paper prints neither period,"
-        " distance nor the values of figure 9.",
-        "“Theory” is the exact discrete one, in modal coordinates, with the scheme's time steps.",
-    ]
-
-
 def _add_amplitude_rows(done: Outcome, found: dict) -> None:
-    """Compare the results with figure 9."""
+    """Compare the errors of the amplitude with figure 9."""
     for step in _STEPS:
         errors = []
         for ratio in _RATIOS:
@@ -223,7 +210,7 @@ def _add_amplitude_rows(done: Outcome, found: dict) -> None:
 
 
 def _add_step_rows(done: Outcome, found: dict) -> None:
-    """Compare the effect of the larger step in run, exact theory and closed form."""
+    """Compare the additional error of the larger step in run, exact theory and closed form."""
     cells, worst, simple = [], 0.0, {}
     for ratio in _RATIOS:
         cases = [("triangle", ratio, step, _PENALTY, _PERIOD) for step in _STEPS]
@@ -258,7 +245,7 @@ def _add_step_rows(done: Outcome, found: dict) -> None:
 
 
 def _add_shape_rows(done: Outcome, found: dict) -> None:
-    """Compare the results with figures 10 and 11."""
+    """Compare the wave form of one-cycle sines with figures 10 and 11."""
     fits = []
     for ratio in _PRINTED:
         case = ("sine", ratio, 1e-4, _PENALTY, _PERIOD)
@@ -284,13 +271,13 @@ def _add_shape_rows(done: Outcome, found: dict) -> None:
 
 
 def _largest_correlation(result: dict) -> float:
-    """Return the largest correlation coefficient of M1 with the incident wave over delays."""
+    """Return the largest correlation coefficient of M1 with the delayed incident wave."""
     wave, incident = result["M1"], result["base"]
     return float(correlate(wave, incident).max() / np.sqrt(np.sum(wave**2) * np.sum(incident**2)))
 
 
 def _add_speed_rows(done: Outcome, found: dict) -> None:
-    """Compare the wave speed for several penalties."""
+    """Compare wave speeds for several penalties."""
     losses = []
     for penalty in _PENALTIES:
         case = ("sine", _SLOWER, 1e-5, penalty, _PERIOD)
@@ -315,7 +302,7 @@ def _add_speed_rows(done: Outcome, found: dict) -> None:
 
 
 def _measure_speed(result: dict) -> float:
-    """Return the wave speed between base and M1 over √(G/ρ), by the delay of best correlation."""
+    """Return the wave speed over √(G/ρ), from the delay of M1 with the largest correlation."""
     time = result["time"]
     step = time[1] - time[0]
     likeness = correlate(result["M1"], result["base"])
@@ -325,7 +312,7 @@ def _measure_speed(result: dict) -> float:
 
 
 def _add_period_rows(done: Outcome, found: dict) -> None:
-    """Compare periods, because the paper does not print its period."""
+    """Compare errors for several periods, because the paper does not print its period."""
     for period in _PERIODS[1:]:
         cases = [("triangle", 32, step, _PENALTY, period) for step in _STEPS]
         if any(case not in found for case in cases):
@@ -344,7 +331,7 @@ def _add_period_rows(done: Outcome, found: dict) -> None:
 
 
 def _add_width_rows(done: Outcome, found: dict) -> None:
-    """Compare wider stacks and longer waves."""
+    """Compare errors for longer waves in a wide stack."""
     for ratio in _WIDE["ratios"]:
         for step in _STEPS:
             case = _wide_stack_case(ratio, step)
@@ -377,29 +364,25 @@ def _add_width_rows(done: Outcome, found: dict) -> None:
     )
 
 
-# ---------------------------------------------------------------------------------------------
-# Pictures
-# ---------------------------------------------------------------------------------------------
-
-
 def _make_pictures(found: dict) -> list[Picture]:
+    """Return the pictures of figures 8 to 11, and of the wave speed if it was measured."""
     pictures = [
         picture("shear_wave_fig9", "Figures 8 and 9: triangular wave and relative error of its"
-                " amplitude at M1; the faint points lie beyond the paper's.", _draw_errors, found),
+                " amplitude at M1; the paper has no faint points.", _draw_peak_errors, found),
         picture("shear_wave_fig11", "Figures 10 and 11: one-cycle sine at M1, Δt = 1e-4 s,"
-                " with the incident wave delayed by the true travel time.", _draw_waves, found),
+                " with the incident wave delayed by the true travel time.", _draw_sines, found),
     ]  # fmt: skip
     if ("sine", _SLOWER, 1e-5, 1.0, _PERIOD) in found:
         pictures.append(
-            picture("shear_wave_speed", "Wave speed against penalty (section 2.2).", _draw_speed,
+            picture("shear_wave_speed", "Wave speed over penalty (section 2.2).", _draw_wave_speed,
                     found)
         )  # fmt: skip
     return pictures
 
 
-def _draw_errors(drawing, found) -> None:
+def _draw_peak_errors(drawing, found) -> None:
     with small_axes(drawing, 1, 2, size=(7.8, 3.4), width_ratios=[1, 2.2]) as (pulse, errors):
-        values, spacing = _pulse("triangle", _PERIOD)
+        values, spacing = _incident_motion("triangle", _PERIOD)
         pulse.plot(1e3 * spacing * np.arange(-100, 501),
                    1e3 * np.pad(values, 100), color=GREY)  # fmt: skip
         pulse.set(xlabel="time (ms)", ylabel="u (mm)", title="Fig. 8, period assumed")
@@ -422,13 +405,13 @@ def _draw_errors(drawing, found) -> None:
         errors.legend()
 
 
-def _draw_waves(drawing, found) -> None:
+def _draw_sines(drawing, found) -> None:
     with small_axes(drawing, 2, 2, size=(7.4, 4.6), sharey=True) as axes:
         for axis, ratio in zip(axes.flat, _PRINTED, strict=True):
             result = found[("sine", ratio, 1e-4, _PENALTY, _PERIOD)]
             delay = _DISTANCE / (ratio * _SIZE / _PERIOD)
             time = 1e3 * result["time"]
-            values, spacing = _pulse("sine", _PERIOD)
+            values, spacing = _incident_motion("sine", _PERIOD)
             axis.plot(1e3 * (delay + spacing * np.arange(401)), 1e3 * values, "--",
                       color="0.6", lw=1.2, label="incident")  # fmt: skip
             axis.plot(time, 1e3 * result["M1"], color=BLUE, label="M1")
@@ -440,7 +423,7 @@ def _draw_waves(drawing, found) -> None:
             axis.set_ylabel("u (mm)")
 
 
-def _draw_speed(drawing, found) -> None:
+def _draw_wave_speed(drawing, found) -> None:
     measured = [_measure_speed(found[("sine", _SLOWER, 1e-5, p, _PERIOD)]) for p in _PENALTIES]
     line = np.geomspace(0.7, 1500, 80)
     with small_axes(drawing, size=(5.6, 3.2)) as axis:

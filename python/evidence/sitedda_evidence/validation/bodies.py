@@ -8,11 +8,11 @@ from sitedda.facade.model import Model
 
 from ..case import Outcome, case, curves, relative
 
-SPEED, LENGTH, DENSITY = 2000.0, 200.0, 2500.0  # m/s of the first part, m of the pulse, kg/m³
+SPEED, LENGTH, DENSITY = 2000.0, 200.0, 2500.0  # wave speed on the left, length of pulse, kg/m³
 
 
 def pulse(x):
-    """The pulse at the start, of height 1."""
+    """Return the initial pulse, of height 1, at positions (m)."""
     inside = np.clip((x / LENGTH + 2.5) / 1.5, -0.5, 0.5)
     return 0.5 + 0.5 * np.cos(2 * np.pi * inside)
 
@@ -24,12 +24,12 @@ def pulse(x):
     "Impedances of plane waves.",
 )
 def interface(short: bool) -> Outcome:
-    """Check impulses and the transmitted peak with twelve cells per length of the pulse."""
+    """Check both impulses and the transmitted peak with twelve cells per length of the pulse."""
     rows, lines = [], []
     for contrast in (0.1, 0.5, 4.0):
         centre, size, velocity = passed_by(contrast)
         beyond = centre > 0
-        back = (centre < 0) & (centre > -2.6 * LENGTH)  # the other wave is farther away
+        back = (centre < 0) & (centre > -2.6 * LENGTH)  # the wave to the left is farther away
         impulse = velocity * size / np.where(beyond, contrast, 1.0)
         whole, passes = (pulse(centre) * size)[~beyond].sum(), 2 / (1 + contrast)
         rows += [
@@ -45,7 +45,7 @@ def interface(short: bool) -> Outcome:
 
 
 def passed_by(contrast: float):
-    """Centres and lengths of the cells (m), and their velocities after the pulse."""
+    """Run a bar of two materials; return centres, lengths (m) and final velocities of cells."""
     size, count = np.array([1.0, contrast]) * LENGTH / 12, 72
     edges = np.concatenate([size[0] * np.arange(-count, 0), size[1] * np.arange(count + 1)])
     centre, size = (edges[1:] + edges[:-1]) / 2, np.diff(edges)
@@ -60,7 +60,7 @@ def passed_by(contrast: float):
     for left, right in zip(edges[:-1], edges[1:], strict=True):
         box = [left, 0, right, 0, right, size.min(), left, size.min()]
         model.block(vertices=box, body="bar", material="m0" if left < 0 else "m1")
-    rates = np.zeros((len(centre), 6))  # twice the pulse: each direction gets half
+    rates = np.zeros((len(centre), 6))  # twice the pulse, half of which moves in each direction
     rates[:, 0] = 2 * pulse(centre)
     rates[:, 3] = 2 * (pulse(centre + size / 2) - pulse(centre - size / 2)) / size
     with Simulation(model) as run:

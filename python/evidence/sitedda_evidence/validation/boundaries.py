@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Half-spaces behind the model: incoming waves, and reflection at their dashpots."""
+"""Half-spaces beyond a boundary: incident waves, and reflection at dashpots."""
 
 from itertools import pairwise
 
@@ -17,7 +17,7 @@ ROCK = {"density": 2200.0, "shear_velocity": 800.0, "pressure_velocity": 1500.0}
 
 
 def _layered_model(layers: int, height: float, penalty: float, time_step: float) -> Model:
-    """Return layers of soil on rollers above a half-space of rock."""
+    """Return layers of soil between rollers on a half-space of rock."""
     young = 2 * DENSITY * SPEED**2 * (1 + POISSON)
     control = {"integration": "midpoint", "analysis": "plane_strain"}
     model = Model("layers", time_step=time_step, steps=1, **control)
@@ -41,7 +41,7 @@ def _layered_model(layers: int, height: float, penalty: float, time_step: float)
     "Kramer (1996), §7.2.1; Lysmer and Kuhlemeyer (1969); `docs/boundaries.md`.",
 )
 def half_space(short: bool) -> Outcome:
-    """Transfer functions of 10, 20 and 40 layers, and the reflection at four wave lengths."""
+    """Check transfer functions of 10, 20 and 40 layers, and reflections at four wavelengths."""
     height = 20.0
     ratio = DENSITY * SPEED / (ROCK["density"] * ROCK["shear_velocity"])
     frequencies = np.linspace(0.5, 5.0, 19 if short else 91)
@@ -62,23 +62,23 @@ def half_space(short: bool) -> Outcome:
         number = 2 * np.pi / length
         turn = np.exp(1j * _discrete_phase(number))
         there, back = (_face_force(number, one) + 1j * number for one in (turn, 1 / turn))
-        found = _reflection(length)
+        found = _measure_reflection(length)
         rows.append(relative(f"reflection at λ/h = {length}", abs(there / back), found, 0.01))
     return Outcome(rows, figure)
 
 
 def _discrete_phase(number):
-    """Return k_d h of the blocks for k h of the continuum (wave number times thickness)."""
+    """Return q h of waves in blocks for k h in a continuum (wave number × thickness)."""
     return np.arccos((6 - 2 * number**2) / (6 + number**2))
 
 
 def _face_force(number: float, turn: complex) -> complex:
-    """Return the force on the outer face of a block over G/h times its displacement."""
+    """Return the force on the outer face of a block over G/h × displacement; `turn` is e^iqh."""
     return 1 - turn - number**2 * (2 + turn) / 6
 
 
-def _reflection(length: float, layers: int = 80) -> float:
-    """Return the reflection of matched dashpots, from the ripple of the surface amplitude."""
+def _measure_reflection(length: float, layers: int = 80) -> float:
+    """Return the reflection coefficient of matched dashpots from ripples of the amplitude."""
     model = _layered_model(layers, float(layers), 2e5, 1e-6)
     model["boundary"][0](density=DENSITY, shear_velocity=SPEED, pressure_velocity=None)
     centre, width = SPEED / length, SPEED / 2 / layers
@@ -98,7 +98,7 @@ def _reflection(length: float, layers: int = 80) -> float:
     "`docs/boundaries.md`.",
 )
 def pulse(short: bool) -> Outcome:
-    """Peaks of a Ricker wavelet of 10 Hz in 140 m (short: 35 m) of rock in layers of 1 m."""
+    """Check peaks of a Ricker wavelet of 10 Hz in 140 m (short: 35 m) of rock."""
     height, step = (35.0 if short else 140.0), 1e-3
     young, poisson, density = 3e9, 0.3, 2100.0
     speed = np.sqrt(young / (2 * (1 + poisson) * density))

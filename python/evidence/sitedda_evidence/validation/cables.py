@@ -15,13 +15,13 @@ from ..model import GRAVITY, residual
 
 STIFFNESS = 1.0e6  # N/m
 HEAVY, LIGHT = 6000.0, 2000.0  # kg/m
-TENSION = 2.0 * GRAVITY * HEAVY * LIGHT / (HEAVY + LIGHT)  # N/m, of the steady motion
-HALF_SPAN, DROP = 3.0, 4.0  # m, of the sling
-PRETENSION = 1.0e4  # N/m, of the sling
+TENSION = 2.0 * GRAVITY * HEAVY * LIGHT / (HEAVY + LIGHT)  # cable force in steady motion, N/m
+HALF_SPAN, DROP = 3.0, 4.0  # geometry of the sling, m
+PRETENSION = 1.0e4  # pretension of the sling, N/m
 
 
 def square(x: float, y: float, side: float = 1.0) -> list[tuple[float, float]]:
-    """Vertices about a centre, m."""
+    """Return the vertices of a square about a centre, m."""
     half = 0.5 * side
     return [(x + a * half, y + b * half) for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
 
@@ -53,18 +53,18 @@ def atwood(steps: int | None = 2000, time_step: float = 1e-4, **cable) -> Model:
 
 
 def atwood_force(time: np.ndarray, time_step: float) -> np.ndarray:
-    """Return the cable force under sudden gravity (N/m): T (1 − cos ωt), with damping ωΔt/4."""
+    """Return the cable force after sudden gravity, T (1 − cos ωt) with damping ωΔt/4, N/m."""
     omega = atwood_frequency()
     return TENSION * (1.0 - np.exp(-0.25 * omega**2 * time_step * time) * np.cos(omega * time))
 
 
 def atwood_frequency() -> float:
-    """ω of the elastic mode: ω² = k (m₁ + m₂)/(m₁ m₂), rad/s."""
+    """Return ω of the elastic mode, ω² = k (m₁ + m₂)/(m₁ m₂), rad/s."""
     return math.sqrt(STIFFNESS * (HEAVY + LIGHT) / (HEAVY * LIGHT))
 
 
 def sling(**control) -> Model:
-    """Return a block on a cable that is fixed on both sides and slides freely through the block."""
+    """Return a block on a cable with fixed ends, which slides through the block."""
     model = stiff_model("Sling", time_step=1e-3, settle=True, steps=1, **control)
     for name, x in (("left", -HALF_SPAN), ("right", HALF_SPAN)):
         model.block(square(x, DROP), name=name, material="light")
@@ -85,7 +85,7 @@ def sling(**control) -> Model:
 
 
 def sling_at_rest() -> tuple[float, float]:
-    """Return sag (m) and tension (N/m): W = 2 N cos β, N = N₀ + k ΔL."""
+    """Return sag (m) and tension N (N/m) of the sling: W = 2 N cos β, N = N₀ + k ΔL."""
     first = math.hypot(HALF_SPAN, DROP)
 
     def tension(sag: float) -> float:
@@ -100,7 +100,7 @@ def sling_at_rest() -> tuple[float, float]:
 
 
 def sling_frequencies() -> tuple[float, float]:
-    """Return the horizontal frequency, ω² = 2 N cos²β/(L m), and the vertical one, Hz."""
+    """Return the horizontal and vertical frequency of the sling, Hz."""
     sag, tension = sling_at_rest()
     length = math.hypot(HALF_SPAN, DROP + sag)
     cosine = (DROP + sag) / length
@@ -117,7 +117,7 @@ def sling_frequencies() -> tuple[float, float]:
     "Statics and dynamics of a string without mass and friction.",
 )
 def cables_case(short: bool) -> Outcome:
-    """Acceleration, forces and frequencies."""
+    """Check acceleration, forces and frequencies."""
     steps = 1000 if short else 4000
     steady = atwood(steps, pretension=TENSION).run().history
     speed = float(steady.velocity[-1].sel(point="right", axis="y"))

@@ -16,12 +16,12 @@ from sitedda.stability.safety import bisect
 from ..case import Outcome, absolute, at_most, case, relative, true
 from ..model import GRAVITY, rectangle, turned
 
-THINNEST = {"radial": 0.1075, "vertical": 0.1095}  # t/R
+THINNEST = {"radial": 0.1075, "vertical": 0.1095}  # smallest t/R by direction of the cuts
 ROUGH = 5.0  # friction coefficient without slip
-WITH_FRICTION = {0.325: 0.178, 0.35: 0.152, 0.375: 0.126, 0.5: 0.106}  # friction: t/R, radial cuts
+WITH_FRICTION = {0.325: 0.178, 0.35: 0.152, 0.375: 0.126, 0.5: 0.106}  # smallest t/R by friction
 PSI = np.radians(40.0)
 STATES = {(10.0, 40.1): "stable", (5.0, 20.0): "slides", (25.0, 40.0): "topples"}
-MEASURED = {3: 0.97, 5: 0.95}  # height over width: fraction of angular velocity over rigid theory
+MEASURED = {3: 0.97, 5: 0.95}  # velocity ratio over rigid theory, by height over width
 
 
 @case(
@@ -31,7 +31,7 @@ MEASURED = {3: 0.97, 5: 0.95}  # height over width: fraction of angular velocity
     "`docs/casebook/arch.md`.",
 )
 def arch_stereotomy(short: bool) -> Outcome:
-    """Limit analysis reproduces both to the published digits."""
+    """Check both thicknesses by limit analysis to the published digits."""
     stones, allowed = (40, 4e-4) if short else (160, 1.5e-4)
     rows, (figure, axes) = [], canvas(2, size=(9, 3))
     for axis, (cuts, wanted) in zip(axes, THINNEST.items(), strict=True):
@@ -58,7 +58,7 @@ def arch_by_friction(short: bool) -> Outcome:
         bracket = _find_thinnest("radial", friction, 27, (0.2, 0.1), 1e-3 if short else 1e-4)
         here.append(0.5 * sum(bracket))
         rows.append(absolute(f"μ = {friction:g}: least t/R", wanted, here[-1], 2e-3))
-    low, high = bisect(lambda mu: _is_stable(0.45, "radial", mu, 27), 0.35, 0.28, 1e-3)
+    low, high = bisect(lambda mu: _is_arch_stable(0.45, "radial", mu, 27), 0.35, 0.28, 1e-3)
     rows.append(absolute("least friction of any arch", 0.309, 0.5 * (low + high), 1e-3))
     axis.plot(*np.transpose(published), "o", label="published")
     axis.plot([friction for friction, _ in published], here, label="here")
@@ -68,10 +68,10 @@ def arch_by_friction(short: bool) -> Outcome:
 
 def _find_thinnest(cuts: str, friction: float, stones: int, between, tolerance: float):
     """Return a bracket of the smallest t/R at which the arch is stable."""
-    return bisect(lambda t: _is_stable(t, cuts, friction, stones), *between, tolerance)
+    return bisect(lambda t: _is_arch_stable(t, cuts, friction, stones), *between, tolerance)
 
 
-def _is_stable(thickness: float, cuts: str, friction: float, stones: int) -> bool:
+def _is_arch_stable(thickness: float, cuts: str, friction: float, stones: int) -> bool:
     try:
         return limit_analysis(_make_arch(thickness, cuts, stones, friction)).lower.factor > 0
     except InputError:  # no forces are in equilibrium
@@ -79,7 +79,7 @@ def _is_stable(thickness: float, cuts: str, friction: float, stones: int) -> boo
 
 
 def _make_arch(thickness: float, cuts: str, stones: int, friction: float = ROUGH) -> Model:
-    """Return an arch of mean radius 1 m on two bases."""
+    """Return an arch of mean radius 1 m on two fixed blocks."""
     model = Model("arch", time_step=1e-2, gravity=(0.0, -GRAVITY))
     model.material("stone", density=2000.0, young_modulus=1e10, poisson_ratio=0.0)
     model.joint("dry", friction_angle=float(np.degrees(np.arctan(friction))))
@@ -107,7 +107,7 @@ def _make_arch(thickness: float, cuts: str, stones: int, friction: float = ROUGH
     "`docs/casebook/wall.md`.",
 )
 def pushed_wall(short: bool) -> Outcome:
-    """Limit analysis to the digits that are published; a pushover between its limits."""
+    """Check limit analysis to the published digits, and a pushover between its limits."""
     wall = _make_wall()
     limits = limit_analysis(wall)
     found = pushover(wall, "top", displacement=0.01 if short else 0.03, steps=60)
@@ -158,7 +158,7 @@ def block_on_slope(short: bool) -> Outcome:
 
 
 def _run_released_block(height: float, friction: float, duration: float):
-    """Run a released block; return displacement down the plane (m), rotation (rad), outlines."""
+    """Release a block; return displacement down the slope (m), rotation (rad) and polygons."""
     gravity = (-10.0 * np.sin(PSI), -10.0 * np.cos(PSI))
     model = Model("slope", time_step=1e-3, gravity=gravity)
     model.material("rock", density=2000.0, young_modulus=1e10, poisson_ratio=0.2)
@@ -185,7 +185,7 @@ def _run_released_block(height: float, friction: float, duration: float):
     "`docs/casebook/rocking.md`.",
 )
 def rocking_share(short: bool) -> Outcome:
-    """Check agreement with rigid theory to 0.15 % and with the measured value to 6 %."""
+    """Check the velocity ratio: rigid theory within 0.15 %, measured values within 6 %."""
     rows, (figure, axes) = [], canvas(2, size=(6, 3))
     for axis, (slenderness, measured) in zip(axes, MEASURED.items(), strict=True):
         alpha = np.arctan(1 / slenderness)
@@ -203,7 +203,7 @@ def rocking_share(short: bool) -> Outcome:
 
 
 def _simulate_first_impact(slenderness: int):
-    """Return the velocity ratio of the first impact, times (s) and angles (rad)."""
+    """Return the ratio of angular velocities at the first impact, times (s) and angles (rad)."""
     width, alpha = 1.0 / slenderness, np.arctan(1 / slenderness)
     tilt = 0.5 * alpha
     model = Model("rocking", time_step=2e-4, duration=1.5, gravity=(0.0, -GRAVITY))

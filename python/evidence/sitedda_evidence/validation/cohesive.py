@@ -7,8 +7,8 @@ from .. import model as nml
 from ..case import Outcome, at_most, case, curves, relative, true
 
 GRAVITY = 10.0  # m/s²
-HEIGHT = 0.1  # m, of the bar
-PULLED = (  # steps, softening, and allowed width of the bounds over G
+HEIGHT = 0.1  # height of the bar, m
+PULLED = (  # number of steps, softening, largest width of the bounds over G
     (100, "linear", None),
     (400, "linear", None),
     (2000, "linear", 0.1),
@@ -18,7 +18,7 @@ RISE = np.linspace(0.0, 1.0, 101)
 
 
 def bar(steps: int, pull: float, length: float = 0.5, **law) -> str:
-    """Two halves of a bar with a joint of T = 2 MPa, G = 60 N/m, pulled apart in 0.2 s."""
+    """Return a bar with a joint of T = 2 MPa, G = 60 N/m that is pulled apart in 0.2 s."""
     half = length / 2
     law = {
         "law": "cohesive",
@@ -49,7 +49,7 @@ def bar(steps: int, pull: float, length: float = 0.5, **law) -> str:
 
 
 def triplet(steps: int, slip: float, **law) -> str:
-    """A block under 1 MPa that is sheared along a joint of c = 1 MPa, G_II = 100 N/m, φ = 30°."""
+    """Return a block under 1 MPa, sheared along a joint of c = 1 MPa, G_II = 100 N/m, φ = 30°."""
     law = {
         "law": "cohesive",
         "cohesion": 1e6,
@@ -75,7 +75,7 @@ def triplet(steps: int, slip: float, **law) -> str:
 
 
 def of_frames(data, name: str) -> np.ndarray:
-    """Sum of a variable of the contacts in each frame."""
+    """Return the sum of the absolute values of a variable over the contacts of each frame."""
     return np.bincount(data.contact_frame.values, np.abs(data[f"contact_{name}"].values))
 
 
@@ -107,7 +107,7 @@ def spent_within(name: str, data, energy: float, width: float | None) -> list:
     "Hillerborg, Modéer and Petersson (1976).",
 )
 def cohesive_bar(short: bool) -> Outcome:
-    """Linear and exponential softening, coarse and fine steps; a long bar that snaps."""
+    """Check linear and exponential softening, coarse and fine steps, and unstable fracture."""
     rows, lines = [], []
     for steps, softening, width in PULLED:
         data = nml.history(bar(steps, 8e-5 if softening == "linear" else 8e-4, softening=softening))
@@ -144,7 +144,7 @@ def cohesive_bar(short: bool) -> Outcome:
     "Shear tests on triplets of bricks.",
 )
 def cohesive_triplet(short: bool) -> Outcome:
-    """A block under 1 MPa, c = 1 MPa, G_II = 100 N/m, φ = 30°."""
+    """Check peak, residual force and energies with linear and exponential softening."""
     rows, lines, friction = [], [], np.tan(np.radians(30.0))
     for softening in ("linear", "exponential"):
         data = nml.history(

@@ -15,19 +15,19 @@ from sitedda.report.style import BLUE, ORANGE, canvas
 from ..case import Outcome, Table, at_most, case, relative
 from ..model import GRAVITY
 
-SLIDE = 0.4  # s
-FULL = 0.8  # fraction of a ramp in which gravity grows
-FEW = 10  # steps between two values of gravity, and of a history
-SMALL_SLOPE = ((0.0, 0.0), (16.0, 0.0), (16.0, 8.0), (5.0, 8.0))  # m
+SLIDE = 0.4  # duration of sliding, s
+FULL = 0.8  # fraction of a ramp in which gravity increases
+FEW = 10  # number of steps between changes of gravity, and between samples
+SMALL_SLOPE = ((0.0, 0.0), (16.0, 0.0), (16.0, 8.0), (5.0, 8.0))  # outline, m
 
 
 def _crossed_rows(rng: np.random.Generator) -> tuple[Model, tuple[float, float], float]:
-    """Return a row of blocks on a fixed row with the same cross joints, in plane axes.
+    """Return a row of blocks on a fixed row with the same cross joints, in axes of the plane.
 
-    Returns the model, gravity with the slope, and by how much the upper row slides down in `SLIDE`.
+    The result is the model, gravity (m/s²), and the exact slip of the upper row in `SLIDE` (m).
     """
-    lean = math.tan(math.radians(rng.uniform(-30.0, 30.0)))  # of the cross joints
-    below, above = rng.uniform(0.5, 2.0), rng.uniform(0.2, 0.5)  # m; low, so that none topples
+    lean = math.tan(math.radians(rng.uniform(-30.0, 30.0)))  # inclination of the cross joints
+    below, above = rng.uniform(0.5, 2.0), rng.uniform(0.2, 0.5)  # m; low blocks do not topple
     joints = np.cumsum([0.0, *rng.uniform(0.8, 2.0, 5)])
     friction, steeper = rng.uniform(5.0, 30.0), math.radians(rng.uniform(4.0, 12.0))
     dip = math.radians(friction) + steeper
@@ -51,7 +51,7 @@ def _crossed_rows(rng: np.random.Generator) -> tuple[Model, tuple[float, float],
 
 
 def _simulate_slip(model: Model, gravity: tuple[float, float], rest: bool) -> float:
-    """Return the slip of the upper row, with a static stage on level ground first or without, m."""
+    """Return the slip of the upper row, m; `rest`: after a static stage on level ground."""
     if rest:
         model.control(gravity=(0.0, gravity[1]))
         model.stage(name="rest", kind="static")
@@ -72,7 +72,7 @@ def _simulate_slip(model: Model, gravity: tuple[float, float], rest: bool) -> fl
     "Coulomb friction on a plane.",
 )
 def crossings(short: bool) -> Outcome:
-    """Largest error of random rows."""
+    """Check the largest error of the slip of random rows."""
     rng = np.random.default_rng(2013)
     count = 4 if short else 60
     found = np.empty((count, 3))
@@ -92,7 +92,7 @@ def crossings(short: bool) -> Outcome:
 
 
 def _small_slope() -> Model:
-    """Return a slope of two joint sets under a few pulses."""
+    """Return a slope of two joint sets under a few acceleration pulses."""
     t = np.arange(0.0, 1.0, 0.01)
     model = Model("Slope of two joint sets", time_step=1e-3)
     model.control(gravity=(0.0, -GRAVITY), time_step_control="adaptive")
@@ -125,8 +125,10 @@ def _example_slope(folder: Path) -> Model:
 
 
 def _shaken_slip(model: Model, ramp: float, duration: float) -> np.ndarray:
-    """Displacement of the crest relative to the base in the shaking, m, shape (n, 2), after a
-    static stage (0) or after gravity that grows for so many seconds."""
+    """Return the displacement of the crest relative to the base during shaking, m, shape (n, 2).
+
+    `ramp`: time in which gravity increases before, s; 0: a static stage.
+    """
     first = {"duration": ramp} if ramp else {"kind": "static"}
     model.stage(name="gravity", **first)
     model.stage(name="shake", duration=duration, motions="quake", zero_displacements=True)
@@ -154,7 +156,7 @@ def _shaken_slip(model: Model, ramp: float, duration: float) -> np.ndarray:
     "Plasticity: a state of residual stress does not change what flows.",
 )
 def gravity_ramp(short: bool) -> Outcome:
-    """Mean slip of the crest after rest and after a ramp, and how much single runs differ."""
+    """Check the mean slip of the crest; tabulate the slip of each run."""
     duration, ramp = (1.5, 1.0) if short else (13.0, 5.0)
     offsets = (0.0,) if short else (-1e-3, 0.0, 1e-3)
     figure, axes = canvas(1, size=(8, 4))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Damping of materials: free decay, and a layered site beside SHAKE's complex modulus."""
+"""Damping of materials: free decay, and a layered site with the complex modulus of SHAKE."""
 
 import numpy as np
 
@@ -17,11 +17,11 @@ from .sliding import recorded
 
 DENSITY = 2000.0  # kg/m³
 REFERENCE = 14.2  # Hz
-STIFF_JOINTS = 1e6  # of E × 1 m
-HEIGHT = 15.0  # m, of Table I
+STIFF_JOINTS = 1e6  # penalty of stiff joints over E × 1 m
+HEIGHT = 15.0  # height of the layers of table I, m
 FREQUENCIES = np.linspace(1.0, 25.0, 241)  # Hz
-# Table I in the midpoint rule at 1 ms, rigid base: amplification and frequency (Hz) with a body
-# fitted by another program
+# Peaks of table I by damping ratio, from another program: amplification and frequency (Hz) on a
+# rigid base with the midpoint rule, Δt = 1 ms
 PEAKS = {0.01: (66.073, 13.950), 0.05: (13.2507, 13.964), 0.10: (6.6820, 14.014)}
 
 
@@ -37,7 +37,7 @@ PEAKS = {0.01: (66.073, 13.950), 0.05: (13.2507, 13.964), 0.10: (6.6820, 14.014)
     "Kjartansson (1979), Constant Q wave propagation and attenuation; `docs/damping.md`.",
 )
 def free_decay(short: bool) -> Outcome:
-    """Damping ratio from the zero crossings and the decrement of a free block."""
+    """Check the damping ratio of a free block from its decrement."""
     rows = []
     figure, (left, right) = canvas()
     ratios, frequencies = ((0.05,), (2.0,)) if short else ((0.01, 0.05, 0.1), (0.5, 2.0, 10.0))
@@ -45,7 +45,7 @@ def free_decay(short: bool) -> Outcome:
         for frequency in frequencies:
             body = {"damping_ratio": ratio, "reference_frequency": frequency}
             time, strain, left_over = _simulate_free_decay(frequency, body)
-            found = _decrement(time, strain)
+            found = _decay_ratio(time, strain)
             share = 2 / np.pi * np.arcsin(found)
             asked = 0.5 * np.tan(np.pi * share / (1 + share))
             gamma = np.arctan(2 * ratio) / np.pi
@@ -65,7 +65,7 @@ def free_decay(short: bool) -> Outcome:
         omega = 2 * np.pi * frequency
         exact = 0.5 * (rayleigh.alpha / omega + rayleigh.beta * omega)
         time, strain, left_over = _simulate_free_decay(frequency, values)
-        found.append(_decrement(time, strain))
+        found.append(_decay_ratio(time, strain))
         rows += [
             relative(f"Rayleigh, {frequency:g} Hz", exact, found[-1], 0.005),
             at_most(f"Rayleigh, {frequency:g} Hz, energy balance", left_over, 1e-6),
@@ -79,7 +79,7 @@ def free_decay(short: bool) -> Outcome:
 
 
 def _simulate_free_decay(frequency: float, damping: dict) -> tuple[np.ndarray, np.ndarray, float]:
-    """Return times (s) and shear strain of a free block, and the remaining energy."""
+    """Return times (s) and shear strain of a free block, and the relative energy residual."""
     shear = (2 * np.pi * frequency) ** 2 * DENSITY / 24
     step, steps = 1 / (400 * frequency), 2800
     text = nml.text(
@@ -102,15 +102,15 @@ def _simulate_free_decay(frequency: float, damping: dict) -> tuple[np.ndarray, n
     return step * np.arange(steps + 1), np.array(strain), left_over
 
 
-def _decrement(time: np.ndarray, strain: np.ndarray) -> float:
-    """Return the damping ratio from half cycles, which a drifting mean does not affect."""
+def _decay_ratio(time: np.ndarray, strain: np.ndarray) -> float:
+    """Return the damping ratio from swings between extremes, independent of the mean."""
     inner = abs(strain[1:-1])
     at = np.flatnonzero((inner > abs(strain[:-2])) & (inner >= abs(strain[2:]))) + 1
     y0, y1, y2 = (strain[at + k] for k in (-1, 0, 1))
     swings = abs(np.diff(y1 + (y0 - y2) ** 2 / (8 * (2 * y1 - y0 - y2))))
     count = np.arange(swings.size)
     kept = (count >= 1) & (swings > 0.05 * swings[0])
-    slope = -np.polyfit(count[kept], np.log(swings[kept]), 1)[0]  # over half a period
+    slope = -np.polyfit(count[kept], np.log(swings[kept]), 1)[0]  # per half period
     return float(slope / np.hypot(np.pi, slope))
 
 
@@ -126,7 +126,7 @@ def _decrement(time: np.ndarray, strain: np.ndarray) -> float:
     "Schnabel, Lysmer & Seed (1972), SHAKE; `docs/damping.md`.",
 )
 def material_damping(short: bool) -> Outcome:
-    """Peaks by both ways, and the curve beside SHAKE's recursion."""
+    """Check peaks by transfer function and time stepping, and curves of the column."""
     rows: list[Row] = []
     figure, (left, right) = canvas()
     steps = (2e-3,) if short else (1e-3, 2e-3)
@@ -135,7 +135,7 @@ def material_damping(short: bool) -> Outcome:
         for step in steps:
             label = f"ζ {100 * ratio:g} %, Δt {1e3 * step:g} ms"
             peak, stepped, left_over, curve = _transfer_peaks(ratio, step)
-            # the midpoint rule lowers frequencies: tan(ωΔt/2) is that of 1 ms at the same ω̃
+            # the midpoint rule lowers frequencies: tan(ωΔt/2)/Δt is the same at 1 ms
             warped = np.tan(np.pi * frequency * 1e-3) / 1e-3
             own = np.arctan(warped * step) / (np.pi * step)
             rows += [
@@ -148,7 +148,7 @@ def material_damping(short: bool) -> Outcome:
             left.plot(*curve, color=color, lw=0.9, label=label)
     layers = 30 if short else 120
     for ratio, color in zip((0.05,) if short else (0.01, 0.05, 0.1), COLORS, strict=False):
-        frequencies, engine, same, hysteretic = _curves_beside_shake(ratio, layers)
+        frequencies, engine, same, hysteretic = _compare_transfer_functions(ratio, layers)
         label = f"ζ {100 * ratio:g} %"
         apart = abs(abs(engine) / abs(same) - 1).max()
         rows.append(at_most(f"{label}, curve against the column", apart, 5e-3))
@@ -165,7 +165,7 @@ def material_damping(short: bool) -> Outcome:
 
 
 def _transfer_peaks(ratio: float, step: float):
-    """Return peaks by `transfer` and by time steps, remaining energy, and the stepped curve."""
+    """Return peaks by `transfer` and by time stepping, energy residual, and the stepped curve."""
     body = {"damping_ratio": ratio, "reference_frequency": REFERENCE}
     text = column_text(15, ROCK, (step, round(60 / step)), recorded("shaking"), body=body,
                        penalty=1.5e12, integration="midpoint")  # of Table I  # fmt: skip
@@ -179,8 +179,8 @@ def _transfer_peaks(ratio: float, step: float):
     return peak, stepped, nml.residual(history), (found.frequency, found.ratio)
 
 
-def _curves_beside_shake(ratio: float, layers: int):
-    """Curves of a stack with stiff joints, of the column with its modulus, and of SHAKE's."""
+def _compare_transfer_functions(ratio: float, layers: int):
+    """Return frequencies (Hz) and transfer functions of stiff stack, column and SHAKE."""
     engine = _stiff_stack_transfer(layers, damping_ratio=ratio, reference_frequency=REFERENCE)
     same = _uniform_column(ConstantRatio(ratio, REFERENCE)).transfer(FREQUENCIES)
     hysteretic = _uniform_column(ratio, convention="shake").transfer(FREQUENCIES)  # K (1 + 2iζ)
@@ -188,11 +188,10 @@ def _curves_beside_shake(ratio: float, layers: int):
 
 
 def _rayleigh_error(ratio: float, layers: int) -> float:
-    """Largest relative error of the amplitude of a stack whose Rayleigh damping touches the ratio
-    a little above the first mode, against the column with the modulus of SHAKE91.
+    """Return the largest relative error of a stack with Rayleigh damping, compared with SHAKE91.
 
-    Damping counts near the mode alone and does not change the modulus.  ζω/2 of α and β each is
-    least at ω: there both have the ratio.
+    Rayleigh damping has its minimum, the ratio, at ω slightly above the first mode.  Like the
+    modulus of SHAKE91, it does not change the stiffness.
     """
     omega = 2 * np.pi * REFERENCE * (1 + ratio)
     engine = _stiff_stack_transfer(
@@ -203,14 +202,14 @@ def _rayleigh_error(ratio: float, layers: int) -> float:
 
 
 def _uniform_column(damping, **options) -> Column:
-    """Return table I's rock as a column of one layer."""
+    """Return the rock of table I as a column of one layer."""
     density, young, poisson = ROCK
     shear = young / (2 * (1 + poisson))
     return Column([Layer(HEIGHT, density=density, shear_modulus=shear, damping=damping)], **options)
 
 
 def _stiff_stack_transfer(layers: int, **body: float):
-    """Return the transfer function of a stack of stiffly jointed layers of table I's rock."""
+    """Return the transfer function of layers of the rock of table I with stiff joints."""
     still = nml.motion("shaking", np.zeros(3), 1.0)
     text = column_text(layers, ROCK, (1e-4, 10), still, HEIGHT, STIFF_JOINTS * ROCK[1], body,
                        integration="midpoint")  # fmt: skip

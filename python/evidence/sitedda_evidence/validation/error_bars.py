@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Error bars of a run that contain the exact values."""
+"""Error bars of a sliding block, which contain the exact slip."""
 
 import math
 
@@ -11,7 +11,7 @@ from ..model import written
 
 G = 9.81
 FRICTION = 20.0  # degrees
-PUSH, LAST = 6.0, 0.3  # m/s², s
+PUSH, LAST = 6.0, 0.3  # acceleration of the base (m/s²) and its duration (s)
 
 SLIDE = f"""
 &control time_step = 2e-3, duration = 1.5, gravity = 0, {-G}, settle = .true.,
@@ -29,7 +29,7 @@ SLIDE = f"""
 
 
 def slip() -> float:
-    """Return the slip of a rigid block by Newmark's equation, m."""
+    """Return the exact slip of a rigid block, m (Newmark)."""
     grip, ramp = G * math.tan(math.radians(FRICTION)), 0.01
     held = LAST - ramp
     speed = (PUSH - grip) * held
@@ -45,7 +45,7 @@ def slip() -> float:
     "Newmark (1965); docs/accuracy.md.",
 )
 def error_bars(short: bool) -> Outcome:
-    """Check that the slip lies within an error bar of less than 5 %."""
+    """Check that the error bar contains the exact slip and is less than 5 % of it."""
     with written(SLIDE) as file:
         found = accuracy(file, folder=file.parent / "runs")
     rows, (figure, (axis,)) = [], canvas(1, size=(5.0, 3.0))

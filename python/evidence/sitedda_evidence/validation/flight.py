@@ -35,7 +35,7 @@ DENSITY = 2500.0  # kg/m³
     "`docs/method.md`.",
 )
 def bounce(short: bool) -> Outcome:
-    """A stiff block of 1 m x 1 m dropped flat from 1 m."""
+    """Check fall, rebound and energy of a stiff block that is dropped from 1 m."""
     stiffness = 1e8
     omega = np.sqrt(2 * stiffness / DENSITY)
     steps = (1e-4,) if short else (8e-4, 4e-4, 2e-4, 1e-4, 5e-5)
@@ -55,19 +55,19 @@ def bounce(short: bool) -> Outcome:
             gain = (total - total[0]).max() / (DENSITY * nml.GRAVITY)
             rows.append(at_most("energy above the start, of m g h", gain, 1e-6))
             rows.append(at_most("audit", audit, 1e-6))
-    tables = [] if short else [_bounce_table(steps, table)]
-    return Outcome(rows, _draw_bounce(runs, table), tables)
+    tables = [] if short else [_rebound_table(steps, table)]
+    return Outcome(rows, _draw_rebounds(runs, table), tables)
 
 
 def _scheme_restitution(step: float) -> float:
-    """Return the restitution of half a period of contact with the damping of the scheme."""
+    """Return the restitution due to the damping of the scheme; `step`: ωΔt of the contact."""
     phase = np.arccos((4 - step**2) / (2 * (2 + step**2)) * np.sqrt(1 + step**2 / 2))
     decay = 0.5 * np.log(1 + step**2 / 2)
     return float(np.exp(-np.pi * decay / phase))
 
 
 def _rebound_height(time, height) -> float:
-    """Return the greatest height after the first contact, m, from a fitted parabola."""
+    """Return the largest height after the first contact, m."""
     first = int(np.argmax(height < 0))
     after = first + int(np.argmax(height[first:] > 0))
     top = after + int(np.argmax(height[after:]))
@@ -75,7 +75,7 @@ def _rebound_height(time, height) -> float:
 
 
 def _drop_block(time_step: float, stiffness: float):
-    """Return time (s), gap below the block (m), energy (J/m) and audit residual over m g h."""
+    """Drop a block; return time (s), height (m), energy (J/m) and audit residual over m g h."""
     body = nml.rectangle(-0.5, 1.0, 1.0, 1.0)
     text = nml.text(
         nml.control(time_step, round(1.6 / time_step), max_displacement_ratio=0.02),
@@ -96,7 +96,7 @@ def _drop_block(time_step: float, stiffness: float):
     return np.array(time), np.array(height), np.array(total), audit
 
 
-def _bounce_table(steps, table) -> Table:
+def _rebound_table(steps, table) -> Table:
     errors = [line[-1] for line in table]
     orders = observed_order(steps, errors)
     return Table(
@@ -106,7 +106,7 @@ def _bounce_table(steps, table) -> Table:
     )
 
 
-def _draw_bounce(runs, table):
+def _draw_rebounds(runs, table):
     figure, (left, right) = canvas()
     colors = ("0.8", "0.65", "0.5", "0.3", BLUE)
     for (dt, (time, height, *_)), color in zip(runs.items(), colors, strict=False):
@@ -133,12 +133,12 @@ def _draw_bounce(runs, table):
     "`docs/method.md` (fault 5 of the original lineage: linear rotation grows blocks).",
 )
 def rotation(short: bool) -> Outcome:
-    """Area, edge lengths and angular momentum after 100 turns."""
+    """Check area, edge lengths and angular momentum after 100 turns."""
     rows, pictures = [], []
     ell = np.array([[0, 0], [3, 0], [3, 1], [1, 1], [1, 2], [0, 2]], dtype=float)
     for name, shape in {"rectangle": nml.rectangle(0, 0, 2, 1), "L": ell}.items():
         for steps_per_turn in (40,) if short else (20, 200):
-            found = _spin(shape, 100, steps_per_turn)
+            found = _run_spinning_body(shape, 100, steps_per_turn)
             pictures.append((f"{name}, {steps_per_turn}", found))
             label = f"{name}, {steps_per_turn} steps a turn"
             rows += [
@@ -147,15 +147,15 @@ def rotation(short: bool) -> Outcome:
                 at_most(f"relative change of an edge, {label}", found["edge"], 1e-10),
                 at_most(f"relative change of angular momentum, {label}", found["momentum"], 1e-6),
             ]
-    return Outcome(rows, _draw_spin(pictures))
+    return Outcome(rows, _draw_rotation(pictures))
 
 
 def _edge_lengths(polygon) -> np.ndarray:
     return np.linalg.norm(np.roll(polygon, -1, axis=0) - polygon, axis=1)
 
 
-def _spin(shape, turns: int, steps_per_turn: int) -> dict:
-    """Spin a body of E = 10 GPa at one turn a second while it flies away at 1 m/s."""
+def _run_spinning_body(shape, turns: int, steps_per_turn: int) -> dict:
+    """Run a free body at one turn per second; return turns, largest changes and polygons."""
     rate = 2 * np.pi
     step, steps = 1 / steps_per_turn, turns * steps_per_turn
     text = nml.text(
@@ -181,7 +181,7 @@ def _spin(shape, turns: int, steps_per_turn: int) -> dict:
     return worst | {"turns": turned, "path": path, "changes": np.array(changes)}
 
 
-def _draw_spin(pictures):
+def _draw_rotation(pictures):
     figure, (left, right) = canvas(size=(11, 4.4), width_ratios=[3, 2])
     for i, (name, found) in enumerate(pictures):
         color = COLORS[i % len(COLORS)]
@@ -213,7 +213,7 @@ def _draw_spin(pictures):
     "A standard case; phases: rigid-body dynamics, derived here.",
 )
 def edge(short: bool) -> Outcome:
-    """Place, angle and time of landing; then at rest on the floor."""
+    """Check position, angle and time of landing, and equilibrium on the floor."""
     steps = (1e-4,) if short else (4e-4, 2e-4, 1e-4)
     truth = _integrate_tipping_block()
     runs = {dt: _run_sliding_block(dt) for dt in steps}
@@ -236,11 +236,11 @@ def edge(short: bool) -> Outcome:
     return Outcome(rows, _draw_landing(run, truth), [] if short else [table])
 
 
-WIDTH, HEIGHT, SPEED, TABLE = 1.0, 0.4, 2.0, 2.0  # m, m, m/s, m
+WIDTH, HEIGHT, SPEED, TABLE = 1.0, 0.4, 2.0, 2.0  # block (m, m, m/s), height of the table (m)
 
 
 def _run_sliding_block(time_step: float) -> dict:
-    """Run a stiff block that slides at 2 m/s off a table of 2 m; only the floor has friction."""
+    """Run a block that slides off a smooth table; return histories, landing and residuals."""
     body = nml.rectangle(-1.0, TABLE, WIDTH, HEIGHT)
     text = nml.text(
         nml.control(time_step, round(3.0 / time_step), max_displacement_ratio=0.02),
@@ -275,18 +275,18 @@ def _run_sliding_block(time_step: float) -> dict:
 
 
 def _integrate_tipping_block() -> dict:
-    """Rigid block on a smooth edge at (0, TABLE): slide, tip, fly until a corner is at y = 0.
+    """Return the exact motion of a rigid block that slides, tips, flies and lands.
 
-    While it tips the edge P touches the bottom face at distance s before the middle, so the
-    centre stands at P + s t + (h/2) n with t, n along and across the block.  Lagrange's
-    equations in (s, θ), θ < 0 clockwise::
+    While the block tips about the smooth edge P at (0, TABLE), its centre is at P + s t + (h/2) n
+    with unit vectors t, n along and across the block.  Lagrange's equations in (s, θ), θ < 0
+    clockwise, are::
 
         s'' − (h/2) θ'' = s θ'² − g sin θ
         (s² + h²/4 + I/m) θ'' − (h/2) s'' = −2 s s' θ' − g (s cos θ − (h/2) sin θ)
     """
     half = 0.5 * HEIGHT
     inertia = (WIDTH**2 + HEIGHT**2) / 12
-    start = 0.5 / SPEED  # the centre starts at −0.5 m
+    start = 0.5 / SPEED  # s; the centre is initially at −0.5 m
 
     def rates(_, z):
         s, angle, ds, turn = z
@@ -298,13 +298,13 @@ def _integrate_tipping_block() -> dict:
         return [ds, turn, *np.linalg.solve(matrix, load)]
 
     def force(t, z):
-        """Force across the face over the mass: n · (x'' + g)."""
+        """Return the normal force of the edge over the mass, n · (x'' + g)."""
         s, angle, ds, turn = z
         _, _, _, bend = rates(t, z)
         return 2 * ds * turn + s * bend - half * turn**2 + nml.GRAVITY * np.cos(angle)
 
     def off(t, z):
-        """Return 0 if the rear corner passes the edge or the force vanishes."""
+        """Return 0 if the rear corner reaches the edge or the force is zero."""
         return min(0.5 * WIDTH - z[0], force(t, z))
 
     off.terminal, off.direction = True, -1

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Restitution as a property of the joint: bounces at random phases, and Housner's impact times."""
+"""Restitution of joints: rebounds, Housner's impact times, and corner impacts."""
 
 from dataclasses import dataclass
 
@@ -23,13 +23,13 @@ STORED = ("kinetic", "strain", "contact", "support")
     "`docs/impacts.md`.",
 )
 def restitution(short: bool) -> Outcome:
-    """Every bounce within 0.02 of the given restitution, energy never above its first value."""
+    """Check that rebounds are within 0.02 of the restitution, and that energy never increases."""
     random = np.random.default_rng(16)
     count, omegas = (2, (0.05, 2.0, 300.0)) if short else (40, (0.05, 0.3, 2.0, 20.0, 300.0))
     rows, figure = [], canvas(1, size=(7, 4))
     for i, asked in enumerate((0.0, 0.2, 0.5, 0.8)):
         got = np.array([
-            (omega, *_run_bounce(omega, asked, random.random(), stiff))
+            (omega, *_run_impact(omega, asked, random.random(), stiff))
             for omega in omegas
             for stiff in random.integers(0, 2, count)
         ])  # fmt: skip
@@ -45,8 +45,11 @@ def restitution(short: bool) -> Outcome:
     return Outcome(rows, figure[0])
 
 
-def _run_bounce(omega, asked, phase, stiff) -> tuple[float, float, float]:
-    """Return restitution, energy growth and audit; `stiff`: penalty of 40 E, else far below E."""
+def _run_impact(omega, asked, phase, stiff) -> tuple[float, float, float]:
+    """Return restitution, relative energy gain and audit of an impact at a phase of the step.
+
+    `stiff`: the penalty is 40 E; otherwise it is far less than E.
+    """
     time_step = 1e-3
     penalty = 0.5 * DENSITY * (omega / time_step) ** 2
     modulus = penalty / 40 if stiff else max(1e12, 1e3 * penalty)
@@ -77,7 +80,7 @@ def _run_bounce(omega, asked, phase, stiff) -> tuple[float, float, float]:
     "Housner (1963), Bull. Seism. Soc. Am. 53(2).",
 )
 def rocking_times(short: bool) -> Outcome:
-    """First four impacts within 2 %, overturning within 2 % of the pulse."""
+    """Check the first four impact times and the overturning pulse, all within 2 %."""
     theory = np.array([0.34917, 0.91745, 1.39964, 1.81777])
     penalties = (1e8, 1e11) if short else (1e8, 1e9, 1e10, 1e11)
     steps = (1e-3,) if short else (1e-3, 3e-4, 1e-4)
@@ -111,7 +114,7 @@ def rocking_times(short: bool) -> Outcome:
 
 
 def _run_rocking(penalty, time_step, duration=1.9, angle=None, pulse=None, scale=1.0):
-    """Return time (s), angle (rad) and audit of a block rocking from an angle or by a pulse."""
+    """Return time (s), angle (rad) and audit of a block released at an angle or under a pulse."""
     width, height = 0.25 * scale, 1.0 * scale
     slender = np.arctan2(width, height)
     angle = 0.5 * slender if angle is None else angle
@@ -142,7 +145,7 @@ def _run_rocking(penalty, time_step, duration=1.9, angle=None, pulse=None, scale
     "`docs/impacts.md`.",
 )
 def corner_impacts(short: bool) -> Outcome:
-    """Velocity after each impact within 1e-3 of the speed before."""
+    """Check the velocity after each impact, within 1e-3 of the speed before."""
     random, count = np.random.default_rng(97), 40 if short else 200
     found = []
     while len(found) < count:
@@ -168,9 +171,9 @@ def corner_impacts(short: bool) -> Outcome:
 
 @dataclass
 class _Corner:
-    """A tilted block that lands on its lowest corner, and the motion of a rigid one.
+    """An impact of the lowest corner of a tilted rigid block.
 
-    `before`, `after`: velocities of the centre of mass, m/s, and angular one, rad/s.
+    `before`, `after`: velocity of the centre of mass (m/s) and angular velocity (rad/s).
     """
 
     size: np.ndarray
@@ -183,7 +186,7 @@ class _Corner:
 
     @classmethod
     def random_corner(cls, random, near_limit: bool) -> "_Corner | None":
-        """Return a random corner impact; None if it hardly descends or has several solutions."""
+        """Return a random impact; None if the corner is slow or several solutions exist."""
         size, tilt = random.uniform(0.3, 2.0, 2), np.radians(random.uniform(3.0, 87.0))
         before = np.array([random.uniform(-1, 1), -random.uniform(0.3, 1.5), random.uniform(-1, 1)])
         restitution = float(random.choice([0.0, 0.0, 0.3, 0.8]))
@@ -207,7 +210,7 @@ class _Corner:
 
     @property
     def softness(self) -> np.ndarray:
-        """Return M⁻¹."""
+        """Return the inverse M⁻¹ of the mass matrix, shape (3, 3)."""
         mass = DENSITY * np.prod(self.size)
         return np.diag([1 / mass, 1 / mass, 12 / (mass * np.sum(self.size**2))])
 
@@ -237,7 +240,7 @@ class _Corner:
         return answers
 
     def impact_error(self, random) -> tuple[float, float]:
-        """Return error of the velocity after impact in the engine, over the speed before; audit."""
+        """Return the velocity error of the engine over the speed before impact, and the audit."""
         time_step, omega = 2e-5, 10 ** random.uniform(-1, 1.5)
         penalty = DENSITY * np.prod(self.size) * (omega / time_step) ** 2
         modulus = min(1e17, 1e2 * penalty)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Members of the time integration: energy, transfer functions, and supports that do not ring."""
+"""Members of the time integration: energies, transfer functions, and motion of supports."""
 
 from itertools import product
 from typing import NamedTuple
@@ -19,18 +19,18 @@ from .rocking import SLENDER, tower_text
 from .settlement import PENALTIES, TIME_STEPS, wall_text
 from .sliding import record_file, recorded
 
-OTHERS = ("midpoint", "theta", "backward_euler")  # besides the DDA member
-ROCK = (2643.0, 4.788e9, 0.25)  # kg/m³, Pa: table I of the paper
+OTHERS = ("midpoint", "theta", "backward_euler")  # members other than DDA
+ROCK = (2643.0, 4.788e9, 0.25)  # table I of the paper: kg/m³, Pa, Poisson's ratio
 GLUE = {"cohesion": 1e12, "tensile_strength": 1e12}  # Pa
-PENALTY = 300.0  # of E × 1 m
-WIDTH = 15.0  # m, of the layers
+PENALTY = 300.0  # penalty over E × 1 m
+WIDTH = 15.0  # width of the layers, m
 
 
 # ---------------------------------------------------------------- layered columns
 
 
 def column_text(layers, rock, steps, shaking, height=None, penalty=None, body=None, **more) -> str:
-    """Layers on a base block that follows a motion "shaking" in x.
+    """Return layers on a base block that follows the motion "shaking" along x.
 
     Parameters
     ----------
@@ -40,11 +40,11 @@ def column_text(layers, rock, steps, shaking, height=None, penalty=None, body=No
     steps : tuple
         Time step (s) and number of steps.
     shaking : str
-        The group ``&motion``.
+        Group ``&motion``.
     height : float, optional
-        Of all layers, m; by default each has 1 m.
+        Total height, m; default: 1 m per layer.
     penalty : float, optional
-        N/m; by default `PENALTY` times Young's modulus.
+        N/m; default: `PENALTY` × Young's modulus × 1 m.
     body : dict, optional
         Other variables of ``&material``.
     **more
@@ -67,7 +67,7 @@ def column_text(layers, rock, steps, shaking, height=None, penalty=None, body=No
 
 
 def soil_column_text(time_step: float, duration: float, **more) -> str:
-    """30 m of soil, V_s 350 m/s, in layers of 1 m under the shipped record."""
+    """Return 30 layers of soil of 1 m, V_s = 350 m/s, under the shipped record."""
     density, speed, poisson = 1900.0, 350.0, 0.3
     young = 2 * (1 + poisson) * density * speed**2
     steps = (time_step, round(duration / time_step))
@@ -93,9 +93,9 @@ def _surface_and_base(history) -> tuple[np.ndarray, np.ndarray]:
     "`docs/method.md`.",
 )
 def supports(short: bool) -> Outcome:
-    """Table I's layers and 30 m of soil under a record, at steps far beyond 4/ω of the supports."""
-    duration = 45.0  # s, ten after the end of the record
-    site = (2.29e-3, 4e-3, 5e-3, 7e-3, 10e-3)  # 1 ms: the paper's layers
+    """Check amplification and base motion with time steps far above 4/ω of the supports."""
+    duration = 45.0  # s, 10 s longer than the record
+    site = (2.29e-3, 4e-3, 5e-3, 7e-3, 10e-3)  # time steps, s; the layers of the paper use 1 ms
     texts = {f"table I, Δt {1e3 * dt:g} ms":
              column_text(15, ROCK, (dt, round(duration / dt)), recorded("shaking"))
              for dt in site}  # fmt: skip
@@ -116,7 +116,7 @@ def supports(short: bool) -> Outcome:
 
 
 def with_transfer(text: str):
-    """History, peak of the exact transfer function (Hz, amplitude), peak of the run."""
+    """Run an input; return its history, the exact peak (Hz, amplitude) and the peak of the run."""
 
     def largest(low, high):
         frequency = np.linspace(low, high, 401)
@@ -134,8 +134,10 @@ def with_transfer(text: str):
 
 
 def base_and_record(history):
-    """Accelerations of the base and of the record averaged over each step (m/s²), and the root mean
-    square of the base after the record over its peak."""
+    """Return accelerations of base and record, and the rms of the base after the record over peak.
+
+    The accelerations (m/s²) are means over each time step.
+    """
     time, base = history.time.values, _surface_and_base(history)[1][1:]
     record = read_record(record_file(), format="smc", unit="cm/s2")
     velocity = np.interp(time, record.time.values, record.velocity.values, right=0.0)
@@ -172,16 +174,16 @@ BAND = (5.0, 150.0)  # Hz
 
 
 def transfer_error(changes: dict) -> tuple:
-    """Largest error of the transfer function by time stepping, relative, over `BAND`.
+    """Return the largest relative error of a transfer function by time stepping over `BAND`.
 
-    Five layers of rock under one short pulse in steps of 1 ms: the ratio of the spectra of what
-    two points do until all has died out, against `sitedda.transfer`.
+    Five layers of rock are excited by a short pulse.  The ratio of the spectra of two points is
+    compared with `sitedda.transfer`.
 
     Returns
     -------
     error : float
     frequency, found, exact : ndarray
-        Hz, and both moduli.
+        Frequency (Hz), amplification by time stepping, and exact amplification.
     """
     step = 1e-3
     time = np.arange(0.0, 0.06, step)
@@ -199,20 +201,20 @@ def transfer_error(changes: dict) -> tuple:
 
 
 class Audited(NamedTuple):
-    """Energies of one run, over the gross energy exchanged."""
+    """Energies of a run over the exchanged energy."""
 
-    gain: float  # highest total above the start
-    growth: float  # largest growth in a step
-    lowest: float  # lowest total, below the start
-    residual: float  # largest balance
+    gain: float  # largest increase of the total energy since the start
+    growth: float  # largest increase of the total energy in a step
+    lowest: float  # smallest change of the total energy since the start
+    residual: float  # largest residual of the audit
     time: np.ndarray  # s
-    total: np.ndarray  # above the start
+    total: np.ndarray  # change of the total energy since the start
 
 
 def audited(text: str, every: int = 1) -> Audited:
-    """Run an input on which only gravity does work, and return its energies.
+    """Run an input in which only gravity does work, and return its energies.
 
-    That is the most that gravity has done or that was kinetic.
+    The exchanged energy is the largest work of gravity or kinetic energy.
     """
     time, total, balance, handed = [0.0], [0.0], [0.0], 0.0
     with nml.simulation(text) as model:
@@ -229,7 +231,7 @@ def audited(text: str, every: int = 1) -> Audited:
 
 
 def collision_text(time_step: float, **more) -> str:
-    """A block of 1 m x 1 m that flies at 1 m/s onto a fixed one, slightly turned, and away."""
+    """Return a slightly rotated block that hits a fixed block at 1 m/s and rebounds."""
     flying = nml.rectangle(0.011, 0.0, 1.0, 1.0) @ np.array([[1.0, 0.02], [-0.02, 1.0]])
     more |= {"gravity": (0, 0), "max_displacement_ratio": 0.02}
     return nml.text(
@@ -244,7 +246,7 @@ def collision_text(time_step: float, **more) -> str:
 
 
 def _energy_texts(integration: str, short: bool) -> dict[str, tuple[str, int]]:
-    """Return inputs by name, with the number of steps between checks."""
+    """Return inputs by name, with the number of steps between evaluations of energy."""
     member = {"integration": integration}
     sizes = (50,) if short else (50, 200)
     steps = TIME_STEPS[:2] if short else TIME_STEPS
@@ -268,7 +270,7 @@ def _energy_texts(integration: str, short: bool) -> dict[str, tuple[str, int]]:
     "`docs/method.md`.",
 )
 def integration(short: bool) -> Outcome:
-    """Energies of walls, a rocking block, a collision and falling polygons; transfer functions."""
+    """Check energies and transfer functions of each member."""
     rows, lines, drawn, curves = [], [], {}, {}
     for name in OTHERS:
         texts = _energy_texts(name, short)
@@ -286,10 +288,10 @@ def integration(short: bool) -> Outcome:
         ("member", "model", "above the start", "growth in a step", "lowest", "audit"),
         lines,
     )
-    return Outcome(rows, _draw_integration(drawn, curves), [table])
+    return Outcome(rows, _draw_energies_and_transfer(drawn, curves), [table])
 
 
-def _draw_integration(drawn, curves):
+def _draw_energies_and_transfer(drawn, curves):
     figure, (left, right) = canvas(2, size=(12, 4.2))
     for (name, found), color in zip(drawn.items(), COLORS, strict=False):
         left.plot(found.time, found.total, color=color, label=name)

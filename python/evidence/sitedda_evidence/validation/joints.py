@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Waves through elastic, serial, slipping and closing joints, and a released slope."""
+"""Waves through elastic, slipping and closing joints, and a slope released by a shock."""
 
 import functools
 from collections.abc import Sequence
@@ -23,16 +23,16 @@ PER_STEP = 0.25  # Δt over the travel time of a wave through a block
 
 @dataclass(frozen=True)
 class Bar:
-    """A bar of bonded blocks, driven at one end; joints of another kind at some of their sides.
+    """A bar of bonded blocks with an input motion at one end; it may contain other joints.
 
     Attributes
     ----------
     wave : str
-        ``"P"`` along the bar, or ``"S"`` across it, with blocks held against turning.
+        ``"P"``: motion along the bar; ``"S"``: motion across it, with blocks that cannot rotate.
     size : float
         Length of a block, m; the bar is 1 m wide.
     before, after : int
-        Blocks before the first joint, and from there on.
+        Number of blocks before and after the first joint.
     """
 
     wave: str = "P"
@@ -42,34 +42,37 @@ class Bar:
 
     @property
     def modulus(self) -> float:
-        """Young's or shear modulus of the bar, Pa."""
+        """Return Young's or shear modulus of the bar, Pa."""
         return YOUNG if self.wave == "P" else 0.5 * YOUNG
 
     @property
     def speed(self) -> float:
-        """Wave velocity, m/s."""
+        """Return the wave velocity, m/s."""
         return np.sqrt(self.modulus / DENSITY)
 
     @property
     def impedance(self) -> float:
-        """ρc, Pa s/m."""
+        """Return the impedance ρc, Pa s/m."""
         return DENSITY * self.speed
 
     @property
     def time_step(self) -> float:
-        """Δt, s."""
+        """Return the time step, s."""
         return PER_STEP * self.size / self.speed
 
     def stiffer(self) -> float:
-        """Return Young's modulus (Pa) of blocks that, with springs, gives that of the bar.
+        """Return Young's modulus (Pa) of blocks that compensates the compliance of contacts.
 
-        Two contacts, k_n along and k_n/2.5 across, stand in series with each block.
+        Two contacts, with k_n along and k_n/2.5 across, are in series with each block.
         """
         spring = 2 * PENALTY / (1.0 if self.wave == "P" else 2.5)
         return YOUNG / (1 - self.modulus / (spring * self.size))
 
     def text(self, steps: int, way, spacing: float, joints: Sequence[int] = (), **law) -> str:
-        """Input: `way` (m) every `spacing` (s) at the end, joints at the sides of some blocks."""
+        """Return the input with displacements `way` (m) at intervals `spacing` (s) at the end.
+
+        The blocks `joints` have a joint of the given law at their left side.
+        """
         angle = law.pop("friction_angle", 45.0)
         parts = [
             nml.control(self.time_step, steps, (0, 0), integration="midpoint"),
@@ -96,43 +99,46 @@ class Bar:
         return "".join(parts)
 
     def run(self, *arguments, **law):
-        """History, and the velocities (m/s) before and after the joints."""
+        """Return the history, and velocities (m/s) before and after the joints; see `text`."""
         data = nml.history(self.text(*arguments, **law))
         axis = 0 if self.wave == "P" else 1
         return data, *(data.velocity.sel(point=p).values[:, axis] for p in ("before", "after"))
 
 
 def _smooth_step(bar: Bar, width: float):
-    """Return a displacement of Gaussian velocity, e^(−½) at `width` blocks; sampling interval."""
+    """Return a displacement (m) with Gaussian velocity of standard deviation `width` blocks.
+
+    The second value is the sampling interval, s.
+    """
     duration = 8 * width * bar.size / bar.speed
     time = np.linspace(0, duration, 401)
     spread = width * bar.size / bar.speed
     return 1e-7 * (1 + erf((time - duration / 2) / spread / np.sqrt(2))), float(time[1])
 
 
-def _compute_spectrum(values: np.ndarray) -> np.ndarray:
+def _padded_spectrum(values: np.ndarray) -> np.ndarray:
     return np.fft.rfft(values, 16 * len(values))
 
 
 @functools.cache
 def _incident_wave(bar: Bar, width: float):
-    """Return time and velocities of the bar without joints."""
+    """Return time (s) and both velocities (m/s) of the bar without joints."""
     way, spacing = _smooth_step(bar, width)
     steps = int(2.45 * min(bar.before, bar.after) / PER_STEP)
     data, before, after = bar.run(steps, way - way[0], spacing)
     return data.time.values, before, after
 
 
-def _transmission(bar: Bar, width: float, joints: Sequence[int], stiffness: float):
-    """Return angular frequencies (rad/s), T and R (complex) of elastic joints, and the history."""
+def _measure_transmission(bar: Bar, width: float, joints: Sequence[int], stiffness: float):
+    """Return frequencies ω (rad/s), complex T and R of elastic joints, and the history."""
     way, spacing = _smooth_step(bar, width)
     time, before, after = _incident_wave(bar, width)
     stiff = {"normal_stiffness_per_area": stiffness, "shear_stiffness_per_area": stiffness}
     data, at, beyond = bar.run(len(time) - 1, way - way[0], spacing, joints, **GLUE, **stiff)
     omega = 2 * np.pi * np.fft.rfftfreq(16 * len(time), bar.time_step)
     with np.errstate(divide="ignore", invalid="ignore"):
-        passed = _compute_spectrum(beyond) / _compute_spectrum(after)
-        back = _compute_spectrum(at - before) / _compute_spectrum(before)
+        passed = _padded_spectrum(beyond) / _padded_spectrum(after)
+        back = _padded_spectrum(at - before) / _padded_spectrum(before)
     return omega, passed, back, data
 
 
@@ -149,12 +155,12 @@ def _transmission(bar: Bar, width: float, joints: Sequence[int], stiffness: floa
     "Res. 95.",
 )
 def elastic_joint(short: bool) -> Outcome:
-    """Transmission, reflection and delay over ξ, and their dependence on the block size."""
+    """Check transmission, reflection and delay over ξ, and the effect of the block size."""
     rows, drawn = [], {}
     largest = 1.0 if short else 3.0
     for wave in "P" if short else "PS":
         bar = Bar(wave, before=110, after=110) if short else Bar(wave)
-        found, data = _scan_stiffness(bar, largest, 7.0)
+        found, data = _measure_over_xi(bar, largest, 7.0)
         drawn[wave] = found
         marks = (0.1, 0.5, 1.0) if short else (0.1, 0.2, 0.5, 1.0, 2.0, 3.0)
         for mark in marks:
@@ -165,7 +171,7 @@ def elastic_joint(short: bool) -> Outcome:
             rows.append(relative(f"|R|, {name}", abs(xi * theory), abs(back), 1e-2))
             rows.append(relative(f"ωτ, {name}", np.arctan(xi.real), -np.angle(passed), 1e-2))
         rows.append(at_most(f"audit, {wave}", nml.residual(data), 1e-6))
-    tables = [] if short else [_tabulate_block_sizes()]
+    tables = [] if short else [_block_size_table()]
     figure, axes = canvas()
     for wave, (xi, passed, back) in drawn.items():
         for axis, values, theory in (
@@ -179,21 +185,24 @@ def elastic_joint(short: bool) -> Outcome:
     return Outcome(rows, figure, tables)
 
 
-def _scan_stiffness(bar: Bar, largest: float, width: float, shortest: float = 20.0):
-    """ξ, T, R (rows) from ξ = 0.1 to its largest, at a wave of `shortest` blocks; the history."""
+def _measure_over_xi(bar: Bar, largest: float, width: float, shortest: float = 20.0):
+    """Return rows ξ, T, R from ξ = 0.1 to `largest`, and the history.
+
+    At `largest`, the wavelength is `shortest` blocks.
+    """
     stiffness = np.pi * bar.speed / (shortest * bar.size) * bar.impedance / largest
-    omega, passed, back, data = _transmission(bar, width, (bar.before,), stiffness)
+    omega, passed, back, data = _measure_transmission(bar, width, (bar.before,), stiffness)
     xi = omega * bar.impedance / (2 * stiffness)
     band = (xi > 0.09) & (xi < 1.02 * largest)
     return np.array([xi[band], passed[band], back[band]]), data
 
 
-def _tabulate_block_sizes() -> Table:
-    """Error at ξ = 1 by the number of blocks in a wave."""
+def _block_size_table() -> Table:
+    """Tabulate the error at ξ = 1 over the number of blocks per wavelength."""
     counts, errors = (10, 20, 40), []
     for count in counts:
         bar = Bar("P", before=3 * count + 60, after=3 * count + 60)
-        found, _ = _scan_stiffness(bar, 1.0, 0.35 * count, count)
+        found, _ = _measure_over_xi(bar, 1.0, 0.35 * count, count)
         xi, passed, back = found[:, np.argmin(np.abs(found[0].real - 1.0))]
         theory = 1 / (1 + 1j * xi)
         errors.append((abs(passed / theory - 1), abs(abs(back / (xi * theory)) - 1)))
@@ -215,7 +224,7 @@ def _tabulate_block_sizes() -> Table:
     "Transfer matrices of a layered medium; Pyrak-Nolte, Myer and Cook (1990).",
 )
 def joints_in_series(short: bool) -> Outcome:
-    """Transmission of two and four joints at ξ = ½, and the stop band."""
+    """Check the transmission of two and four joints at ξ = ½, and the stop band."""
     spacings = (0.1,) if short else (0.02, 0.1, 0.3, 0.5)
     rows, kept = [], {}
     for spacing in spacings:
@@ -226,7 +235,7 @@ def joints_in_series(short: bool) -> Outcome:
         for count in (2, 4):
             blocks = round(spacing * wave)
             joints = tuple(bar.before + i * blocks for i in range(count))
-            omega, passed, _, data = _transmission(bar, 0.14 * wave, joints, stiffness)
+            omega, passed, _, data = _measure_transmission(bar, 0.14 * wave, joints, stiffness)
             kept[spacing, count] = omega * bar.size * wave / (2 * np.pi * bar.speed), passed
             at = np.argmin(np.abs(kept[spacing, count][0] - 1))
             theory = _series_transmission(0.5, 2 * np.pi * spacing, count)
@@ -261,10 +270,10 @@ def joints_in_series(short: bool) -> Outcome:
 
 
 def _stop_band(two, four) -> tuple[float, float]:
-    """Return the longest band, ω/ω(ξ = ½), in which cos² 2Φ > 1, so that Φ is not real.
+    """Return the widest band of ω/ω(ξ = ½) with cos² 2Φ > 1, in which Φ is not real.
 
-    With X_N = |T_N|⁻² − 1 of two and four joints, X₄/X₂ = 4 cos² 2Φ.  Each argument holds
-    ω/ω(ξ = ½) and T.
+    With X_N = |T_N|⁻² − 1, X₄/X₂ = 4 cos² 2Φ.  The arguments are (ω/ω(ξ = ½), T) of two and four
+    joints.
     """
     ratio = two[0]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -276,7 +285,7 @@ def _stop_band(two, four) -> tuple[float, float]:
 
 
 def _series_transmission(xi, angle, count: int):
-    """Return |T| of `count` joints with kd = `angle`."""
+    """Return the theoretical |T| of `count` joints with kd = `angle`."""
     phase = np.arccos((np.cos(angle) - xi * np.sin(angle)).astype(complex))
     return 1 / np.sqrt(1 + np.real((xi * np.sin(count * phase) / np.sin(phase)) ** 2))
 
@@ -293,7 +302,7 @@ def _series_transmission(xi, angle, count: int):
     "Miller (1978), Bull. Seism. Soc. Am. 68; the closed form is elementary.",
 )
 def plastic_joint(short: bool) -> Outcome:
-    """T, R, A and the work of friction for strengths over incident stress."""
+    """Check T, R, A and the work of friction for several strengths over incident stress."""
     shares = (0.5,) if short else (0.3, 0.5, 0.65, 0.8)
     bar = Bar("S", before=130, after=130) if short else Bar("S", before=250, after=250)
     wave = 50 if short else 100  # blocks in a wavelength
@@ -321,7 +330,7 @@ def plastic_joint(short: bool) -> Outcome:
         rows.append(relative(f"friction, a = {share:g}", clipped_sine(share)[2] ** 2, work, 5e-3))
         rows.append(at_most(f"audit, a = {share:g}", nml.residual(data), 1e-6))
         drawn = data.time.values, base_after, after, share
-    return Outcome(rows, _draw_slip(drawn, speed, rows))
+    return Outcome(rows, _draw_slipping_joint(drawn, speed, rows))
 
 
 def clipped_sine(share: float) -> np.ndarray:
@@ -335,7 +344,7 @@ def clipped_sine(share: float) -> np.ndarray:
     return np.sqrt([passed, back, 1 - passed - back])
 
 
-def _draw_slip(drawn, speed: float, rows):
+def _draw_slipping_joint(drawn, speed: float, rows):
     figure, (left, right) = canvas()
     time, incident, passed, share = drawn
     left.plot(1e3 * time, incident / speed, color="0.7", label="without the joint")
@@ -363,7 +372,7 @@ def _draw_slip(drawn, speed: float, rows):
     "Method of characteristics, as Zhao and Cai (2001), Int. J. Rock Mech. Min. Sci. 38.",
 )
 def closing_joint(short: bool) -> Outcome:
-    """Peak of the transmitted pulse for three amplitudes."""
+    """Check the peak of the transmitted pulse for three amplitudes."""
     speeds = (0.05,) if short else (1e-3, 0.05, 0.3)
     size = 2.0 if short else 1.0
     bar = Bar("P", size, int(60 / size), int(130 / size))
@@ -391,7 +400,7 @@ def closing_joint(short: bool) -> Outcome:
 
 
 def _transmitted_velocity(bar: Bar, speed: float, period: float, stiffness: float, closure: float):
-    """Integrate the differential equation of the transmitted velocity."""
+    """Return the solution (scipy) of the differential equation of the transmitted velocity."""
 
     def rate(t, v):
         incident = speed * np.sin(2 * np.pi * t / period)

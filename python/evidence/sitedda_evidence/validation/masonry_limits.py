@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Masonry at its limit: an arch limited by friction, and walls on a tilting table."""
+"""Limits of masonry: friction of an arch, and inclination of walls on a tilting table."""
 
 import math
 from functools import partial
@@ -12,15 +12,16 @@ from sitedda.stability import bisect
 
 from ..case import Outcome, at_most, case, true
 from ..model import GRAVITY, rectangle
-from .slopes import Rest, rest_of
+from .slopes import is_stable, rest_of
 from .stability import RADIUS, voussoirs
 
 TILT = {(3, 6): 30.862, (4, 12): 26.458}  # bricks × courses: upper limit of the angle, degrees
-FRICTION = 0.65  # of the walls
+FRICTION = 0.65  # friction coefficient of the walls
+MOVED = 5e-3  # displacement of a vertex that counts as collapse, m
 
 
 def arch(friction: float, thickness: float) -> Model:
-    """A half-circle arch of 27 voussoirs, of a thickness over its radius, on two bases."""
+    """Return a half-circle arch of 27 voussoirs; `thickness` is a fraction of the radius."""
     model = Model("Arch held by friction", time_step=1e-2, gravity=(0.0, -GRAVITY))
     _add_stone(model, friction)
     for stone in voussoirs(27, thickness * RADIUS):
@@ -34,7 +35,7 @@ def arch(friction: float, thickness: float) -> Model:
 
 
 def tilted_wall(bricks: int, courses: int, angle: float) -> Model:
-    """A dry wall of bricks 2 : 1 on a table tilted by an angle (degrees), in axes of the table."""
+    """Return a dry wall of bricks 2 : 1 on a tilted table (degrees), in axes of the table."""
     tilt = math.radians(angle)
     model = Model("Wall on a tilting table", time_step=1e-2)
     model.control(gravity=(GRAVITY * math.sin(tilt), -GRAVITY * math.cos(tilt)))
@@ -48,6 +49,7 @@ def tilted_wall(bricks: int, courses: int, angle: float) -> Model:
 
 
 def _add_stone(model: Model, friction: float) -> None:
+    """Add contact, material and dry joint with a friction coefficient to a model."""
     model.contact(normal_stiffness=1e11, shear_ratio=0.1)
     model.material("stone", density=2000.0, young_modulus=1e12, poisson_ratio=0.0)
     model.joint("dry", friction_angle=math.degrees(math.atan(friction)))
@@ -64,25 +66,19 @@ def arch_friction(short: bool) -> Outcome:
     high = rest_of(arch(0.40, 0.112))
     rows = [
         true("t/R 0.112 stands at μ 0.40", True, high is not None and high.moved < 1e-3),
-        true("t/R 0.112 stands at μ 0.30", False, _is_at_rest(rest_of(arch(0.30, 0.112)))),
+        true("t/R 0.112 stands at μ 0.30", False, is_stable(arch(0.30, 0.112), MOVED)),
     ]
     if not short:
-        rows.append(
-            true("t/R 0.105 stands at μ 0.40", False, _is_at_rest(rest_of(arch(0.4, 0.105))))
-        )
+        got = is_stable(arch(0.4, 0.105), MOVED)
+        rows.append(true("t/R 0.105 stands at μ 0.40", False, got))
     figure, axes = canvas(1, size=(6, 3.6))
     draw_blocks(axes[0], high.polygons if high else [], STONE)
     bare(axes[0])
     return Outcome(rows, figure)
 
 
-def _is_at_rest(rest: Rest | None) -> bool:
-    """Return whether the arch is in equilibrium and no vertex has moved by 5 mm."""
-    return rest is not None and rest.moved < 5e-3
-
-
-def _wall_stands(bricks: int, courses: int, angle: float) -> bool:
-    return _is_at_rest(rest_of(tilted_wall(bricks, courses, angle)))
+def _is_wall_stable(bricks: int, courses: int, angle: float) -> bool:
+    return is_stable(tilted_wall(bricks, courses, angle), MOVED)
 
 
 @case(
@@ -92,13 +88,13 @@ def _wall_stands(bricks: int, courses: int, angle: float) -> bool:
     "Limit analysis by linear programming.",
 )
 def tilting_wall(short: bool) -> Outcome:
-    """Find the angle at which a wall collapses."""
+    """Check the angle at which walls collapse."""
     rows = []
     figure, axes = canvas(2, size=(9, 4))
     for at, (size, limit) in zip(axes, TILT.items(), strict=True):
         if short and size != (3, 6):
             continue
-        holds = partial(_wall_stands, *size)
+        holds = partial(_is_wall_stable, *size)
         low, high = 0.95 * limit, limit
         if short:
             low, high = (low if holds(low) else 0.0), (2 * limit if holds(high) else high)
@@ -108,7 +104,8 @@ def tilting_wall(short: bool) -> Outcome:
         rows.append(at_most(f"{words}: angle over its upper limit", high / limit, 1.0))
         rows.append(at_most(f"{words}: shortfall of it", 1.0 - low / limit, 0.06))
         rest = rest_of(tilted_wall(*size, low))
-        rows.append(true(f"{words}: rests at the lower angle", True, _is_at_rest(rest)))
+        rested = rest is not None and rest.moved < MOVED
+        rows.append(true(f"{words}: rests at the lower angle", True, rested))
         if rest is None:
             continue
         turn = math.radians(low)

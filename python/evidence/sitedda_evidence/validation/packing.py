@@ -13,26 +13,26 @@ from .. import model as nml
 from ..case import Outcome, Table, at_most, case, true
 
 DENSITY, YOUNG, PENALTY, TIME_STEP = 2500.0, 1e9, 1e9, 5e-4  # kg/m³, Pa, N/m, s
-SPACING = 0.25  # m, spacing of the grid of polygons
-# m, largest overlap at rest with locked wedges; piles of other seeds have 15 to 200 µm
+SPACING = 0.25  # spacing of the grid of polygons, m
+# largest allowed overlap at rest, m; piles of other seeds have 15 to 200 µm
 DEEPEST = 5e-4
-DEEPEST_EVER = 2e-3  # m, largest overlap at any time, with impacts of up to 7 m/s
+DEEPEST_EVER = 2e-3  # largest allowed overlap at any time, with impacts of up to 7 m/s, m
 
 
 def polygons(count: int, columns: int, seed: int = 5) -> list[np.ndarray]:
-    """Random convex polygons of 3 to 8 corners, each within a cell of its own.
+    """Return random convex polygons of 3 to 8 corners, each within a cell of a grid.
 
     Parameters
     ----------
     count, columns : int
-        How many, and how many side by side.
+        Number of polygons, and number of columns of the grid.
     seed : int
-        Of the generator, so that the pile is always the same.
+        Seed of the random numbers.
 
     Returns
     -------
     list of ndarray
-        Shape (n, 2), m, counter-clockwise, standing above y = 0.1 m.
+        Vertices, shape (n, 2), m, counter-clockwise, above y = 0.1 m.
     """
     random, found = np.random.default_rng(seed), []
     while len(found) < count:
@@ -49,7 +49,7 @@ def polygons(count: int, columns: int, seed: int = 5) -> list[np.ndarray]:
 
 
 def overlap(first: np.ndarray, second: np.ndarray) -> float:
-    """Depth (m) to which two convex polygons overlap, by separating axes; ≤ 0 if they do not."""
+    """Return the overlap (m) of two convex polygons by separating axes; ≤ 0 if separate."""
     least = np.inf
     for one, other in ((first, second), (second, first)):
         along = np.roll(one, -1, axis=0) - one
@@ -61,7 +61,7 @@ def overlap(first: np.ndarray, second: np.ndarray) -> float:
 
 
 def deepest_overlap(shapes: list[np.ndarray]) -> float:
-    """Return the largest overlap (m) of any two of many convex polygons."""
+    """Return the largest overlap (m) of all pairs of convex polygons."""
     centres = np.array([shape.mean(axis=0) for shape in shapes])
     arms = (shape - centre for shape, centre in zip(shapes, centres, strict=True))
     radii = np.array([np.linalg.norm(arm, axis=1).max() for arm in arms])
@@ -81,7 +81,7 @@ def deepest_overlap(shapes: list[np.ndarray]) -> float:
     "A test of the field on many blocks.",
 )
 def packing(short: bool) -> Outcome:
-    """Drop the polygons twice."""
+    """Check equilibrium, overlaps and energies of two identical runs."""
     count, columns, duration = (60, 8, 4.0) if short else (1000, 50, 5.0)
     first = _run_packing(count, columns, duration)
     second = _run_packing(count, columns, duration if short else 1.5)
@@ -105,7 +105,7 @@ def packing(short: bool) -> Outcome:
 
 
 def pile_text(count: int, columns: int, duration: float, **more) -> str:
-    """The input: polygons above an open box; `more` goes to ``&control``."""
+    """Return an input of polygons above an open box; `more` are variables of ``&control``."""
     width, height = columns * SPACING, (count // columns + 2) * SPACING
     return nml.text(
         nml.control(TIME_STEP, round(duration / TIME_STEP), **more),
@@ -121,7 +121,7 @@ def pile_text(count: int, columns: int, duration: float, **more) -> str:
 
 
 def _run_packing(count: int, columns: int, duration: float) -> dict:
-    """Run the packing and record it 20 times per second."""
+    """Run the packing; return samples at 20 Hz and their largest values."""
     keys = ("time", "kinetic", "total", "work", "balance", "depth", "marks")
     found: dict = {key: [] for key in keys}
     with nml.simulation(pile_text(count, columns, duration)) as pile:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Waves in two dimensions through bodies of square cells: a free square, a ridge, oblique waves."""
+"""Two-dimensional waves in bodies of square cells: a free square, a ridge, oblique waves."""
 
 import numpy as np
 
@@ -14,13 +14,13 @@ from ..model import rectangle
 DENSITY, SPEED, POISSON = 2000.0, 200.0, 0.25  # kg/m³, m/s, -
 SPEEDS = np.array([np.sqrt(2 * (1 - POISSON) / (1 - 2 * POISSON)), 1.0]) * SPEED  # P, S
 AMPLITUDE = 1e-5  # m, amplitude with negligible effect on the geometry
-_LARGEST = 2 * np.sqrt(2)  # amplitude on the faces of a ridge, of waves of amplitude 1
-_SHARP = 60  # steps in the period of a wavelet
+_LARGEST = 2 * np.sqrt(2)  # largest amplitude on the faces of a ridge over that of the wave
+_SHARP = 60  # number of steps per period of a wavelet
 _BODY = "ground"
 
 
-def _ground(title: str, poisson: float, **control) -> Model:
-    """Return a model of ground without blocks."""
+def _empty_model(title: str, poisson: float, **control) -> Model:
+    """Return a model with the material of the ground, without blocks."""
     model = Model(title, integration="midpoint", analysis="plane_strain", **control)
     young = 2 * DENSITY * SPEED**2 * (1 + poisson)
     model.material("rock", density=DENSITY, young_modulus=young, poisson_ratio=poisson)
@@ -29,7 +29,7 @@ def _ground(title: str, poisson: float, **control) -> Model:
 
 
 def _ricker_wavelet(frequency: float, time):
-    """Return a Ricker wavelet of displacement centred at t = 0, m, and its second derivative."""
+    """Return a Ricker wavelet of displacement centred at t = 0 (m), and its acceleration."""
     rate = np.pi * frequency
     square = (rate * np.asarray(time)) ** 2
     fade = AMPLITUDE * np.exp(-square)
@@ -43,7 +43,7 @@ def _ricker_wavelet(frequency: float, time):
     "Lamé (1852); `docs/method.md`.",
 )
 def free_square(short: bool) -> Outcome:
-    """The frequency for finer and finer cells, of ordinary and of nearly incompressible rock."""
+    """Check the frequency for ordinary and nearly incompressible rock, and its convergence."""
     exact = SPEED / np.sqrt(2)
     counts = (8, 16) if short else (8, 16, 32)
     ratios = (POISSON, 0.4999)
@@ -68,14 +68,14 @@ def free_square(short: bool) -> Outcome:
 
 
 def _lame_frequency(count: int, poisson: float) -> float:
-    """Return the frequency nearest to Lamé's mode of n × n cells in a square of 1 m, Hz."""
-    model = _ground("square", poisson, time_step=1e-6, steps=1)
+    """Return the frequency of Lamé's mode of a square of 1 m with `count`² cells, Hz."""
+    model = _empty_model("square", poisson, time_step=1e-6, steps=1)
     side = 1.0 / count
     for j in range(count):
         for i in range(count):
             model.block(rectangle(i * side, j * side, side, side), body=_BODY)
     found = modes(model, 12)
-    at = np.pi * (np.arange(count) + 0.5) / count  # of the centres, row by row
+    at = np.pi * (np.arange(count) + 0.5) / count  # centres of the cells
     x, y = np.stack(np.meshgrid(at, at)).reshape(2, -1)
     shape = np.stack([np.cos(x) * np.sin(y), -np.sin(x) * np.cos(y)], axis=-1)
     moved = found.shapes[:, :, :2]
@@ -91,10 +91,10 @@ def _lame_frequency(count: int, poisson: float) -> float:
     "Superposition of plane SV waves; `docs/boundaries.md`.",
 )
 def ridge(short: bool) -> Outcome:
-    """Check crest and faces of a prism as high as a wavelength."""
+    """Check amplitudes at the crest and the faces of a ridge as high as a wavelength."""
     rows, series, lines = [], [], []
     for length, poisson in ((12, 0.25),) if short else ((12, 0.25), (12, 0.4), (24, 0.25)):
-        place, found, exact, crest = _run_prism(length, poisson)
+        place, found, exact, crest = _run_ridge(length, poisson)
         series.append((length, place, found, exact))
         label = f"λ = {length} cells, ν = {poisson:g}"
         shares = crest / _LARGEST, abs(found - exact).max() / _LARGEST
@@ -112,16 +112,16 @@ def ridge(short: bool) -> Outcome:
     return Outcome(rows, figure, [Table("Shares of the largest amplitude", head, lines)])
 
 
-def _run_prism(length: int, poisson: float):
-    """Return distances from the crest (m), amplitudes by cells and closed form; the crest's.
+def _run_ridge(length: int, poisson: float):
+    """Return distances from the crest (m), computed and exact amplitudes, amplitude of the crest.
 
-    The response is looked at for a frequency with a small negative imaginary part, for which the
-    closed form holds as well, so that what still rings at the end does not count.
+    The frequency has a small negative imaginary part, for which the closed form is valid as well.
+    It suppresses the vibration that remains at the end of the run.
     """
     frequency = SPEED / length
     delay = 1.5 / frequency + length / SPEED
     step, duration = 1.0 / (_SHARP * frequency), 2 * delay + 3 * length / SPEED
-    model = _ground("ridge", poisson, time_step=step, duration=duration)
+    model = _empty_model("ridge", poisson, time_step=step, duration=duration)
     time = np.arange(0.0, duration + step, step) - delay
 
     def motion(name: str, before: float) -> None:
@@ -166,7 +166,7 @@ def _run_prism(length: int, poisson: float):
     "Lysmer and Kuhlemeyer (1969); `docs/boundaries.md`.",
 )
 def oblique_waves(short: bool) -> Outcome:
-    """Check reflections in periodic ground driven at its top."""
+    """Check reflections in periodic ground with motions at its top."""
     asked = [(wave, angle) for wave in (0, 1) for angle in (30.0, 60.0)]
     rows, lines = [], []
     for columns in (24,) if short else (24, 36):
@@ -188,14 +188,17 @@ def oblique_waves(short: bool) -> Outcome:
 
 
 def reflected_energy(wave: int, angle: float) -> float:
-    """Fraction of the energy of a P (0) or S (1) wave at an angle (°) that dashpots reflect."""
+    """Return the fraction of the energy of a P (0) or S (1) wave that dashpots reflect.
+
+    The angle from the normal is in degrees.
+    """
     speed = SPEEDS / SPEED
     slowness = np.sin(np.radians(angle)) / speed[wave]
     normal = _direction_cosines(slowness, speed)
     stiff = [[speed[0] ** 2, speed[0] ** 2 - 2], [speed[0] ** 2 - 2, speed[0] ** 2]]
 
     def imbalance(kind: int, cosine: complex):
-        # stress on the edge y = 0 less the traction of the dashpots, over −iω
+        # (stress on the edge y = 0 − traction of the dashpots) / −iω
         way = np.array([slowness * speed[kind], cosine])
         moved = way if kind == 0 else np.array([cosine, -way[0]])
         strain = way * moved / speed[kind]
@@ -209,20 +212,20 @@ def reflected_energy(wave: int, angle: float) -> float:
 
 
 def _direction_cosines(slowness: float, speed) -> np.ndarray:
-    """Return the direction cosines of P and S waves; imaginary for an evanescent wave."""
+    """Return the normal direction cosines of P and S waves; imaginary if evanescent."""
     normal = np.sqrt(1 - (slowness * np.asarray(speed)) ** 2 + 0j)
     return np.where(normal.imag > 0, -normal, normal)
 
 
 def _reflected_energies(columns: int, asked) -> list[float]:
-    """Return the reflected energies in ground of period `columns` × 1 m."""
+    """Return the reflected energy fractions of waves in ground of period `columns` × 1 m."""
     number = 2 * np.pi / columns
     rates = [number * SPEEDS[wave] / np.sin(np.radians(angle)) for wave, angle in asked]
     fields = [_displacement_field(columns, axis, number, rates) for axis in "xy"]
     shares = []
     for i, ((wave, _), rate) in enumerate(zip(asked, rates, strict=True)):
         found = np.array([_wave_amplitudes(field[i], number, rate) for field in fields])
-        # Rows are the two drives; reflected waves are a matrix times the incident waves.
+        # The rows belong to the two runs; a matrix maps incident to reflected amplitudes.
         come, back = found[:, :2].T, found[:, 2:].T
         matrix = back @ np.linalg.inv(come)
         flux = SPEEDS * _direction_cosines(number / rate, SPEEDS).real
@@ -231,7 +234,7 @@ def _reflected_energies(columns: int, asked) -> list[float]:
 
 
 def _wave_amplitudes(field, number: float, rate: float) -> np.ndarray:
-    """Return the amplitudes of down- and upgoing P and S waves of a field, shape (rows, 2)."""
+    """Return amplitudes of downgoing P, S and upgoing P, S waves in a field, shape (rows, 2)."""
     height = np.arange(len(field)) + 0.5
     cosine = _direction_cosines(number / rate, SPEEDS)
     waves = []
@@ -245,12 +248,15 @@ def _wave_amplitudes(field, number: float, rate: float) -> np.ndarray:
 
 
 def _displacement_field(columns: int, axis: str, number: float, rates) -> list[np.ndarray]:
-    """Return displacements (rows, 2) that vary as exp(−ikx) for a wavelet at the top."""
+    """Return, for each frequency, displacements (rows, 2) that vary as exp(−ikx).
+
+    A wavelet along `axis` moves the top.
+    """
     rows = round(0.57 * columns)
     frequency = 0.5 * (min(rates) + max(rates)) / (2 * np.pi)
     step = 2 * np.pi / max(rates) / (_SHARP // 2)
     duration = 6 / frequency + 10 * rows / SPEED
-    model = _ground("oblique", POISSON, time_step=step, duration=duration)
+    model = _empty_model("oblique", POISSON, time_step=step, duration=duration)
     for j in range(rows):
         for i in range(columns):
             model.block(rectangle(i, j, 1, 1), name=f"b_{j}_{i}", body=_BODY)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pushover past the peak: a rocking or sliding block, and walls with openings."""
+"""Pushover beyond the peak: a rocking or sliding block, and walls with openings."""
 
 import math
 
@@ -16,7 +16,7 @@ WIDTH, HEIGHT = 0.5, 2.0
 
 
 def tower(friction=40.0) -> Model:
-    """A block on a floor."""
+    """Return a block on a fixed floor."""
     model = Model("tower", time_step=1e-3, steps=1, gravity=(0, -9.81))
     model.contact(normal_stiffness=1e10)
     model.material("stone", density=2500.0, young_modulus=1e11, poisson_ratio=0.2)
@@ -36,7 +36,7 @@ def tower(friction=40.0) -> Model:
     "Statics of a rigid block.",
 )
 def pushed_block(short: bool) -> Outcome:
-    """Check every kind of load, and the load over the displacement of the top."""
+    """Check peak, curve and verdict of each kind of load."""
     rows, turn = [], np.linspace(0, 0.5, 5000)
     way = -WIDTH / 2 * (np.cos(turn) - 1) + HEIGHT * np.sin(turn)
     pushes = [(load, sense) for load in ("horizontal", "tilt", "mode") for sense in (1, -1)]
@@ -67,7 +67,7 @@ def pushed_block(short: bool) -> Outcome:
 
 
 def random_wall(seed: int) -> Model:
-    """A wall with a door and, every other pair, a window, in one of the bonds."""
+    """Return a random wall with a door; the seed determines bond, lintel or arch, and window."""
     rng = np.random.default_rng(seed)
     width, height = rng.uniform(3, 5), rng.uniform(2.2, 3.2)
     stone, door = rng.uniform(0.5, 0.8), rng.uniform(0.7, 1.0)
@@ -96,7 +96,7 @@ def random_wall(seed: int) -> Model:
     "`docs/stability.md`.",
 )
 def pushed_walls(short: bool) -> Outcome:
-    """Lower and upper limit beside the peak of the pushover."""
+    """Check that the peak of the pushover is between both limits."""
     rows, (figure, axes) = [], canvas(2, size=(9.0, 3.4))
     for seed, axis in zip((2, 3), axes, strict=True):
         model = random_wall(seed)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Housner's rocking block: onset, free decay with impacts, overturning by cycles and pulses."""
+"""Housner's rocking block: uplift, free decay with impacts, overturning by sines and pulses."""
 
 import numpy as np
 from scipy.integrate import quad, solve_ivp
@@ -14,34 +14,34 @@ WIDTH, HEIGHT, DENSITY = 0.5, 2.0, 2500.0  # m, m, kg/m³
 SLENDER = np.arctan2(WIDTH, HEIGHT)  # Housner's α
 RADIUS = 0.5 * np.hypot(WIDTH, HEIGHT)  # R, m
 RATE = np.sqrt(3 * nml.GRAVITY / (4 * RADIUS))  # p, rad/s
-RATIO = 1 - 1.5 * np.sin(SLENDER) ** 2  # angular velocity after over before an impact
-PENALTY = 1e14  # N/m: an impact ends within a step, as Housner assumes
+RATIO = 1 - 1.5 * np.sin(SLENDER) ** 2  # ratio of angular velocities after and before an impact
+PENALTY = 1e14  # N/m; impacts end within a step, as in Housner's theory
 
 
 # ---------------------------------------------------------------- theory
 
 
 def housner(duration, angle=0.0, base=None, step=1e-3):
-    """Rocking angle by Housner's equation, impact by impact.
+    """Return the rocking angle by Housner's equation.
 
-    θ'' = −p² [sin(α sgn θ − θ) + (a/g) cos(α sgn θ − θ)]; at θ = 0 the angular velocity shrinks by
-    1 − 1.5 sin² α.
+    θ'' = −p² [sin(α sgn θ − θ) + (a/g) cos(α sgn θ − θ)]; at θ = 0, the angular velocity is
+    multiplied by 1 − 1.5 sin² α.
 
     Parameters
     ----------
     duration : float
         s.
     angle : float
-        θ at the start, rad; positive turns about the right corner (clockwise).
+        Initial θ, rad; positive about the right corner (clockwise).
     base : callable, optional
-        Acceleration of the base at a time, m/s², positive to the left of a positive θ.
+        Acceleration of the base as a function of time, m/s²; a positive one causes negative θ.
     step : float
         Output step, s.
 
     Returns
     -------
     time, angle : ndarray
-        s and rad; ends when the block has overturned (|θ| > π/2).
+        s and rad, until the block has overturned (|θ| > π/2).
     impacts : list of float
         Times of impact, s.
     """
@@ -49,7 +49,7 @@ def housner(duration, angle=0.0, base=None, step=1e-3):
     t, state, base = 0.0, [angle, 0.0], base or (lambda _: 0.0)
     while t < duration:
         if abs(state[0]) < 1e-14 and abs(state[1]) < 1e-9:
-            t, sign = _wait_for_uplift(t, duration, base, step)
+            t, sign = _find_uplift(t, duration, base, step)
             times.append(t)
             angles.append(0.0)
             if t >= duration:
@@ -68,7 +68,7 @@ def housner(duration, angle=0.0, base=None, step=1e-3):
 
 
 def _integrate_rocking(t, duration, state, sign, base, step):
-    """Integrate until impact or overturning."""
+    """Return the solution (scipy) from a state at time t to impact, overturning or the end."""
 
     def rates(time, z):
         away = SLENDER * sign - z[0]
@@ -87,8 +87,8 @@ def _integrate_rocking(t, duration, state, sign, base, step):
     return solve_ivp(rates, (t, duration), state, events=(impact, overturned), **exact)
 
 
-def _wait_for_uplift(t, duration, base, step):
-    """Return the first time at which |a| > g tan α, and the sense of rotation."""
+def _find_uplift(t, duration, base, step):
+    """Return the first time (s) at which |a| > g tan α, and the sense of rotation."""
     while t < duration:
         if abs(base(t)) > nml.GRAVITY * np.tan(SLENDER):
             return t, -np.sign(base(t))
@@ -103,7 +103,7 @@ def tower_text(
     time_step, duration, angle=0.0, base=None, penalty=PENALTY, sampled=2e-3,
     size=(WIDTH, HEIGHT), modulus=nml.STIFF, restitution=None, **more,
 ) -> str:  # fmt: skip
-    """A stiff block on a stiff base; the acceleration of the base (m/s²) acts as body force."""
+    """Return a block on a stiff base; the acceleration of the base (m/s²) acts as body force."""
     width, height = size
     body = nml.rectangle(-0.5 * width, 0.0, width, height)
     if angle:
@@ -126,7 +126,7 @@ def tower_text(
 
 
 def _run_tower(time_step, duration, angle=0.0, base=None, penalty=PENALTY):
-    """Return time (s), angle (rad, clockwise positive) and audit residual of a run."""
+    """Run a rocking block; return time (s), angle (rad, clockwise) and audit residual over work."""
     time, turn = [0.0], [angle]
     with nml.simulation(tower_text(time_step, duration, angle, base, penalty)) as tower:
         while not tower.done:
@@ -151,7 +151,7 @@ def _run_tower(time_step, duration, angle=0.0, base=None, penalty=PENALTY):
     "Housner (1963), Bull. Seism. Soc. Am. 53(2).",
 )
 def rocking_decay(short: bool) -> Outcome:
-    """Angle history until the third impact, within 1 % of the first amplitude."""
+    """Check the angle until the third impact, within 1 % of the initial angle."""
     angle, duration = 0.6 * SLENDER, 3.0
     time, theory, impacts = housner(duration, angle)
     steps = (1e-4,) if short else (5e-4, 2e-4, 1e-4, 5e-5, 2.5e-5)
@@ -178,16 +178,16 @@ def rocking_decay(short: bool) -> Outcome:
 
 
 def zero_times(time, angle) -> list[float]:
-    """Times at which the angle changes sign, s."""
+    """Return the times at which the angle changes its sign, s."""
     at = np.flatnonzero(angle[1:] * angle[:-1] < 0)
     share = angle[at] / (angle[at] - angle[at + 1])
     return list(time[at] + share * (time[at + 1] - time[at]))
 
 
 def _velocity_ratio(run) -> float:
-    """Return the angular velocity after over before the first impact, from two swing energies.
+    """Return the ratio of angular velocities at the first impact from the amplitudes around it.
 
-    Between impacts θ'²/2 = p² [cos(α − θmax) − cos α] when the block passes the upright.
+    Between impacts, θ'²/2 = p² [cos(α − θmax) − cos α] in the upright position.
     """
     time, angle = run[:2]
     first, second = zero_times(time, angle)[:2]
@@ -217,7 +217,7 @@ def _draw_decay(run, time, theory, impacts):
     "Housner (1963).",
 )
 def rocking_onset(short: bool) -> Outcome:
-    """Acceleration at which one corner opens."""
+    """Check the acceleration at which a corner opens."""
     slope, duration = 0.5, 7.0
 
     def base(t):
@@ -249,7 +249,7 @@ def rocking_onset(short: bool) -> Outcome:
 
 
 def _corner_forces(contacts, first_corner) -> dict[int, float]:
-    """Return the normal force (N/m) on each closed lower corner."""
+    """Return the normal force (N/m) of each lower corner that is closed, by its vertex."""
     found: dict[int, float] = {}
     columns = (contacts[name] for name in ("vertex", "normal_force", "state"))
     for vertex, force, state in zip(*columns, strict=True):
@@ -272,7 +272,7 @@ def overturning(short: bool) -> Outcome:
     for ratio in ratios:
         limit = _overturning_amplitude(ratio)
         for side, falls in ((0.95, False), (1.05, True)):
-            base, duration = _one_sine(side * limit, ratio)
+            base, duration = _sine_cycle(side * limit, ratio)
             run = _run_tower(2e-4, duration, 0.0, base, 1e13)
             fell = bool(abs(run[1]).max() > 0.5 * np.pi - 0.3)
             over = f"{side:g} of the limit {limit / nml.GRAVITY:.3f} g"
@@ -284,8 +284,8 @@ def overturning(short: bool) -> Outcome:
     return Outcome(rows, _draw_overturning(drawn, len(ratios)))
 
 
-def _one_sine(amplitude, ratio):
-    """Return the base acceleration (m/s²) of one sine cycle as a function, and the duration."""
+def _sine_cycle(amplitude, ratio):
+    """Return one sine cycle of base acceleration (m/s²) as a function, and the duration (s)."""
     omega = ratio * RATE
     period = 2 * np.pi / omega
 
@@ -296,13 +296,14 @@ def _one_sine(amplitude, ratio):
 
 
 def _is_overturned(amplitude, ratio) -> bool:
-    base, duration = _one_sine(amplitude, ratio)
+    """Return whether a sine cycle overturns the block by Housner's equation."""
+    base, duration = _sine_cycle(amplitude, ratio)
     _, angle, _ = housner(duration, 0.0, base, step=4e-3)
     return bool(abs(angle).max() > 0.5 * np.pi - 1e-6)
 
 
 def _overturning_amplitude(ratio) -> float:
-    """Return the least overturning amplitude, m/s², by steps of 4 % and then bisection."""
+    """Return the smallest amplitude of a sine cycle that overturns the block, m/s²."""
     high = 1.02 * nml.GRAVITY * np.tan(SLENDER)
     while not _is_overturned(high, ratio):
         high *= 1.04
@@ -324,24 +325,24 @@ def _draw_overturning(drawn, columns):
 
 
 def pulse_duration(width: float, height: float, acceleration: float) -> float:
-    """Least duration (s) of a rectangular pulse that overturns a block, by the rocking equation.
+    """Return the shortest rectangular pulse that overturns a block, s, by the rocking equation.
 
-    With k = a/g and θ' from the energy, ½ θ'² = p² [k (sin α − sin(α − θ)) − cos(α − θ) + cos α];
-    the block overturns if that is p² (1 − cos(α − θ)) when the pulse ends, so it must last until
-    sin(α − θ) = sin α − (1 − cos α)/k, and t = ∫ dθ/θ'.
+    With k = a/g, the energy yields ½ θ'² = p² [k (sin α − sin(α − θ)) − cos(α − θ) + cos α].  The
+    block overturns if this is at least p² (1 − cos(α − θ)) at the end of the pulse, which is at
+    sin(α − θ) = sin α − (1 − cos α)/k.  The duration is t = ∫ dθ/θ'.
 
     Parameters
     ----------
     width, height : float
         m.
     acceleration : float
-        Of the floor, m/s², above g tan α.
+        Acceleration of the floor, above g tan α, m/s².
     """
     slender, rate = _slenderness(width, height)
     share = acceleration / nml.GRAVITY
     last = slender - np.arcsin(np.sin(slender) - (1 - np.cos(slender)) / share)
 
-    def time_per_root(root):  # θ = root², as θ' begins with √θ
+    def time_per_root(root):  # θ = root², because θ' starts as √θ
         angle = max(root, 1e-6) ** 2
         half, mean = np.sin(angle / 2), slender - angle / 2
         energy = 2 * half * (share * np.cos(mean) - np.sin(mean))  # avoids cancellation
@@ -351,7 +352,7 @@ def pulse_duration(width: float, height: float, acceleration: float) -> float:
 
 
 def housner_duration(width: float, height: float, acceleration: float) -> float:
-    """Return this duration by Housner: cosh pt = 1 + 1/(2 q (q − 1)), q = a/(g tan α)."""
+    """Return the shortest pulse by Housner, s: cosh pt = 1 + 1/(2 q (q − 1)), q = a/(g tan α)."""
     slender, rate = _slenderness(width, height)
     ratio = acceleration / (nml.GRAVITY * np.tan(slender))
     return float(np.arccosh(1 + 0.5 / (ratio * (ratio - 1))) / rate)
@@ -363,9 +364,9 @@ def _slenderness(width, height):
 
 
 def pulse_text(width, height, pulse, way, time_step, duration, **more) -> str:
-    """A stiff block under a rectangular pulse (m/s², s) of a moving floor or as body force.
+    """Return a stiff block under a rectangular pulse (m/s², s) of the floor or as body force.
 
-    Two samples, of a duration that is no multiple of Δt: the pulse ends within a step.
+    The pulse has two samples; it may end within a time step.
     """
     acceleration, lasts = pulse
     base = nml.rectangle(-3, -0.5, 6, 0.5)
@@ -382,10 +383,10 @@ def pulse_text(width, height, pulse, way, time_step, duration, **more) -> str:
 
 
 def pulse_limit(width, height, acceleration, way, time_step=1e-3, share=5e-4, **more):
-    """Least duration (s) of a pulse that overturns the block in the engine, and its audit.
+    """Return the shortest pulse (s) that overturns the block in the engine, and the audit.
 
-    Bisection between 0.9 and 1.1 of :func:`pulse_duration`, to a share of it; not a number if the
-    engine falls at the lower end or stands at the upper one.
+    Bisection starts between 0.9 and 1.1 of :func:`pulse_duration` and ends at a relative width of
+    `share`.  The duration is NaN if the block overturns at 0.9 or does not at 1.1.
     """
     expected = pulse_duration(width, height, acceleration)
     low, high = 0.9 * expected, 1.1 * expected
@@ -421,7 +422,7 @@ def pulse_limit(width, height, acceleration, way, time_step=1e-3, share=5e-4, **
     "Housner (1963); Zhang & Makris (2001), J. Eng. Mech. 127(5).",
 )
 def pulses(short: bool) -> Outcome:
-    """Floor and body force within 0.5 %, slender blocks within 1 % of Housner's equation."""
+    """Check floor and body force within 0.5 %, and slender blocks within 1 % of Housner."""
     shapes = ((0.2, 2.0), (0.3, 2.0)) if short else ((0.2, 2.0), (0.3, 2.0), (0.5, 2.0), (0.4, 1.0))
     rows, table = [], []
     for width, height in shapes:
@@ -441,10 +442,10 @@ def pulses(short: bool) -> Outcome:
             rows.append(at_most(f"{label}: audit", max(audit, other), 1e-6))
             table.append((f"{slender:.3f}", ratio, exact, linear, floor, force))
     heads = ("α", "a/(g tan α)", "exact (s)", "Housner (s)", "floor (s)", "body force (s)")
-    return Outcome(rows, _draw_pulse(table), [Table("Least durations.", heads, table)])
+    return Outcome(rows, _draw_pulse_durations(table), [Table("Least durations.", heads, table)])
 
 
-def _draw_pulse(table):
+def _draw_pulse_durations(table):
     figure, (axes,) = canvas(1, size=(8, 4))
     place = np.arange(len(table))
     exact = np.array([row[2] for row in table])

@@ -13,10 +13,10 @@ from .. import model as nml
 from ..case import Outcome, Table, at_most, case
 
 YOUNG, DENSITY = 5e9, 2500.0  # Pa, kg/m³
-WALLS = {50: (5, 9), 200: (10, 19), 1000: (20, 49)}  # blocks: bricks in a full course, courses
+WALLS = {50: (5, 9), 200: (10, 19), 1000: (20, 49)}  # bricks per course, courses; by blocks
 BRICK = (1.0, 0.5)  # m
 TIME_STEPS = (1e-2, 1e-3, 1e-4, 1e-5)  # s
-PENALTIES = (1 / 25, 1.0, 40.0, 300.0)  # of E
+PENALTIES = (1 / 25, 1.0, 40.0, 300.0)  # penalties over E × 1 m
 
 
 @case(
@@ -29,7 +29,7 @@ PENALTIES = (1 / 25, 1.0, 40.0, 300.0)  # of E
     "`docs/method.md`.",
 )
 def settlement(short: bool) -> Outcome:
-    """The worst gain and the worst residual over walls, Δt and penalties."""
+    """Check energy gain and audit residual of walls for several Δt and penalties."""
     sizes = (50,) if short else tuple(WALLS)
     penalties = PENALTIES[::3] if short else PENALTIES
     found = {
@@ -59,11 +59,11 @@ def settlement(short: bool) -> Outcome:
             [(*key, *value[:3]) for key, value in found.items()],
         )
     ]
-    return Outcome(rows, _draw_settlement(found, sizes), tables)
+    return Outcome(rows, _draw_energies(found, sizes), tables)
 
 
 def wall_text(size: int, penalty: float, time_step: float, steps: int, **more) -> str:
-    """A running-bond wall of about `size` blocks on a fixed base; `more` goes to ``&control``."""
+    """Return a running-bond wall of about `size` blocks; `more` are variables of ``&control``."""
     bricks, courses = WALLS[size]
     return nml.text(
         nml.control(time_step, steps, **more),
@@ -78,19 +78,19 @@ def wall_text(size: int, penalty: float, time_step: float, steps: int, **more) -
 
 
 class Settled(NamedTuple):
-    """Results of one run."""
+    """Energies of a wall, over a scale of energy, and its final state."""
 
-    gain: float  # highest energy above the start over the scale
-    residual: float  # of the audit over the work done
-    iterations: int  # most in a step
+    gain: float  # largest increase of the energy since the start, over the scale
+    residual: float  # largest residual of the audit over the work
+    iterations: int  # largest number per step
     time: np.ndarray  # s
-    total: np.ndarray  # energy above the start over the scale
-    picture: list[np.ndarray]
-    trouble: str  # the engine's error if a step did not converge
+    total: np.ndarray  # change of the energy since the start, over the scale
+    picture: list[np.ndarray]  # polygons at the end, m
+    trouble: str  # error of the engine if a step does not converge
 
 
 def _run_wall(size: int, penalty: float, time_step: float, steps: int) -> Settled:
-    """Run a wall with a penalty and a time step under gravity."""
+    """Run a wall under gravity with a penalty (over E) and a time step (s)."""
     courses = WALLS[size][1]
     with nml.simulation(wall_text(size, penalty, time_step, steps)) as wall:
         time, total, work, balance, iterations = [0.0], [0.0], [0.0], [0.0], 0
@@ -109,7 +109,7 @@ def _run_wall(size: int, penalty: float, time_step: float, steps: int) -> Settle
             trouble = str(error)
         picture = wall.polygons
     weight = DENSITY * nml.GRAVITY * BRICK[0] * BRICK[1]
-    column = weight * courses  # N/m on the lowest brick
+    column = weight * courses  # load on a brick of the lowest course, N/m
     elastic = blocks * weight * column * (0.5 / (penalty * YOUNG) + 0.5 / YOUNG)
     scale = max(max(work), elastic)
     above = np.array(total) / scale
@@ -117,7 +117,7 @@ def _run_wall(size: int, penalty: float, time_step: float, steps: int) -> Settle
     return Settled(above.max(), rest, iterations, np.array(time), above, picture, trouble)
 
 
-def _draw_settlement(found, sizes):
+def _draw_energies(found, sizes):
     figure, axes = canvas(3, size=(13, 4.2), width_ratios=[1, 1.3, 1.3])
     size = sizes[-1]
     picture = found[size, PENALTIES[0], 1e-3].picture

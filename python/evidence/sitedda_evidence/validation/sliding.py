@@ -22,7 +22,7 @@ ALL_SLIDE = 1  # state of a sliding contact
 def _incline_text(
     friction_angle, stiffness, time_step, duration, slope=30.0, samples=100, more="", **settings
 ) -> str:
-    """Return the input of a block of 1 m × 0.5 m on a fixed wedge inclined by `slope` degrees."""
+    """Return a block of 1 m × 0.5 m on a fixed wedge that is inclined by `slope` degrees."""
     angle = -np.radians(slope)
     wedge = nml.turned(nml.rectangle(-1.0, -1.0, 9.0, 1.0), angle)
     rider = nml.turned(nml.rectangle(0.0, 0.0, 1.0, 0.5), angle)
@@ -63,7 +63,7 @@ def _coulomb_slip(friction_angle: float, slope: float, time):
     "A standard case; MacLaughlin & Sitar (1999) use the same case for the original DDA.",
 )
 def incline(short: bool) -> Outcome:
-    """Slip after 1 s with φ 0, 10, 20°, and 60 s at φ 35°, at two penalties."""
+    """Check the slip after 1 s with φ = 0, 10, 20°, and equilibrium with φ = 35°."""
     young = ROCK["young_modulus"]
     rows, runs = [], {}
     for factor in (1, 50):
@@ -88,31 +88,23 @@ def incline(short: bool) -> Outcome:
 
 
 def _elastic_settlement(friction_angle: float, stiffness: float) -> float:
-    """Return a bound on the elastic settlement down the slope."""
+    """Return a bound of the elastic displacement down the slope, m."""
     weight = ROCK["density"] * 0.5 * nml.GRAVITY * np.sin(np.radians(30.0))
     shear_modulus = 0.5 * ROCK["young_modulus"] / (1 + ROCK["poisson_ratio"])
     return 2.0 * weight * (2.5 / (2 * stiffness) + 0.5 / shear_modulus)
 
 
 def _incline_tables(young: float) -> list[Table]:
-    expected = _coulomb_slip(20.0, 30.0, 1.0)
+    """Tabulate the error of the slip at φ = 20° over penalty and over time step."""
+
+    def error(penalty: float, time_step: float) -> float:
+        data = nml.history(_incline_text(20.0, penalty, time_step, 1.0))
+        return abs(_slip_down_slope(data, 30.0)[-1] / _coulomb_slip(20.0, 30.0, 1.0) - 1)
+
     factors = (0.04, 0.2, 1, 5, 50, 300)
-    by_penalty = [
-        abs(
-            _slip_down_slope(nml.history(_incline_text(20.0, f * young, 1e-3, 1.0)), 30.0)[-1]
-            / expected
-            - 1
-        )
-        for f in factors
-    ]
+    by_penalty = [error(factor * young, 1e-3) for factor in factors]
     steps = (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 1e-4)
-    by_step = [
-        abs(
-            _slip_down_slope(nml.history(_incline_text(20.0, young, dt, 1.0)), 30.0)[-1] / expected
-            - 1
-        )
-        for dt in steps
-    ]
+    by_step = [error(young, step) for step in steps]
     return [
         Table(
             "Relative error of the slip at φ 20° by penalty (Δt 1e-3 s). Gravity is switched on at "
@@ -166,22 +158,22 @@ def rigid_slide(time, base, slope: float, friction_angle: float) -> tuple[np.nda
     Parameters
     ----------
     time : ndarray
-        Equidistant, s; each interval is integrated in closed form with its mean acceleration.
+        Equidistant times, s; each interval is integrated in closed form with mean acceleration.
     base : ndarray
-        Acceleration of the base towards the fall of the slope, m/s².
+        Horizontal acceleration of the base in the downslope sense, m/s².
     slope, friction_angle : float
         Degrees.
 
     Returns
     -------
     slip, velocity : ndarray
-        Down the slope, m and m/s.
+        Slip and its velocity down the slope, m and m/s.
 
     Notes
     -----
-    While it slides down, v' = g [sin α + k cos α − tan φ (cos α − k sin α)] with k = −base/g
-    (rigid body); while it slides up the friction turns round; it sticks when the velocity
-    passes zero and the driving force is within the friction.
+    During downward slip, v' = g [sin α + k cos α − tan φ (cos α − k sin α)] with k = −base/g;
+    during upward slip, friction has the opposite sign.  The block sticks if the velocity changes
+    its sign and the driving force is less than friction.
     """
     angle, mu = np.radians(slope), np.tan(np.radians(friction_angle))
     push = nml.GRAVITY * np.sin(angle) - base * np.cos(angle)
@@ -197,7 +189,7 @@ def rigid_slide(time, base, slope: float, friction_angle: float) -> tuple[np.nda
 
 
 def _integrate_slip(s: float, v: float, push: float, bound: float, left: float):
-    """Integrate slip and velocity over an interval of constant push and friction bound, m/s²."""
+    """Return slip and velocity after `left` seconds of constant push and friction bound, m/s²."""
     for _ in range(2):
         if v == 0.0 and abs(push) <= bound:
             return s, 0.0
@@ -211,13 +203,13 @@ def _integrate_slip(s: float, v: float, push: float, bound: float, left: float):
 
 
 def _refine_series(time: np.ndarray, values: np.ndarray, step: float, finer: int = 20):
-    """Interpolate linearly to a grid `finer` times finer than `step`."""
+    """Return times and values, interpolated linearly to intervals of `step` / `finer`."""
     fine = np.arange(0.0, time[-1] + 0.5 * step / finer, step / finer)
     return fine, np.interp(fine, time, values)
 
 
 def record_file() -> Path:
-    """The shipped record."""
+    """Return the path of the shipped record."""
     return inputs() / "records" / RECORD
 
 
@@ -247,7 +239,7 @@ def read_smc(file: Path) -> tuple[np.ndarray, np.ndarray]:
     "Newmark (1965), Géotechnique 15(2).",
 )
 def newmark(short: bool) -> Outcome:
-    """Permanent displacement of a block on an incline of 15° under the doubled record."""
+    """Check the permanent displacement of a block on 15° under the doubled record."""
     slope, friction, scale, step = 15.0, 22.0, 2.0, 1e-3
     time, acceleration = read_smc(record_file())
     shown = time <= (14.0 if short else time[-1])
@@ -274,19 +266,19 @@ def newmark(short: bool) -> Outcome:
         words = ("Relative error of the permanent displacement by Δt. The scheme takes the "
                  "acceleration at the end of the step.")  # fmt: skip
         tables = [convergence(words, "Δt (s)", steps, errors)]
-    figure = _draw_newmark(fine, base, slip, velocity, data, got, slope, friction)
+    figure = _draw_newmark_slip(fine, base, slip, velocity, data, got, slope, friction)
     return Outcome(rows, figure, tables)
 
 
 def _run_newmark(time_step, duration, slope, friction, scale, stiffness=ROCK["young_modulus"]):
-    """Return history and slip (m); the record acts as a body force in the frame of the base."""
+    """Run Newmark's block under the record as body force; return history and slip (m)."""
     shaking = recorded("record", scale=scale, drift_order=0)
     data = nml.history(_incline_text(friction, stiffness, time_step, duration, slope, 2000, shaking,
                                 base_motion_x="record"))  # fmt: skip
     return data, _slip_down_slope(data, slope)
 
 
-def _draw_newmark(fine, base, slip, velocity, data, got, slope, friction):
+def _draw_newmark_slip(fine, base, slip, velocity, data, got, slope, friction):
     figure, (top, middle, below) = style.canvas(1, 3, size=(9, 7), sharex=True)
     top.plot(fine[::10], -base[::10] / nml.GRAVITY, color="0.45", lw=0.6)
     limit = np.tan(np.radians(friction - slope))
@@ -316,14 +308,14 @@ def _draw_newmark(fine, base, slip, velocity, data, got, slope, friction):
     "A standard case; Kamai & Hatzor (2008) use the same case.",
 )
 def shaking_base(short: bool) -> Outcome:
-    """Relative displacement against the integrated rigid block."""
+    """Check the slip on the base by comparison with the integrated rigid block."""
     amplitude, friction, duration = 0.4 * nml.GRAVITY, 10.0, 4.0
     steps = (2.5e-4,) if short else (1e-3, 5e-4, 2.5e-4)
     time = np.arange(0.0, duration + 5e-4, 1e-3)
     shaking = amplitude * np.sin(2 * np.pi * time)
     fine, base = _refine_series(time, shaking, 1e-3)
     slip, _ = rigid_slide(fine, base, 0.0, friction)
-    runs = {dt: _run_shaken(dt, duration, friction, shaking) for dt in steps}
+    runs = {dt: _run_shaken_block(dt, duration, friction, shaking) for dt in steps}
     errors = [
         np.abs(_slip_on_base(runs[dt]) - np.interp(runs[dt].time, fine, slip)).max()
         / np.abs(slip).max()
@@ -338,11 +330,11 @@ def shaking_base(short: bool) -> Outcome:
     words = ("Largest error of the slip over its peak by Δt: first order, from the base "
              "acceleration taken at the end of the step.")  # fmt: skip
     tables = [] if short else [convergence(words, "Δt (s)", steps, errors)]
-    return Outcome(rows, _draw_shaking(data, fine, base, slip, friction), tables)
+    return Outcome(rows, _draw_shaken_block(data, fine, base, slip, friction), tables)
 
 
-def _run_shaken(time_step: float, duration: float, friction: float, shaking):
-    """Run a block of 1 m x 0.5 m on a base with the acceleration `shaking` every 1 ms."""
+def _run_shaken_block(time_step: float, duration: float, friction: float, shaking):
+    """Run a block on a base with accelerations `shaking` (m/s²) every 1 ms; return the history."""
     rider = nml.rectangle(-0.5, 0.0, 1.0, 0.5)
     text = nml.text(
         nml.control(time_step, round(duration / time_step)),
@@ -364,7 +356,7 @@ def _slip_on_base(data) -> np.ndarray:
     return (x.sel(point="centre") - x.sel(point="base")).values
 
 
-def _draw_shaking(data, fine, base, slip, friction):
+def _draw_shaken_block(data, fine, base, slip, friction):
     figure, (left, right) = style.canvas()
     v = data.velocity.isel(axis=0)
     left.plot(data.time, v.sel(point="base"), color="0.6", label="base")
@@ -387,7 +379,7 @@ def _draw_shaking(data, fine, base, slip, friction):
     "A standard case of the field.",
 )
 def tilt(short: bool) -> Outcome:
-    """Check the angles of sliding of a block and of lifting of another block."""
+    """Check the angle at which one block slides and the angle at which another one topples."""
     rate, duration = np.radians(2.0 if short else 1.0), (9.0 if short else 18.0)
     text = _tilting_table_text(rate, duration, 1e-3)
     slide_at = topple_at = 0.0
@@ -412,11 +404,11 @@ def tilt(short: bool) -> Outcome:
         relative("angle at which the slender block begins to topple", limit, toppling, 2e-3, "°"),
         at_most("audit at the end", audit, 1e-6),
     ]
-    return Outcome(rows, _draw_tilt(frames, rate))
+    return Outcome(rows, _draw_tilted_table(frames, rate))
 
 
 def _contact_states(contacts, owner) -> dict[int, list[int]]:
-    """Return the states of the closed contacts of blocks 1 and 2 with the table."""
+    """Return the states of the closed contacts with the table, by block (1 and 2)."""
     found: dict[int, list[int]] = {1: [], 2: []}
     pairs = zip(owner[contacts["vertex"]], owner[contacts["edge"]], contacts["state"], strict=True)
     for a, b, state in pairs:
@@ -426,7 +418,7 @@ def _contact_states(contacts, owner) -> dict[int, list[int]]:
 
 
 def _tilting_table_text(rate: float, duration: float, time_step: float) -> str:
-    """A table whose corners follow a rotation by `rate` (rad/s, falling towards +x)."""
+    """Return two blocks on a table that rotates by `rate` (rad/s, clockwise)."""
     table = nml.rectangle(0.0, -0.5, 6.0, 0.5)
     time = np.arange(0.0, duration + 0.02, 0.01)
     angle = -rate * time
@@ -453,7 +445,7 @@ def _tilting_table_text(rate: float, duration: float, time_step: float) -> str:
     )
 
 
-def _draw_tilt(frames, rate):
+def _draw_tilted_table(frames, rate):
     figure, axes = style.canvas(len(frames), size=(12, 3.4), sharex=True, sharey=True)
     for one, (time, polygons) in zip(axes, frames, strict=True):
         style.draw_blocks(one, polygons, [style.GROUND, style.COLORS[0], style.STONE])
@@ -473,9 +465,9 @@ def _draw_tilt(frames, rate):
     "A standard case of the field.",
 )
 def many_blocks(short: bool) -> Outcome:
-    """Slip of each of the blocks after 1 s."""
+    """Check the slip of each block after 1 s."""
     count = 20
-    friction = 24.0 - np.arange(count)  # from the top down
+    friction = 24.0 - np.arange(count)  # degrees, from the top down
     angle = -np.radians(30.0)
     shapes = [nml.turned(nml.rectangle(0.5 * i, 0.0, 0.5, 0.3), angle) for i in range(count)]
     text = nml.text(
@@ -501,10 +493,10 @@ def many_blocks(short: bool) -> Outcome:
         relative(label, expected[worst], got[worst], 1e-6, "m"),
         at_most("audit", abs(energies["balance"] / energies["gravity"]), 1e-6),
     ]
-    return Outcome(rows, _draw_sliding(first, last, friction, expected, got))
+    return Outcome(rows, _draw_sliding_blocks(first, last, friction, expected, got))
 
 
-def _draw_sliding(first, last, friction, expected, got):
+def _draw_sliding_blocks(first, last, friction, expected, got):
     figure, (left, right) = style.canvas(width_ratios=[3, 2])
     style.draw_blocks(left, first[1:], "none", edge="0.6")
     style.draw_blocks(left, last, [style.GROUND, *([style.STONE] * (len(last) - 1))])

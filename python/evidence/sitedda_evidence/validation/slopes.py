@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Slopes at their limit: sliding, toppling or stable blocks, and their limiting strength."""
+"""Limits of slopes: sliding, toppling or stable blocks, and their limiting strength."""
 
 import math
 from typing import NamedTuple
@@ -20,15 +20,15 @@ from ..model import GRAVITY, rectangle
 LIMIT = 0.785544  # limiting tan φ of the 16 blocks
 FORCES = (292.5, 825.7, 1556.0, 2826.7, 3922.1, 4594.8, 4837.0, 4637.4, 3978.0, 2825.5)
 FORCES += (1412.6, 470.9)  # kN/m, from block n to n − 1, n = 13 … 2
-MODES = ("slides",) * 3 + ("topples",) * 10 + ("stable",) * 3  # of blocks 1 … 16
+MODES = ("slides",) * 3 + ("topples",) * 10 + ("stable",) * 3  # modes of blocks 1 … 16
 
 
 def goodman_bray(friction: float, bolt: float = 0.0) -> Model:
-    """The 16 blocks of Goodman and Bray in axes of their base planes, which dip at 30°.
+    """Return the 16 blocks of Goodman and Bray in axes of their base planes, which dip at 30°.
 
-    Shear springs are stiffer than normal ones: between blocks 3 and 4, which slides and topples,
-    nothing slips, and the friction there is what the springs make of it.  With stiff ones it is
-    mobilised, as limit equilibrium assumes; with k_n/k_s = 2.5 the limit lies 2 % higher.
+    Block 3 slides and block 4 topples without slip between them, so the shear springs determine
+    the shear force there.  With springs stiffer than the normal ones, friction is mobilised, as
+    limit equilibrium assumes; with k_n/k_s = 2.5, the limit is 2 % higher.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ class Rest(NamedTuple):
 
 def rest_of(model: Model) -> Rest | None:
     """Return the equilibrium of a model with a static stage; None if there is none."""
-    with released(model, 1.0, None, 1.0, 1) as first:  # before any block has moved
+    with released(model, 1.0, None, 1.0, 1) as first:  # the undeformed model
         starts = first.polygons
     try:
         with Simulation(model) as simulation:
@@ -100,10 +100,10 @@ def rest_of(model: Model) -> Rest | None:
     "Goodman and Bray (1976), Toppling of rock slopes.",
 )
 def goodman_bray_case(short: bool) -> Outcome:
-    """Limit, forces, modes and bolt force."""
+    """Check limit, forces, modes and bolt force."""
     rows = [
-        true("stands at tan φ 1 % above the limit", True, _is_stable(goodman_bray(1.01 * LIMIT))),
-        true("stands at tan φ 1 % below it", False, _is_stable(goodman_bray(0.99 * LIMIT))),
+        true("stands at tan φ 1 % above the limit", True, is_stable(goodman_bray(1.01 * LIMIT))),
+        true("stands at tan φ 1 % below it", False, is_stable(goodman_bray(0.99 * LIMIT))),
     ]
     found = safety(goodman_bray(LIMIT), tolerance=0.02 if short else 1e-3)
     at_limit = rest_of(goodman_bray(LIMIT * 1.001))
@@ -116,21 +116,21 @@ def goodman_bray_case(short: bool) -> Outcome:
     wrong = sum(a != b for a, b in zip(modes, MODES, strict=True))
     rows.append(at_most("blocks whose mode is not that of the table", wrong, 0))
     if not short:
-        ends = bisect(lambda bolt: _is_stable(goodman_bray(0.65, bolt)), 2.5e6, 1.5e6, 1e-3)
+        ends = bisect(lambda bolt: is_stable(goodman_bray(0.65, bolt)), 2.5e6, 1.5e6, 1e-3)
         rows.append(relative("bolt force at tan φ 0.65", 2013.0, sum(ends) / 2e3, 0.02, "kN/m"))
     figure, axes = canvas(1, size=(9, 4))
     found.mechanism.draw(axes[0])
     return Outcome(rows, figure)
 
 
-def _is_stable(model: Model) -> bool:
-    """Return whether a model is in equilibrium and no vertex has moved by 0.1 m."""
+def is_stable(model: Model, allowed: float = 0.1) -> bool:
+    """Return whether a model is in equilibrium and no vertex has moved by `allowed`, m."""
     rest = rest_of(model)
-    return rest is not None and rest.moved < 0.1
+    return rest is not None and rest.moved < allowed
 
 
 def single_block(friction: float, slope: float, width: float, height: float) -> Model:
-    """A block on a slope, in axes of the slope.
+    """Return a block on a slope, in axes of the slope.
 
     Parameters
     ----------
@@ -154,10 +154,10 @@ def single_block(friction: float, slope: float, width: float, height: float) -> 
 
 
 def limit_verdict(friction: float, slope: float, width: float, height: float):
-    """Behaviour of a single block, and the distance of the nearest limit, as a ratio less 1.
+    """Return the verdict on a single block, and its distance from a limit as a ratio minus 1.
 
-    It rests where tan φ and b/h exceed tan α.  Else it slides without turning if tan φ < b/h: the
-    friction line then passes within its base; if not, it turns.
+    The block is stable if tan φ and b/h exceed tan α.  Otherwise it slides if tan φ < b/h, because
+    the resultant then passes through its base; if not, it topples.
     """
     phi, alpha = (math.tan(math.radians(angle)) for angle in (friction, slope))
     ratio = width / height
@@ -175,7 +175,7 @@ def limit_verdict(friction: float, slope: float, width: float, height: float):
     "Goodman and Bray (1976); Sagaseta (1986) for φ < α.",
 )
 def single_block_case(short: bool) -> Outcome:
-    """The verdicts of random blocks."""
+    """Check the verdicts on random blocks and on published examples."""
     random = np.random.default_rng(17)
     tried = []
     for _ in range(12 if short else 200):
@@ -209,9 +209,9 @@ def single_block_case(short: bool) -> Outcome:
 
 
 def wet_wedge(friction: float, head: float) -> Model:
-    """A block on a plane at 35° with water of a height (m) in the crack behind it.
+    """Return a block on a plane at 35° with water of a height (m) in the crack behind it.
 
-    At `WET_HEAD` the uplift is 0.4 and the push in the crack 0.2 MN/m; the block weighs 2.5 MN/m.
+    At `WET_HEAD`, uplift is 0.4 MN/m and thrust of water in the crack is 0.2 MN/m.
     """
     dip = math.radians(35.0)
     foot = WET_LENGTH * np.array([math.cos(dip), math.sin(dip)])
@@ -235,16 +235,16 @@ def wet_wedge(friction: float, head: float) -> Model:
 
 
 def wet_factor(friction: float, head: float) -> float:
-    """(W cos ψ − U − V sin ψ) tan φ/(W sin ψ + V cos ψ)."""
+    """Return the exact factor of safety, (W cos ψ − U − V sin ψ) tan φ/(W sin ψ + V cos ψ)."""
     dip, uplift, push = math.radians(35.0), 0.5 * WATER * head * WET_LENGTH, 0.5 * WATER * head**2
     hold = WET_WEIGHT * math.cos(dip) - uplift - push * math.sin(dip)
     drive = WET_WEIGHT * math.sin(dip) + push * math.cos(dip)
     return hold * math.tan(math.radians(friction)) / drive
 
 
-WATER, WET_WEIGHT = 9810.0, 2.5e6  # N/m³, N/m
+WATER, WET_WEIGHT = 9810.0, 2.5e6  # unit weight of water (N/m³), weight of the block (N/m)
 WET_HEAD = math.sqrt(0.4e6 / WATER)  # V = ½ γ z² = 0.2 MN/m
-WET_LENGTH = 0.8e6 / (WATER * WET_HEAD)  # of the plane, m: U = ½ γ z A = 0.4 MN/m
+WET_LENGTH = 0.8e6 / (WATER * WET_HEAD)  # length A of the plane, m: U = ½ γ z A = 0.4 MN/m
 
 
 @case(
@@ -255,7 +255,7 @@ WET_LENGTH = 0.8e6 / (WATER * WET_HEAD)  # of the plane, m: U = ½ γ z A = 0.4 
     "Hoek and Bray (1981), Rock slope engineering.",
 )
 def wet_wedge_case(short: bool) -> Outcome:
-    """Factors of safety and the limiting head."""
+    """Check factors of safety and the limiting head."""
     rows = []
     tried = ((45.0, WET_HEAD), (45.0, 0.0), (30.0, WET_HEAD))
     for friction, head in tried[:1] if short else tried:
@@ -264,7 +264,7 @@ def wet_wedge_case(short: bool) -> Outcome:
         words = f"factor of safety, φ {friction:g}°, {'wet' if head else 'dry'}"
         rows.append(relative(words, expected, found.factor, 0.005))
     limit = bisect(lambda z: wet_factor(45.0, z) > 1.0, 1.0, 8.0, 1e-9)[0]
-    ends = bisect(lambda z: _is_stable(wet_wedge(45.0, z)), 5.0, 7.0, 4e-3 if short else 1e-4)
+    ends = bisect(lambda z: is_stable(wet_wedge(45.0, z)), 5.0, 7.0, 4e-3 if short else 1e-4)
     rows.append(relative("limiting head at φ 45°", limit, sum(ends) / 2, 0.005, "m"))
     figure, axes = canvas(1, size=(6, 4))
     found.mechanism.draw(axes[0])
@@ -272,9 +272,9 @@ def wet_wedge_case(short: bool) -> Outcome:
 
 
 def bolted_block(force: float, angle: float) -> Model:
-    """A block of 100 kN/m on 40° with φ 30°, held by a bolt of constant force (N/m).
+    """Return a block of 100 kN/m on a plane at 40°, φ = 30°, with a bolt of constant force (N/m).
 
-    The bolt dips into the plane at an angle (degrees); the axes are those of the plane.
+    The angle (degrees) is that between bolt and plane; the axes are those of the plane.
     """
     dip, turn = math.radians(40.0), math.radians(angle)
     model = Model("Bolted block", time_step=1e-3)
@@ -304,7 +304,7 @@ def bolted_block(force: float, angle: float) -> Model:
     "Statics.",
 )
 def bolted_block_case(short: bool) -> Outcome:
-    """The force at several angles, and the angle of the least."""
+    """Check the required force at several angles, and the angle of the smallest force."""
     dip, tangent = math.radians(40.0), math.tan(math.radians(30.0))
     angles = (0.0, 30.0) if short else (0.0, 10.0, 20.0, 26.0, 30.0, 34.0, 40.0, 50.0)
     rows, got = [], []
@@ -312,7 +312,7 @@ def bolted_block_case(short: bool) -> Outcome:
         turn = math.radians(angle)
         expected = 100.0 * (math.sin(dip) - math.cos(dip) * tangent)
         expected /= math.cos(turn) + math.sin(turn) * tangent
-        ends = bisect(lambda force, angle=angle: _is_stable(bolted_block(force, angle)), 25e3, 15e3,
+        ends = bisect(lambda force, angle=angle: is_stable(bolted_block(force, angle)), 25e3, 15e3,
                       4e-3 if short else 1e-4)  # fmt: skip
         got.append(sum(ends) / 2e3)
         rows.append(relative(f"force at ε {angle:g}°", expected, got[-1], 0.005, "kN/m"))

@@ -10,7 +10,7 @@ from ..case import Outcome, absolute, at_most, case, curves, relative
 
 DENSITY, VELOCITY, POISSON = 2000.0, 300.0, 0.25
 SHEAR = DENSITY * VELOCITY**2
-REFERENCE = 3.65e-4  # strain of the hyperbola
+REFERENCE = 3.65e-4  # reference strain of the hyperbola
 MASING = {
     "law": "hysteretic", "curve": "hyperbolic", "reference_strain": REFERENCE,
     "damping_curve": "masing",
@@ -19,13 +19,13 @@ MKZ = {
     "law": "hysteretic", "curve": "mkz", "reference_strain": 1e-3, "curve_factor": 1.4,
     "curve_power": 0.8, "damping_curve": "masing", "branches": 60,
 }  # fmt: skip
-# Of MKZ: strain, G/G_max, and damping in % by Masing's rules.
+# Strain, G/G_max and damping (%) of MKZ with Masing's rules.
 BACKBONE = ((1e-4, 0.81841, 3.5994), (1e-3, 0.41667, 14.7627), (1e-2, 0.10169, 31.159))
 WAVES = ((0.64872, 108, 36.0), (1.71828, 225, 45.0))  # strain, cells, height (m)
 
 
 def soil_model(steps, soil, integration="midpoint", time_step=2e-3):
-    """A model in plane strain of one soil, without blocks."""
+    """Return a plane-strain model with one soil, without blocks."""
     model = Model()
     model.control(
         time_step=time_step, steps=steps, gravity=[0.0, 0.0], integration=integration,
@@ -39,7 +39,7 @@ def soil_model(steps, soil, integration="midpoint", time_step=2e-3):
 
 
 def shaken_column(ground, cells, soil, integration="midpoint", height=20.0, time_step=2e-3):
-    """A column of cells that only shear, on a base that follows a motion."""
+    """Return a column of cells in pure shear on a base with accelerations `ground`, m/s²."""
     model = soil_model(ground.size - 1, soil, integration, time_step)
     model.motion(
         name="ground", values=ground.tolist(), quantity="acceleration", time_step=time_step,
@@ -60,13 +60,13 @@ def shaken_column(ground, cells, soil, integration="midpoint", height=20.0, time
 
 
 def sine(frequency, amplitude, steps):
-    """Accelerations of a sine that grows over 1 s, every 2 ms."""
+    """Return accelerations of a sine whose amplitude increases during 1 s, every 2 ms."""
     time = 2e-3 * np.arange(steps + 1)
     return amplitude * np.sin(2 * np.pi * frequency * time) * np.minimum(time, 1)
 
 
 def sheared_block(strain, soil, integration="midpoint"):
-    """A block under two prescribed cycles of shear, of 400 steps each."""
+    """Return a block under two prescribed cycles of shear strain with 400 steps each."""
     model = soil_model(800, soil, integration, 1e-2)
     return hold_sheared(model, strain * np.sin(2 * np.pi * np.arange(802) / 400))
 
@@ -88,7 +88,7 @@ def hold_sheared(model, values):
     "Masing (1926); Matasović and Vucetic (1993).",
 )
 def hysteretic_loops(short: bool) -> Outcome:
-    """Damping of the second of two cycles; modulus at their ends."""
+    """Check the damping of the second of two cycles, and the secant modulus."""
     rows, lines = [], []
     for x in (0.3, 1.0, 3.0):
         lost = sheared_block(x * REFERENCE, MASING).run().history.energy_plastic.values
@@ -118,7 +118,7 @@ def hysteretic_loops(short: bool) -> Outcome:
     "Characteristics of the wave equation with a tangent modulus G₀/(1 + x)².",
 )
 def simple_wave(short: bool) -> Outcome:
-    """Check the strain after 20 m in cells that only shear."""
+    """Check the strain after 20 m in cells in pure shear."""
     rows, lines = [], []
     for x, cells, height in WAVES:
         time, strain, wanted = travelled(x, cells, height)
@@ -131,7 +131,7 @@ def simple_wave(short: bool) -> Outcome:
 
 
 def travelled(x: float, cells: int, height: float):
-    """Return times (s), strains over γ_r after 20 m, and those by characteristics."""
+    """Return times (s), and computed and exact strains over γ_r after 20 m."""
     speed, reference, rise, step = 300.0, 1e-3, 0.04, 5e-4
     until = 20.0 / speed * (1 + x) + 1.1 * rise
     time = step * np.arange(round(until / step) + 1)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Limits of stability: toppling blocks on a slope and masonry arches, against limit analysis."""
+"""Limits of stability of toppling blocks and arches, compared with limit analysis."""
 
 import numpy as np
 import shapely
@@ -18,23 +18,22 @@ DENSITY = 2500.0  # kg/m³
 
 
 def stands(polygons, joints, friction: float) -> bool:
-    """Whether equilibrium is possible: no tension, Coulomb friction, own weight (linprog).
+    """Return whether blocks under their weight can be in equilibrium without tension (linprog).
 
     Parameters
     ----------
     polygons : list of ndarray
         Blocks, shape (n, 2), m.
     joints : list of (int, int, ndarray, ndarray)
-        Block pushed, block pushed against (−1: held), end points of the joint (2, 2), and the
-        unit normal towards the block pushed.
+        First block, second block (−1: fixed), end points of the joint (2, 2), and unit normal
+        towards the first block.
     friction : float
-        Coefficient.
+        Coefficient of friction.
 
     Notes
     -----
-    Two forces at the ends of each joint, each with normal part N ≥ 0 and shear part
-    T = T⁺ − T⁻ with T⁺ + T⁻ ≤ μ N, hold all blocks (Livesley 1978).  This is the same choice
-    of forces that the engine has: two contacts in each joint.
+    As in the engine, each joint transmits two forces at its ends, with N ≥ 0, T = T⁺ − T⁻ and
+    T⁺ + T⁻ ≤ μ N (Livesley 1978).
     """
     columns, sizes = [], 3 * len(polygons)
     shapes = [shapely.Polygon(polygon) for polygon in polygons]
@@ -57,25 +56,26 @@ def stands(polygons, joints, friction: float) -> bool:
 
 
 def _bisect_limit(stands, low: float, high: float) -> float:
-    """Return the value above which something stands, between two values."""
+    """Return the value above which a model stands, by bisection between two values."""
     return 0.5 * sum(bisect(stands, high, low, 1e-6))
 
 
 # ---------------------------------------------------------------- arch
 
-RADIUS = 5.0  # m, of the centre line
-ARCH_FRICTION = 60.0  # °, so that nothing slides
+RADIUS = 5.0  # radius of the centre line, m
+ARCH_FRICTION = 60.0  # friction angle without sliding, degrees
 
 
 def voussoirs(count: int, thickness: float) -> list[np.ndarray]:
-    """Equal straight-sided voussoirs of a semicircular arch, from the right springing."""
+    """Return the equal straight-sided voussoirs of a semicircular arch, from the right end."""
     angle = np.linspace(0.0, np.pi, count + 1)
     ray = np.column_stack([np.cos(angle), np.sin(angle)])
     inner, outer = (RADIUS - 0.5 * thickness) * ray, (RADIUS + 0.5 * thickness) * ray
     return [np.array([inner[i], outer[i], outer[i + 1], inner[i + 1]]) for i in range(count)]
 
 
-def _arch_stands(count: int, thickness: float) -> bool:
+def _is_arch_possible(count: int, thickness: float) -> bool:
+    """Return whether limit analysis finds an equilibrium of an arch."""
     shapes = voussoirs(count, thickness)
     angle = np.linspace(0.0, np.pi, count + 1)
     joints = []
@@ -97,13 +97,13 @@ def _arch_stands(count: int, thickness: float) -> bool:
     "Heyman (1969), Int. J. Mech. Sci. 11; Livesley (1978); Makris & Alexakis (2013) for 0.1075.",
 )
 def arch(short: bool) -> Outcome:
-    """15 and 27 voussoirs, 3 % above and below the limit."""
+    """Check arches of 15 and 27 voussoirs, 3 % above and below the limit."""
     rows, lines, drawn = [], [], []
     for count in (15,) if short else (15, 27):
-        limit = _bisect_limit(lambda t, n=count: _arch_stands(n, t * RADIUS), 0.05, 0.2)
+        limit = _bisect_limit(lambda t, n=count: _is_arch_possible(n, t * RADIUS), 0.05, 0.2)
         lines.append((count, limit, 0.1075, limit / 0.1075 - 1))
         for side, falls in ((1.03, False), (0.97, True)):
-            found = _arch_collapses(count, side * limit * RADIUS)
+            found = _run_arch(count, side * limit * RADIUS)
             label = f"{count} voussoirs, {side:g} of the limit t/R = {limit:.5f}: it falls"
             rows.append(true(label, falls, found["fell"]))
             label = f"{count} voussoirs, {side:g}: audit residual over the work of gravity"
@@ -117,11 +117,11 @@ def arch(short: bool) -> Outcome:
         ("voussoirs", "limit analysis", "continuum", "relative difference"),
         lines,
     )
-    return Outcome(rows, _draw_arch(drawn), [table])
+    return Outcome(rows, _draw_arches(drawn), [table])
 
 
-def _arch_collapses(count: int, thickness: float, time_step: float = 2e-3, duration: float = 8.0):
-    """Apply gravity to an arch; return whether its crown sank by the thickness."""
+def _run_arch(count: int, thickness: float, time_step: float = 2e-3, duration: float = 8.0):
+    """Run an arch under gravity; return whether its crown sank by the thickness, and histories."""
     shapes = voussoirs(count, thickness)
     springing = RADIUS + 0.5 * thickness + 0.5
     ground = np.array([[-springing, -1], [springing, -1], [springing, 0], [-springing, 0]])
@@ -155,7 +155,7 @@ def _arch_collapses(count: int, thickness: float, time_step: float = 2e-3, durat
     }
 
 
-def _draw_arch(drawn):
+def _draw_arches(drawn):
     figure, axes = canvas(len(drawn), 2, size=(3.4 * len(drawn), 5), height_ratios=[3, 2])
     for i, (label, found) in enumerate(drawn):
         top, below = axes[i], axes[i + len(drawn)]
@@ -172,17 +172,17 @@ def _draw_arch(drawn):
 
 # ---------------------------------------------------------------- toppling
 
-COLUMN, STEP, FALL, DIP, CREST = 10.0, 1.0, 5.0, 30.0, 9  # m, m, m, °, block from 0
-GAP = 1e-6  # m, on each side of a column
+COLUMN, STEP, FALL, DIP, CREST = 10.0, 1.0, 5.0, 30.0, 9  # m, m, m, °, index of the crest block
+GAP = 1e-6  # gap on each side of a column, m
 HEIGHTS = np.array([4.0 * n for n in range(1, 11)] + [40.0 - 6.0 * n for n in range(1, 7)])
 
 
 def goodman_bray(friction: float) -> float:
     """Return the toe force (N/m) required in Goodman & Bray's example; ≤ 0 if stable.
 
-    Blocks from the top down: toppling requires P = [P' (M − Δx μ) + ½ W (y sin ψ − Δx cos ψ)]/L,
-    sliding for P = P' − W (μ cos ψ − sin ψ)/(1 − μ²), from a force P' from above; the greater one
-    is passed on.  L is how high the block pushes on the next below, M how high it is pushed.
+    From the top down, a block under the force P' of the block above requires the larger support
+    of toppling, P = [P' (M − Δx μ) + ½ W (y sin ψ − Δx cos ψ)]/L, and sliding, P = P' − W (μ cos ψ
+    − sin ψ)/(1 − μ²).  M and L are the heights at which P' and P act.
     """
     mu, psi = np.tan(np.radians(friction)), np.radians(DIP)
     passed = 0.0
@@ -201,7 +201,7 @@ def goodman_bray(friction: float) -> float:
 
 
 def _slope_columns() -> tuple[list[np.ndarray], np.ndarray]:
-    """Return the sixteen columns and the stepped base, rotated by the dip."""
+    """Return the polygons of the 16 columns and of the stepped base, rotated by the dip, m."""
     turn = np.radians(DIP)
     shapes = [
         nml.rectangle(n * COLUMN + GAP, n * STEP, COLUMN - 2 * GAP, height)
@@ -216,8 +216,8 @@ def _slope_columns() -> tuple[list[np.ndarray], np.ndarray]:
     return [nml.turned(shape, turn) for shape in shapes], nml.turned(stairs, turn)
 
 
-def _slope_stands(friction: float) -> bool:
-    """Limit analysis of the columns: bases and touching sides."""
+def _is_slope_possible(friction: float) -> bool:
+    """Return whether limit analysis finds an equilibrium of the columns."""
     turn = np.radians(DIP)
     shapes, _ = _slope_columns()
     up, down = nml.turned([[0, 1], [-1, 0]], turn)
@@ -241,9 +241,9 @@ def _slope_stands(friction: float) -> bool:
     "Rock Slope Engineering, §9.4.",
 )
 def toppling(short: bool) -> Outcome:
-    """Stands and falls 5 % of tan φ on each side; the engine's own limit by bisection."""
+    """Check both sides of the limit, 5 % of tan φ apart, and the limit of the engine."""
     limit = _bisect_limit(lambda phi: goodman_bray(phi) <= 1e-9, 30.0, 44.0)
-    lower = _bisect_limit(_slope_stands, 20.0, 44.0)
+    lower = _bisect_limit(_is_slope_possible, 20.0, 44.0)
     mu = np.tan(np.radians(limit))
     rows = [relative("Goodman & Bray's limit as printed", 0.7855, mu, 2e-3)]
     drawn = []
@@ -261,11 +261,11 @@ def toppling(short: bool) -> Outcome:
         by_analysis = np.tan(np.radians(lower))
         lines = [("Goodman & Bray", mu), ("limit analysis", by_analysis), ("engine", own)]
         tables = [Table("Least tan φ with which the slope stands.", ("by", "tan φ"), lines)]
-    return Outcome(rows, _draw_slope(drawn), tables)
+    return Outcome(rows, _draw_slopes(drawn), tables)
 
 
 def _run_slope(friction: float, time_step: float = 2e-3, duration: float = 10.0) -> dict:
-    """Apply gravity to the slope; return whether a column moved by more than 1 m."""
+    """Run the slope under gravity; return whether a column moved by more than 1 m, and states."""
     shapes, ground = _slope_columns()
     text = nml.text(
         nml.control(time_step, round(duration / time_step)),
@@ -291,7 +291,7 @@ def _run_slope(friction: float, time_step: float = 2e-3, duration: float = 10.0)
         }
 
 
-def _draw_slope(drawn):
+def _draw_slopes(drawn):
     figure, axes = canvas(len(drawn), size=(6 * len(drawn), 5))
     for one, (label, found) in zip(axes, drawn, strict=True):
         draw_blocks(one, found["start"], "none", edge="0.6")

@@ -13,10 +13,10 @@ from ..model import GRAVITY, residual
 from .sliding import record_file
 
 ROCK = {"density": 2600.0, "shear_velocity": 900.0, "pressure_velocity": 1600.0}
-SIDE, HALF, EDGE = 20.0, 15.0, 40.0  # m: of the jointed rock, half the height, of the model
-OPENING = (-4.0, -3.0, 4.0, 4.0)  # m: left, bottom, right, top
+SIDE, HALF, EDGE = 20.0, 15.0, 40.0  # half-width of jointed rock, half-height, half-width, m
+OPENING = (-4.0, -3.0, 4.0, 4.0)  # left, bottom, right, top, m
 BOLT = {"axial_stiffness": 5e7, "pretension": 2e5, "yield_force": 1e6}  # N/m, N
-# Heads within the rock about the opening and anchors in the rock behind, m.
+# Heads at the opening, and anchors in the rock, m.
 ROOF = [((x, 4.1), (1.5 * x, 10.5)) for x in (-3.5, -2.5, -1.5, -0.5, 0.5, 1.5, 2.5, 3.5)]
 WALLS = [((-4.1, 1.3), (-9.5, 2.5)), ((-4.1, -1.5), (-9.5, -1.5)), ((-4.1, 3.0), (-9.5, 4.0))]
 WALLS += [((4.1, 1.0), (9.5, 2.0)), ((4.1, -1.5), (9.5, -1.5)), ((4.1, 3.0), (9.5, 4.5))]
@@ -41,7 +41,7 @@ VARIANTS = {
     "Goodman and Shi (1985), removability of wedges; `docs/boundaries.md`.",
 )
 def tunnel(short: bool) -> Outcome:
-    """Run all variants to their ends."""
+    """Check the wedge and the energies of all variants."""
     rows: list[Row] = []
     names = ("bolts", "no bolts") if short else tuple(VARIANTS)
     figure, axes = canvas(2)
@@ -58,7 +58,7 @@ def tunnel(short: bool) -> Outcome:
 
 
 def _tunnel_rows(name: str, data, duration: float) -> list[Row]:
-    """Return rows: the run ends, its energies balance, the wedge falls only without bolts."""
+    """Check that a run is complete, that energies balance, and that only bolts hold the wedge."""
     scene = Scene.of(data)
     wedge = scene.names.index(_wedge_name(scene))
     fallen = np.linalg.norm(scene.displacement(scene.frames - 1)[wedge]) > 0.1
@@ -71,7 +71,7 @@ def _tunnel_rows(name: str, data, duration: float) -> list[Row]:
 
 
 def _wedge_name(scene: Scene) -> str:
-    """Return the name of the triangular block at the left side of the opening."""
+    """Return the name of the triangular block at the left wall of the opening."""
     left, bottom, _, top = OPENING
     start = scene.coordinates(0)
     beside = [
@@ -82,7 +82,7 @@ def _wedge_name(scene: Scene) -> str:
 
 
 def _tunnel_model(name: str, duration: float) -> Model:
-    """Return a variant; without bolts, the opening is excavated when shaking begins."""
+    """Return a variant of the model; without bolts, excavation and shaking begin together."""
     control = {"integration": "theta", "analysis": "plane_strain"} | VARIANTS[name]
     model = Model(name, time_step=1e-3, gravity=(0.0, -GRAVITY), **control)
     model.material("rock", damping_ratio=0.02, reference_frequency=3.0, **ROCK)
@@ -109,7 +109,7 @@ def _tunnel_model(name: str, duration: float) -> Model:
 
 
 def _add_rock(model: Model) -> None:
-    """Jointed rock, bonded ground at its sides, and the rock that is excavated."""
+    """Add jointed rock, bonded ground at both sides, and the excavation to a model."""
     parts = {"rock": (-SIDE, SIDE), "left": (-EDGE, -SIDE), "right": (SIDE, EDGE)}
     for name, (left, right) in parts.items():
         outline = (left, -HALF, right, -HALF, right, HALF, left, HALF)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scheme's damping, P and S waves in bars, a cantilever, and a slip joint under S waves."""
+"""Damping of the scheme, waves in bars, a cantilever, and a slipping joint under S waves."""
 
 import numpy as np
 from scipy.linalg import eigh
@@ -35,18 +35,18 @@ GLUE = {"cohesion": 1e12, "tensile_strength": 1e12}  # Pa
     "`docs/method.md`.",
 )
 def damping(short: bool) -> Outcome:
-    """Trace and determinant from the free vibration, by least squares."""
+    """Check trace and determinant of the amplification matrix, fitted to free vibrations."""
     steps = (0.1, 5.0) if short else (0.01, 0.03, 0.1, 0.3, 1.0, 2.0, 3.9, 5.0, 20.0)
     rows, ratios = [], {}
     for name, member in MEMBERS.items():
         for omega_dt in steps:
-            found = _fit_invariants(_run_glued(omega_dt, name))
+            found = _fit_invariants(_run_bonded_blocks(omega_dt, name))
             rows += _invariant_rows(
                 f"{name}, Ω = {omega_dt:g}", found, _amplification_invariants(*member, omega_dt)
             )
             ratios[name, omega_dt] = _damping_ratio(*found)
         for omega_dt in steps[1::2]:
-            found = _fit_invariants(_run_supported(omega_dt, name))
+            found = _fit_invariants(_run_supported_block(omega_dt, name))
             label = f"{name}, on a support, Ω = {omega_dt:g}"
             rows += _invariant_rows(label, found, _amplification_invariants(1.0, 1.0, omega_dt))
     figure, (left, right) = canvas()
@@ -55,7 +55,7 @@ def damping(short: bool) -> Outcome:
         theory = [_damping_ratio(*_amplification_invariants(*member, turn)) for turn in fine]
         right.loglog(fine, theory, color=color, lw=1, label=name)
         right.loglog(steps, [ratios[name, s] for s in steps], "o", color=color, ms=4)
-        x = _run_glued(5.0, name)
+        x = _run_bonded_blocks(5.0, name)
         left.plot(x / np.abs(x).max(), ".-", color=color, lw=0.8, label=name)
     right.set(
         xlabel="Ω = ωΔt", ylabel="damping ratio ζ", ylim=(1e-3, 1.5), title="lines: closed form"
@@ -71,12 +71,13 @@ def _amplification_invariants(theta: float, chi: float, turn: float) -> tuple[fl
 
 
 def _fit_invariants(x: np.ndarray) -> tuple[float, float]:
-    """Fit trace and determinant to displacements with x₂ = trace x₁ − determinant x₀."""
+    """Return trace and determinant, fitted to displacements with x₂ = trace x₁ − determinant x₀."""
     trace, negative = np.linalg.lstsq(np.column_stack([x[1:-1], x[:-2]]), x[2:], rcond=None)[0]
     return float(trace), -float(negative)
 
 
 def _invariant_rows(label: str, found, expected) -> list:
+    """Return rows that compare trace and determinant with their theoretical values."""
     names = ("trace", "determinant")
     return [
         absolute(f"{name}, {label}", theory, got, 1e-8)
@@ -85,15 +86,15 @@ def _invariant_rows(label: str, found, expected) -> list:
 
 
 def _free_control(time_step: float, integration: str) -> str:
-    """Return ``&control`` of 60 steps without gravity."""
+    """Return ``&control`` with 60 steps without gravity."""
     settings = {"max_displacement_ratio": 1.0, "integration": integration}
     return nml.control(time_step, 60, gravity=(0, 0), **settings)
 
 
-def _run_glued(omega_dt: float, integration: str) -> np.ndarray:
-    """Return the displacement (m) of one of two glued rigid blocks that start apart at 1 mm/s.
+def _run_bonded_blocks(omega_dt: float, integration: str) -> np.ndarray:
+    """Run two bonded rigid blocks that initially separate; return a displacement (m).
 
-    Relative to each other they have half a mass on the two springs of their joint.
+    Their relative motion is that of half a mass on the two springs of the joint.
     """
     omega = 100.0
     mass, speed = DENSITY, 1e-3
@@ -110,8 +111,8 @@ def _run_glued(omega_dt: float, integration: str) -> np.ndarray:
     return nml.history(text).displacement.values[:, 0, 1]
 
 
-def _run_supported(omega_dt: float, integration: str) -> np.ndarray:
-    """Return the displacement (m) of a rigid 1 m × 1 m block fixed by one point at its centre."""
+def _run_supported_block(omega_dt: float, integration: str) -> np.ndarray:
+    """Run a rigid block with a fixed point at its centre; return its displacement (m)."""
     omega = 100.0
     stiffness = DENSITY * omega**2
     text = nml.text(
@@ -126,7 +127,7 @@ def _run_supported(omega_dt: float, integration: str) -> np.ndarray:
 
 
 def _damping_ratio(trace: float, determinant: float) -> float:
-    """Damping ratio of the two eigenvalues; ``nan`` where they are real."""
+    """Return the damping ratio of the two eigenvalues; ``nan`` if they are real."""
     size = np.sqrt(determinant)
     if abs(trace) >= 2 * size:
         return np.nan
@@ -145,7 +146,7 @@ def _damping_ratio(trace: float, determinant: float) -> float:
     "A standard case; joint springs in series.",
 )
 def bars(short: bool) -> Outcome:
-    """Wave speeds, and their error by blocks in a wavelength."""
+    """Check wave speeds and the convergence of their error with the length of the pulse."""
     rows, tables, drawn = [], [], {}
     lengths = (40.0,) if short else (10.0, 20.0, 40.0)
     for wave in ("P", "S"):
@@ -182,7 +183,7 @@ def bars(short: bool) -> Outcome:
 
 
 def _bar_speed(wave: str) -> float:
-    """Return the wave speed (m/s) with the springs of the joints in series; h = w = 1 m."""
+    """Return the wave speed (m/s) with joint springs in series; h = w = 1 m."""
     modulus = YOUNG if wave == "P" else SHEAR
     spring = PENALTY if wave == "P" else PENALTY / SHEAR_RATIO
     return float(np.sqrt(1 / (1 / modulus + 1 / (2 * spring)) / DENSITY))
@@ -191,10 +192,9 @@ def _bar_speed(wave: str) -> float:
 def _column_text(
     count: int, joints: list[str], materials: list[str], moved: str, upright: bool
 ) -> str:
-    """Blocks of 1 m x 1 m on each other; the lowest follows the motion "wave" along `moved`.
+    """Return stacked blocks of 1 m x 1 m; the lowest follows the motion "wave" along `moved`.
 
-    With `upright` each block is held in y at mid-height on both sides, so that it shears without
-    turning.
+    If `upright`, fixed points at mid-height prevent rotations of the blocks.
     """
     text = []
     for i in range(count):
@@ -211,7 +211,7 @@ def _column_text(
 
 
 def _run_pulse(wave: str, length: float, speed: float):
-    """Send a Gaussian displacement pulse of 1 µm whose 2σ-width covers `length` blocks."""
+    """Run a Gaussian pulse with 2σ of `length` blocks; return history and wave speed (m/s)."""
     count = 100 + round(2 * length)
     sigma = length / speed / 4
     step = 0.1 / speed
@@ -237,7 +237,7 @@ def _run_pulse(wave: str, length: float, speed: float):
 
 
 def _delay_samples(first: np.ndarray, second: np.ndarray) -> float:
-    """Return the delay of the second series in samples by the peak of the correlation."""
+    """Return the delay (samples) of the second series, at the peak of the correlation."""
     size = 2 ** int(np.ceil(np.log2(2 * len(first))))
     product = np.fft.irfft(np.fft.rfft(second, size) * np.conj(np.fft.rfft(first, size)), size)
     top = int(np.argmax(product[: len(first)]))
@@ -259,10 +259,10 @@ def _delay_samples(first: np.ndarray, second: np.ndarray) -> float:
 def cantilever(short: bool) -> Outcome:
     """Check the first frequency of 10 blocks and its convergence to the continuum."""
     counts = (10,) if short else (10, 20, 40)
+    beam = float(0.5596 * np.sqrt(YOUNG / 12 / (DENSITY * 10.0**4)))
     rows, lines = [], []
     for count in counts:
         found, theory, shape, data = _run_cantilever(count)
-        beam = _beam_frequency(count)
         if count == 10:
             rows = [
                 relative("first frequency, 10 blocks, chain of joints", theory, found, 2e-3, "Hz"),
@@ -290,17 +290,12 @@ def cantilever(short: bool) -> Outcome:
 
 
 def _joint_stiffness(count: int) -> float:
-    """k_n (N/m) that keeps EI of a beam of 10 m x 1 m: E w³/12 = k_n w² h/2."""
+    """Return k_n (N/m) with EI of a beam of 10 m x 1 m: E w³/12 = k_n w² h/2."""
     return YOUNG / (6 * 10.0 / count)
 
 
-def _beam_frequency(count: int) -> float:
-    stiffness = 0.5 * _joint_stiffness(count) * 10.0 / count
-    return float(0.5596 * np.sqrt(stiffness / (DENSITY * 10.0**4)))
-
-
 def _chain_mode(count: int) -> tuple[float, np.ndarray]:
-    """Return first frequency (Hz) and shape (u, v, r) of a chain of rigid blocks and springs."""
+    """Return the first frequency (Hz) and mode (u, v, r) of rigid blocks with joint springs."""
     h, spring = 10.0 / count, _joint_stiffness(count)
     stiffness = np.zeros((3 * count, 3 * count))
     for i in range(count):
@@ -318,7 +313,7 @@ def _chain_mode(count: int) -> tuple[float, np.ndarray]:
 
 
 def _run_cantilever(count: int):
-    """Return frequencies (Hz) of engine and discrete chain, the mode, and the history."""
+    """Run the first mode; return its frequency, the theoretical one (Hz), mode and history."""
     theory, shape = _chain_mode(count)
     h, cycles = 10.0 / count, 4
     step = 1 / theory / 400
@@ -355,12 +350,12 @@ def _run_cantilever(count: int):
     "Miller (1978), Bull. Seism. Soc. Am. 68.",
 )
 def slip_joint(short: bool) -> Outcome:
-    """Transmission, reflection and absorption for incident stress over strength."""
+    """Check transmission, reflection and absorption over incident stress / strength."""
     ratios = (3.0,) if short else (1.25, 1.5, 2.0, 3.0, 5.0, 8.0)
     per_wave = 20 if short else 40
     base, strength = _run_slip_joint(0.5, per_wave)
     incident = _energy_flux(base, "above", per_wave)
-    arriving = _incoming_stress(base, strength, per_wave) / 0.5
+    arriving = _incident_stress_ratio(base, strength, per_wave) / 0.5
     rows, lines, drawn = [], [], None
     for ratio in ratios:
         data, _ = _run_slip_joint(ratio, per_wave)
@@ -368,7 +363,7 @@ def slip_joint(short: bool) -> Outcome:
         back = _point_velocity(data, "below") - ratio / 0.5 * _point_velocity(
             base, "below"
         )  # reflected
-        returned = _integrate_energy(back, data, per_wave) / incident / (ratio / 0.5) ** 2
+        returned = _squared_velocity(back, data, per_wave) / incident / (ratio / 0.5) ** 2
         got = np.sqrt([passed, returned, max(0.0, 1 - passed - returned)])
         expected = clipped_sine(1 / (ratio * arriving))
         for name, a, b in zip(("T", "R", "A"), expected, got, strict=True):
@@ -376,13 +371,13 @@ def slip_joint(short: bool) -> Outcome:
             rows.append(absolute(label, a, b, 1e-2))
         lines.append((ratio * arriving, *got))
         drawn = drawn if drawn and ratio != 3.0 else (data, ratio)
-    return Outcome(rows, _draw_joint(lines, drawn, strength, per_wave))
+    return Outcome(rows, _draw_slipping_joint(lines, drawn, strength, per_wave))
 
 
-def _incoming_stress(base, strength: float, per_wave: int) -> float:
-    """Return the incident stress over the strength of the joint in the run without slip.
+def _incident_stress_ratio(base, strength: float, per_wave: int) -> float:
+    """Return the incident stress at the joint over its strength, from the run without slip.
 
-    The scheme damps the wave evenly on its way: the mean of two points on both sides.
+    It is the geometric mean of two points, because the scheme attenuates the wave.
     """
     squares = [_energy_flux(base, point, per_wave) for point in ("below", "above")]
     period = per_wave / _bar_speed("S")
@@ -392,18 +387,18 @@ def _incoming_stress(base, strength: float, per_wave: int) -> float:
 
 
 def _energy_samples(data, period: float) -> np.ndarray:
-    """Samples of the one period over which energies are taken."""
+    """Return whether each sample belongs to the period in which energies are integrated."""
     return (data.time.values > 5.5 * period) & (data.time.values <= 6.5 * period)
 
 
-BELOW, ABOVE, WEAK = 3, 4, 1 / 30  # wavelengths on each side; normal force of the weak joint
+BELOW, ABOVE, WEAK = 3, 4, 1 / 30  # wavelengths below, above; normal stress of the weak joint
 
 
 def _run_slip_joint(ratio: float, per_wave: int):
-    """History and strength (Pa) with an incident stress of `ratio` times the strength.
+    """Run an incident stress of `ratio` × strength; return history and strength of the joint (Pa).
 
-    All blocks are held in y and pre-stressed (`_initial_pressures`), so that each joint has
-    its own force; the force of the weak joint is 1/30 of the others.
+    Blocks have fixed vertical positions and initial stresses (`_initial_pressures`); the normal
+    stress of the weak joint is 1/30 of that of other joints.
     """
     count, weak, stress = (BELOW + ABOVE) * per_wave, BELOW * per_wave, 1e6
     strength = stress * WEAK * np.tan(np.radians(30.0))
@@ -429,10 +424,10 @@ def _run_slip_joint(ratio: float, per_wave: int):
 
 
 def _initial_pressures(count: int, weak: int, stress: float) -> np.ndarray:
-    """Return the initial pressure (Pa) of each block for the required joint stress.
+    """Return the initial pressure (Pa) of each block for the required joint stresses.
 
-    Joint j between blocks j and j+1 presses with F_j = k_n h (ε_j + ε_j+1), two contacts; a block
-    is in balance if its stress is −(F_below + F_above)/2w = −p + E ε.
+    Joint j between blocks j and j+1 has the force F_j = k_n h (ε_j + ε_j+1) of two contacts.  A
+    block is in equilibrium if its stress is −(F_below + F_above)/2w = −p + E ε.
     """
     force = np.full(count - 1, stress)
     force[weak - 1] = WEAK * stress
@@ -450,17 +445,18 @@ def _point_velocity(data, point: str) -> np.ndarray:
     return data.velocity.sel(point=point).isel(axis=0).values
 
 
-def _integrate_energy(velocity, data, per_wave: int) -> float:
-    """Return ∫ v² dt over the sixth period after the start."""
+def _squared_velocity(velocity, data, per_wave: int) -> float:
+    """Return Σ v² over the period of `_energy_samples`, (m/s)²."""
     period = per_wave / _bar_speed("S")
     return float(np.sum(velocity[_energy_samples(data, period)] ** 2))
 
 
 def _energy_flux(data, point: str, per_wave: int) -> float:
-    return _integrate_energy(_point_velocity(data, point), data, per_wave)
+    """Return Σ v² of a point, to which the energy of the wave is proportional."""
+    return _squared_velocity(_point_velocity(data, point), data, per_wave)
 
 
-def _draw_joint(lines, drawn, strength, per_wave):
+def _draw_slipping_joint(lines, drawn, strength, per_wave):
     figure, (left, right) = canvas()
     data, ratio = drawn
     period = per_wave / _bar_speed("S")

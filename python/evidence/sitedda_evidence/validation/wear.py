@@ -7,13 +7,13 @@ from .. import model as nml
 from ..case import Outcome, at_most, case, curves, relative, true
 
 GRAVITY = 10.0  # m/s²
-CYCLE, EVERY = 2000, 10  # steps of a cycle, and between two samples of its motion
-# At the peaks of three cycles: shear force (N/m) and remaining angle (degrees).
+CYCLE, EVERY = 2000, 10  # number of steps per cycle, and per sample of the motion
+# Shear force (N/m) and remaining asperity angle (degrees) at the peaks of three cycles.
 PEAKS = ((0.9875e6, 14.639), (0.9579e6, 13.769), (0.9311e6, 12.957))
 
 
 def worn(cycles: float = 2.25) -> str:
-    """A block under 1 MPa that slides cyclically by ± 5 mm on asperities of 15°."""
+    """Return a block under 1 MPa that slides cyclically by ± 5 mm on asperities of 15°."""
     count = int(cycles * CYCLE)
     phase = 2 * np.pi * np.linspace(0.0, cycles, count // EVERY + 1)
     law = {"law": "plesha", "asperity_angle": 15.0, "asperity_wear": 5e-6}
@@ -40,7 +40,7 @@ def worn(cycles: float = 2.25) -> str:
     "Plesha (1987).",
 )
 def asperities(short: bool) -> Outcome:
-    """Check force and angle at the peaks of three cycles, and the climb to the first."""
+    """Check force and angle at the peaks of three cycles, and the dilation at the first peak."""
     data = nml.history(worn())
     frame = data.contact_frame.values
     shear = np.abs(np.bincount(frame, data.contact_shear_force.values))[1::4]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Soil that yields: factors of safety of slopes and cuts, bearing capacity of a footing."""
+"""Yielding soil: factors of safety of slopes and a cut, bearing capacity of a footing."""
 
 import numpy as np
 
@@ -8,17 +8,17 @@ from sitedda.stability.safety import Safety, safety
 
 from ..case import Outcome, Table, at_most, case, curves, relative, true
 
-HEIGHT = 10.0  # m, H
-WEIGHT = 2e4  # N/m³, γ
-STIFF = 1e10  # Pa: the strength is reached at small strains
-SMALL = 1e-3  # of the radius of the body: a displacement that is failure at small strains
-CUT = 3.776  # γH/c by limit analysis
-# Friction (degrees), settlement (m), steps, width and depth (half-widths), error allowed.
+HEIGHT = 10.0  # H, m
+WEIGHT = 2e4  # γ, N/m³
+STIFF = 1e10  # Young's modulus at which soil yields at small strains, Pa
+SMALL = 1e-3  # displacement at failure over the radius of the body, at small strains
+CUT = 3.776  # γH/c at failure of the cut, by limit analysis
+# Friction (degrees), settlement (m), steps, width and depth (half-widths), allowed error.
 FOOTINGS = ((0.0, 3e-4, 60, (5.0, 3.0), 0.02), (30.0, 1.2e-3, 120, (8.0, 4.0), 0.03))
 
 
 def _soil_body(outline, cells: int, poisson: float, sides, **strength) -> Model:
-    """A body of one soil on a fixed base, between rollers."""
+    """Return a body of one soil on a fixed base with rollers at `sides`."""
     model = Model()
     model.control(time_step=1.0, gravity=[0.0, -10.0], analysis="plane_strain")
     model.contact(normal_stiffness=STIFF)
@@ -36,7 +36,7 @@ def _soil_body(outline, cells: int, poisson: float, sides, **strength) -> Model:
 
 
 def slope(cells: int) -> Model:
-    """2:1 on a firm base, φ = 20°, c = .05 γH, ψ = 0."""
+    """Return a slope of 2:1 on a firm base with φ = 20°, c = 0.05 γH, ψ = 0."""
     outline = [0, 0, 3.2, 0, 3.2, 1, 2, 1]
     return _soil_body(
         outline, cells, 0.3, ("right",), cohesion=0.05 * WEIGHT * HEIGHT, friction_angle=20.0
@@ -44,7 +44,7 @@ def slope(cells: int) -> Model:
 
 
 def clay(cells: int) -> Model:
-    """2:1 on as much of the same clay as it is high, c = ¼ γH."""
+    """Return a slope of 2:1 in clay of c = ¼ γH, on a layer of this clay of the same height."""
     outline = [0, 0, 6, 0, 6, 2, 4, 2, 2, 1, 0, 1]
     return _soil_body(
         outline, cells, 0.3, ("left", "right"), cohesion=0.25 * WEIGHT * HEIGHT, friction_angle=0.0
@@ -52,7 +52,7 @@ def clay(cells: int) -> Model:
 
 
 def cut(cells: int) -> Model:
-    """Return a vertical cut of clay with the strength of failure by limit analysis."""
+    """Return a vertical cut in clay whose strength limit analysis requires."""
     outline = [-2, -1, 1, -1, 1, 0, 0, 0, 0, 1, -2, 1]
     return _soil_body(
         outline, cells, 0.49, ("left", "right"), cohesion=WEIGHT * HEIGHT / CUT,
@@ -97,7 +97,7 @@ def slopes_that_yield(short: bool) -> Outcome:
 
 
 def strip(cells, sink, size=(5.0, 3.0), angle=0.0, young=1e8, poisson=0.49, steps=60, **control):
-    """A smooth strip footing of half-width 1 m, c = 100 kPa, pressed into squares."""
+    """Return a smooth strip footing of half-width 1 m on square cells of clay, c = 100 kPa."""
     model = Model()
     model.control(
         **{"time_step": 0.05, "steps": steps, "gravity": [0.0, 0.0], "analysis": "plane_strain",
@@ -131,13 +131,13 @@ def strip(cells, sink, size=(5.0, 3.0), angle=0.0, young=1e8, poisson=0.49, step
 
 
 def bearing(history, sink):
-    """Pressure below the footing over the cohesion, of each step."""
+    """Return the pressure below the footing over the cohesion in each step."""
     work = history.energy_input.values
     return np.diff(work) / (sink / (work.size - 1)) / 1e5
 
 
 def prandtl(angle):
-    """N_c = (N_q − 1) cot φ, N_q = e^(π tan φ) tan²(45° + φ/2)."""
+    """Return N_c = (N_q − 1) cot φ, N_q = e^(π tan φ) tan²(45° + φ/2)."""
     slope = np.tan(np.radians(angle))
     if slope == 0:
         return 2 + np.pi
