@@ -19,15 +19,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from interrupted import (
-    finish,
-    layered_site,
-    native_program,
-    prepare,
-    reference_of,
-    same,
-    wall,
-)
+from interrupted import finish, layered_site, native_program, prepare, reference_of, same, wall
 from options import asked
 
 FILE_ERROR = 5

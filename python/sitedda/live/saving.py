@@ -6,15 +6,7 @@ import shutil
 from pathlib import Path
 
 from ..base.errors import InputError
-from ..base.files import (
-    OWN_INPUT,
-    OWN_SCRIPT,
-    is_below,
-    make_folder,
-    plain_text,
-    write,
-    written,
-)
+from ..base.files import OWN_INPUT, OWN_SCRIPT, is_below, make_folder, plain_text, write, written
 from ..input.input_text import find_groups
 from .script import changes_outside_stages, written_script
 

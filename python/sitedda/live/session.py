@@ -18,15 +18,7 @@ from .document import Document, place_of_trouble
 from .drawn import card, draw_model
 from .journal import Journal
 from .running import ENDED, OVER, LiveRun
-from .saving import (
-    ENDINGS,
-    place,
-    save_movie,
-    save_namelist,
-    save_output,
-    save_report,
-    save_script,
-)
+from .saving import ENDINGS, place, save_movie, save_namelist, save_output, save_report, save_script
 from .starts import EMPTY, Shipped
 
 _MOST_FILES = 500  # largest number of inputs on the start page

@@ -11,13 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..base.errors import (
-    CheckpointError,
-    InterruptedRun,
-    OutputError,
-    SiteddaError,
-    lacks_memory,
-)
+from ..base.errors import CheckpointError, InterruptedRun, OutputError, SiteddaError, lacks_memory
 from ..base.stop import SIGNALS, Stop
 from .arrays import Array
 from .quantities import NotBegun, Quantity, check_names, measure, returned

@@ -33,11 +33,7 @@ def bar(steps: int, pull: float, length: float = 0.5, **law) -> str:
         nml.material("rock", 2500.0, 2e10),
         nml.joint("j", 30.0, **law),
         nml.held(
-            "left",
-            nml.rectangle(-half, 0, half, HEIGHT),
-            "rock",
-            "j",
-            [(-half, 0), (-half, 0.1)],
+            "left", nml.rectangle(-half, 0, half, HEIGHT), "rock", "j", [(-half, 0), (-half, 0.1)]
         ),
         nml.block("right", nml.rectangle(0, 0, half, HEIGHT), "rock", "j"),
         nml.motion("drive", pull * RISE, 2e-3, "displacement"),
