@@ -218,6 +218,21 @@ def run(program: Path, file: Path, before: dict | str = "") -> dict | str:
     }
 
 
+def written(texts: dict[str, str], folder: Path) -> dict[str, Path]:
+    """The files of inputs, by name."""
+    files = {name: folder / f"{i}.nml" for i, name in enumerate(texts)}
+    for name, file in files.items():
+        file.write_text(texts[name])
+    return files
+
+
+def measured(program: Path, files: dict[str, Path], jobs: int, before: dict) -> dict:
+    """What `run` returns for each input; `before` has that of another engine."""
+    with ThreadPoolExecutor(jobs) as pool:
+        found = pool.map(lambda name: run(program, files[name], before.get(name, "")), files)
+        return dict(zip(files, found, strict=True))
+
+
 def variants(words: list[str]) -> dict[str, tuple[Path, str]]:
     """File and new text of each variant whose name has one of the words."""
     found = {}
@@ -258,31 +273,21 @@ def main() -> None:
     options = asked(__doc__, "build", quick=False, hard=False, only=[""], jobs=1)
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
-        files = {}
         chosen = hard_cases() if options.hard else cases(options.quick)
-        for i, (name, (text, steps)) in enumerate(chosen.items()):
-            files[name] = folder / f"{i}.nml"
-            files[name].write_text(changed(text(), steps, 1))
+        texts = {name: changed(text(), steps, 1) for name, (text, steps) in chosen.items()}
+        files = written(texts, folder)
         engine = Engine(options.build.resolve(), folder)
-
-        def measured(program: Path, before: dict) -> dict:
-            with ThreadPoolExecutor(options.jobs) as pool:
-                waited = {
-                    name: pool.submit(run, program, file, before.get(name, ""))
-                    for name, file in files.items()
-                }
-            return {name: one.result() for name, one in waited.items()}
-
         own = folder / "own"
         own.mkdir()
         (own / "native").symlink_to(options.build.resolve() / "sitedda-native")
-        before = measured(own / "native", {})
+        before = measured(own / "native", files, options.jobs, {})
         for name, result in before.items():
             print(f"{name:30s} {result}", flush=True)
         print("\n| variant | iterations | factors | applications | time | ends otherwise |")
         print("| --- | --- | --- | --- | --- | --- |")
         for name, (file, text) in variants(options.only).items():
-            print(row(name, measured(engine.variant(file, text), before), before), flush=True)
+            results = measured(engine.variant(file, text), files, options.jobs, before)
+            print(row(name, results, before), flush=True)
 
 
 if __name__ == "__main__":

@@ -13,7 +13,6 @@ inputs of runs that do not end; --jobs is the number of cases at once.
 
 import sys
 import tempfile
-from concurrent.futures import ThreadPoolExecutor
 from itertools import product
 from pathlib import Path
 
@@ -132,18 +131,10 @@ def bolts(made) -> str:
     )
 
 
-def measured(program: Path, texts: dict[str, str], folder: Path, jobs: int) -> dict:
-    """Counts of each run, or the words that it ends with."""
-    files = {}
-    for i, (name, text) in enumerate(texts.items()):
-        files[name] = folder / f"{i}.nml"
-        files[name].write_text(text)
-    with ThreadPoolExecutor(jobs) as pool:
-        waited = {
-            name: pool.submit(ablation.run, program, file, {"seconds": 4})
-            for name, file in files.items()
-        }
-    return {name: one.result() for name, one in waited.items()}
+def measured(folder: Path, texts: dict[str, str], jobs: int) -> dict:
+    """Counts of each run with the executable of a folder, or the words that it ends with."""
+    limits = dict.fromkeys(texts, {"seconds": 4})
+    return ablation.measured(folder / "native", ablation.written(texts, folder), jobs, limits)
 
 
 def row(law: str, fixed: dict, adaptive: dict | None) -> str:
@@ -167,10 +158,10 @@ def main() -> None:
             own = Path(folder)
             (own / "native").symlink_to(options.build.resolve() / "sitedda-native")
             texts = cases(law)
-            fixed = measured(own / "native", texts, own, options.jobs)
+            fixed = measured(own, texts, options.jobs)
             adaptive = None
             if options.adaptive:
-                adaptive = measured(own / "native", cases(law, True), own, options.jobs)
+                adaptive = measured(own, cases(law, True), options.jobs)
         print(row(law, fixed, adaptive), flush=True)
         for name, said in [*fixed.items(), *(adaptive or {}).items()]:
             if isinstance(said, str):

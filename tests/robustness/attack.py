@@ -66,10 +66,8 @@ LIBRARIES = [
     "xarray",
 ]  # fmt: skip
 PRECIOUS = b"somebody's own file\n"
-INPUTS, OUTPUTS = (
-    HERE.parents[1] / "inputs",
-    "outputs/",
-)  # the latter: of `good_files`, not laid out
+INPUTS = HERE.parents[1] / "inputs"
+OUTPUTS = "outputs/"  # of `good_files`, not laid out
 SIDE_FILES = ("journal", "writing", "partial", "checkpoint", "checkpoint.previous",
               "checkpoint.coming")  # fmt: skip
 STATUSES = range(8)
@@ -136,9 +134,6 @@ class Case:
     asked: str = ""  # a name outside of the folder that the user has requested
 
 
-# --- Good files ----------------------------------------------------------------------------------
-
-
 def good_files(folder: Path) -> dict[str, bytes]:
     """Everything that a command can be given, small."""
     shaken = changed(tower(layers=2, steps=12), "output", file="o.nc", block_interval=4)
@@ -154,7 +149,7 @@ def good_files(folder: Path) -> dict[str, bytes]:
     found["jointed.nml"] = JOINTED.format(region=region).encode()
     found["imported.nml"] = JOINTED.format(region="file = 'part.csv'").encode()
     found["part.csv"] = b"name, x, y\na, 0, 0\na, 4, 0\na, 4, 3\na, 0, 3\n"
-    found["blocks.nc"] = good_blocks(random.Random(0))
+    found["blocks.nc"] = good_blocks()
     found["blocks.nml"] = (
         JOINTED.format(region=region).split("&region")[0] + "&blocks file = 'blocks.nc' /\n"
     ).encode()
@@ -189,9 +184,6 @@ def good_store(folder: Path) -> dict[str, bytes]:
             raise SystemExit("the good study cannot be run")
     files = [file for file in (folder / "done").rglob("*") if file.is_file()]
     return {str(file.relative_to(folder)): file.read_bytes() for file in files}
-
-
-# --- Cases ---------------------------------------------------------------------------------------
 
 
 def hostile_input(case: Case, chance: random.Random, good: dict) -> None:
@@ -425,9 +417,6 @@ def make_case(kind: str, seed: int, good: dict) -> Case:
     return case
 
 
-# --- The yard ------------------------------------------------------------------------------------
-
-
 class Yard:
     """The folder that is watched, and the one in it where the command runs."""
 
@@ -553,9 +542,6 @@ def not_finite(file: Path) -> str:
     except OSError as trouble:
         return f"cannot be read: {trouble}"
     return ""
-
-
-# --- Answers -------------------------------------------------------------------------------------
 
 
 def serve() -> None:

@@ -33,11 +33,7 @@ def rewrite(source: Path, target: Path, change) -> None:
 
 def drop(chance, variables, attributes) -> str:
     """A variable is missing."""
-    return drop_named(variables, chance.choice(sorted(variables)))
-
-
-def drop_named(variables, name: str) -> str:
-    """The variable of a name is missing."""
+    name = chance.choice(sorted(variables))
     del variables[name]
     return f"without {name}"
 

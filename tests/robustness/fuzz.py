@@ -14,6 +14,7 @@ that is not finite without an error is kept in a folder.  Ends with status 1 if 
 """
 
 import collections
+import contextlib
 import os
 import resource
 import selectors
@@ -74,13 +75,9 @@ class Probe:
         """End the process: no more requests, and if that is not enough, by force."""
         if self.process:
             self.process.stdin.close()
-            try:
+            with contextlib.suppress(subprocess.TimeoutExpired):
                 self.process.wait(FAREWELL)
-            except subprocess.TimeoutExpired:
-                self.kill()
-                return
-            self.process.stdout.close()
-        self.process = None
+            self.kill()
 
     def kill(self) -> None:
         """End the process by force."""

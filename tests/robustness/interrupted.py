@@ -93,9 +93,9 @@ def prepare(folder: Path, text: str) -> Path:
     return folder
 
 
-def start(program: str, command: str, folder: Path, **more) -> subprocess.Popen:
-    """Run or resume the input of a folder."""
-    return subprocess.Popen(
+def start(program: str, command: str, folder: Path, call=subprocess.Popen, **more):
+    """Run or resume the input of a folder; a process, or what `call` returns for it."""
+    return call(
         [program, command, "model.nml", "-q", "-o", "out.nc"],
         cwd=folder,
         stdout=subprocess.PIPE,
@@ -107,18 +107,10 @@ def start(program: str, command: str, folder: Path, **more) -> subprocess.Popen:
     )
 
 
-def finish(
-    program: str, command: str, folder: Path, timeout: float | None = None, **more
-) -> tuple[int, str, str]:
-    """The same to its end: status, output, errors; killed if it takes too long."""
-    running = start(program, command, folder, **more)
-    try:
-        out, err = running.communicate(timeout=timeout)
-    except subprocess.TimeoutExpired:
-        running.kill()
-        running.communicate()
-        raise
-    return running.returncode, out, err
+def finish(program: str, command: str, folder: Path, **more) -> tuple[int, str, str]:
+    """Run or resume the input to its end: status, output, errors; killed after a `timeout`, s."""
+    done = start(program, command, folder, subprocess.run, **more)
+    return done.returncode, done.stdout, done.stderr
 
 
 def reference_of(program: str, folder: Path) -> Path:

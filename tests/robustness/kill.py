@@ -21,18 +21,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from interrupted import (
-    column,
-    layered_site,
-    native_program,
-    prepare,
-    reference_of,
-    same,
-    staged_wall,
-    start,
-    wall,
-    wet_wall,
-)
+import interrupted as runs
 from options import asked
 
 INTERRUPTED = 6
@@ -49,24 +38,24 @@ def models(quick: bool) -> dict[str, str]:
     """Inputs by name."""
     if quick:
         return {
-            "layered site": layered_site(6000, 100),
-            "column": column(0.5, 5),
-            "wall": wall(30, 2, bricks=6),
-            "wall in stages": staged_wall(10, 2, bricks=6),
-            "wet wall": wet_wall(10, 2, bricks=6),
+            "layered site": runs.layered_site(6000, 100),
+            "column": runs.column(0.5, 5),
+            "wall": runs.wall(30, 2, bricks=6),
+            "wall in stages": runs.staged_wall(10, 2, bricks=6),
+            "wet wall": runs.wet_wall(10, 2, bricks=6),
         }
     return {
-        "layered site": layered_site(),
-        "column": column(),
-        "wall of 200": wall(300),
-        "wall in stages": staged_wall(100),
-        "wet wall": wet_wall(30, bricks=8),
+        "layered site": runs.layered_site(),
+        "column": runs.column(),
+        "wall of 200": runs.wall(300),
+        "wall in stages": runs.staged_wall(100),
+        "wet wall": runs.wet_wall(30, bricks=8),
     }
 
 
 def attempt(program, command, folder, chance, whole, signals, kill) -> tuple[int | None, str]:
     """One start of the program; the status, None if it was killed, and what it said."""
-    running = start(program, command, folder)
+    running = runs.start(program, command, folder)
     if not kill:
         out, err = running.communicate()
         return running.returncode, out + err
@@ -97,7 +86,7 @@ def case(program, folder, chance, whole, tally, signals, reference) -> None:
             return
         tally["kills"] += 1
         command, kill = "resume", chance.random() < 0.25
-    if same(folder.name, folder, reference):
+    if runs.same(folder.name, folder, reference):
         tally["spared" if command == "run" else "identical"] += 1
 
 
@@ -145,17 +134,17 @@ def main() -> int:
     options = asked(
         __doc__, kills=100, seed=1, signals="KILL", quick=False, pages=0, program=str, folder=Path
     )
-    program = native_program(options.program)
+    program = runs.native_program(options.program)
     signals = [signal.Signals[f"SIG{name}"] for name in options.signals.split(",")]
     chance = random.Random(options.seed)
     tallies = {}
     with tempfile.TemporaryDirectory() as scratch:
         chosen = models(options.quick)
         for i, (name, text) in enumerate(chosen.items()):
-            folder = prepare(Path(options.folder or scratch) / name.replace(" ", "_"), text)
+            folder = runs.prepare(Path(options.folder or scratch) / name.replace(" ", "_"), text)
             tally = tallies[name] = dict.fromkeys(COUNTS, 0)
             begun = time.perf_counter()
-            reference = reference_of(program, folder)
+            reference = runs.reference_of(program, folder)
             whole = tally["whole"] = time.perf_counter() - begun
             share = options.kills * (i + 1) // len(chosen)
             while sum(one["kills"] for one in tallies.values()) < share:

@@ -22,13 +22,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 REASONS = Path(__file__).with_name("unreached_lines.md")
 LEAST = 95.0  # percent
-OPTIONS = (
-    "-Dtester=true",
-    "-Db_coverage=true",
-    "-Dbuildtype=debug",
-    "-Doptimization=0",
-    "-Dwarning_level=0",
-)
+OPTIONS = "tester=true b_coverage=true buildtype=debug optimization=0 warning_level=0".split()
 PROCEDURE = re.compile(
     r"^\s*(?!end\b)(?:[\w()=]+\s+)*(?:subroutine|function|program)\s+(\w+)", re.I
 )
@@ -38,7 +32,7 @@ def build(folder: Path) -> None:
     """The package, the executable and the suites, all counting lines."""
     if not (folder / "venv").exists():
         subprocess.run([sys.executable, "-m", "venv", folder / "venv"], check=True)
-    settings = [f"-Csetup-args={option}" for option in OPTIONS]
+    settings = [f"-Csetup-args=-D{option}" for option in OPTIONS]
     pip = [folder / "venv" / "bin" / "pip", "install", "-q", f"-Cbuild-dir={folder / 'build'}"]
     subprocess.run([*pip, *settings, f"{ROOT}[test]"], check=True)
 
@@ -51,9 +45,8 @@ def run_tests(folder: Path) -> None:
     quiet["FUZZ_TIME_LIMIT"] = "60"  # without optimisation and with counters
     quiet["GCOV_ERROR_FILE"] = os.devnull  # on a full disk the counters have no room either
     path = f"{folder / 'venv' / 'bin'}{os.pathsep}{os.environ['PATH']}"
-    environment = (
-        os.environ | quiet | {"PATH": path, "SITEDDA_TEST_DATA": str(ROOT / "tests" / "data")}
-    )
+    quiet["SITEDDA_TEST_DATA"] = str(ROOT / "tests" / "data")
+    environment = os.environ | quiet | {"PATH": path}
     suites = [folder / "build" / "tests" / "fortran" / "tester"]
     python = [folder / "venv" / "bin" / "python", "-m", "pytest", "-q", "-p", "no:cacheprovider"]
     # Whole runs, which take long without optimisation and reach no other lines.
@@ -84,11 +77,7 @@ def line_counts(folder: Path) -> dict[Path, dict[int, int]]:
 
 def reasons() -> dict[tuple[str, str], str]:
     """(file, procedure) -> why lines of it are not reached, from unreached_lines.md."""
-    rows = (
-        row.strip("|").split("|")
-        for row in REASONS.read_text().splitlines()
-        if row.startswith("| `")
-    )
+    rows = (row.split("|")[1:] for row in REASONS.read_text().splitlines() if row[:3] == "| `")
     return {
         (row[0].strip(" `"), name.strip(" `")): row[2].strip()
         for row in rows

@@ -57,9 +57,6 @@ def moved_corners(kind: str, seed: int) -> bytes:
     return text.encode()
 
 
-# --- Text ----------------------------------------------------------------------------------------
-
-
 def good_csv(chance) -> bytes:
     """Squares with names, or a line without."""
     if chance.random() < 0.5:
@@ -120,7 +117,8 @@ def nested_geojson(chance) -> bytes:
 
 
 @cache
-def _drawing() -> bytes:
+def good_dxf() -> bytes:
+    """A drawing whose block inserts itself."""
     import ezdxf
 
     drawing = ezdxf.new("R2000")
@@ -138,11 +136,6 @@ def _drawing() -> bytes:
     return text.getvalue().encode()
 
 
-def good_dxf(chance) -> bytes:
-    """A drawing whose block inserts itself."""
-    return _drawing()
-
-
 def repeated_dxf(chance) -> bytes:
     """Blocks inserted many times, entities without end."""
     count = chance.choice([2, 1000, 32767, 10**9])
@@ -155,22 +148,15 @@ def repeated_dxf(chance) -> bytes:
     return blocks + start + body + b"0\nENDSEC\n0\nEOF\n"
 
 
-# --- Block files ---------------------------------------------------------------------------------
-
-
 @cache
-def _block_file() -> bytes:
+def good_blocks() -> bytes:
+    """Two squares."""
     from sitedda.block_file import write_block_file
 
     with tempfile.TemporaryDirectory() as folder:
         blocks = [{"name": f"b{i}", "material": "rock", "joint": "bed", "vertices": half}
                   for i, half in enumerate(np.split(SQUARES, 2))]  # fmt: skip
         return write_block_file(Path(folder) / "good.nc", blocks).read_bytes()
-
-
-def good_blocks(chance) -> bytes:
-    """Two squares."""
-    return _block_file()
 
 
 def lying_blocks(chance) -> bytes:
@@ -226,6 +212,6 @@ MAKERS = {
     "csv": (good_csv, huge_csv),
     "wkt": (good_wkt, nested_wkt),
     "geojson": (good_geojson, nested_geojson),
-    "dxf": (good_dxf, repeated_dxf),
-    "nc": (good_blocks, lying_blocks),
+    "dxf": (lambda _: good_dxf(), repeated_dxf),
+    "nc": (lambda _: good_blocks(), lying_blocks),
 }

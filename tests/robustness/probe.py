@@ -35,9 +35,9 @@ def judge(values) -> str:
     return f"not finite: array {strange[0]}" if strange else "ok"
 
 
-def answer_input(file: str) -> str:
-    """Read, set up, take a few steps."""
-    with sitedda.Simulation(file) as run:
+def answer_input(model: str | sitedda.Model) -> str:
+    """Read an input or take a model, set up, take a few steps."""
+    with sitedda.Simulation(model) as run:
         if len(run.coordinates) <= MOST_BLOCKS:
             run.advance(STEPS)
         return judge(state(run))
@@ -57,15 +57,12 @@ def answer_outlines(file: str) -> str:
 
 
 def answer_blocks(file: str) -> str:
-    """Read, set up, take a few steps."""
+    """The same for a model of a block file."""
     model = sitedda.Model(time_step=1e-3, steps=STEPS)
     model.material("rock", density=2e3, young_modulus=1e9, poisson_ratio=0.2)
     model.joint("bed", friction_angle=30.0)
     model.blocks(file)
-    with sitedda.Simulation(model) as run:
-        if len(run.coordinates) <= MOST_BLOCKS:
-            run.advance(STEPS)
-        return judge(state(run))
+    return answer_input(model)
 
 
 ANSWERS = {"input": answer_input, "record": answer_record, "outlines": answer_outlines,

@@ -28,20 +28,12 @@ from fuzz import fuzz  # noqa: E402
 
 CHECKS = "-fcheck=all,no-array-temps -ffpe-trap=invalid,zero,overflow"
 SETUPS = {
-    "checked": [
-        "-Dbuildtype=custom",
-        "-Ddebug=true",
-        "-Doptimization=0",
-        f"-Dfortran_args={CHECKS}",
-    ],
-    "sanitized": [
-        "-Dbuildtype=debug",
-        "-Doptimization=1",
-        "-Db_sanitize=address,undefined",
-        "-Db_lundef=false",
-    ],
+    "checked": ["-Dbuildtype=custom", "-Ddebug=true", "-Doptimization=0",
+                f"-Dfortran_args={CHECKS}"],
+    "sanitized": ["-Dbuildtype=debug", "-Doptimization=1", "-Db_sanitize=address,undefined",
+                  "-Db_lundef=false"],
     "valgrind": ["-Dbuildtype=debug", "-Doptimization=1", "-Dnative_arch=false"],
-}
+}  # fmt: skip
 HOSTILE = {"input": 500, "record": 500}  # files for each probe
 COMPLAINT = re.compile(r"runtime error|AddressSanitizer|LeakSanitizer|^==\d+== [^E]", re.MULTILINE)
 QUIET = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "OMP_WAIT_POLICY": "passive"}
@@ -91,12 +83,7 @@ def run(kind: str, folder: Path) -> list[str]:
     build(kind, folder)
     native = [folder / "sitedda-native", "run", short_site(folder), "--output", folder / "site.nc"]
     if kind == "valgrind":
-        options = [
-            "-q",
-            "--error-exitcode=9",
-            "--leak-check=full",
-            "--errors-for-leak-kinds=definite",
-        ]
+        options = "-q --error-exitcode=9 --leak-check=full --errors-for-leak-kinds=definite".split()
         return judge("layered site", *call("valgrind", *options, *native, folder=folder))
     found = judge("suites", *call(folder / "tests" / "fortran" / "tester", folder=folder))
     found += judge("layered site", *call(*native, folder=folder))
