@@ -128,7 +128,7 @@ class Outcome:
         self.compared.append(Compared(*values))
 
     def require(self, *values) -> None:
-        """Add a row that must be true, see `reached`."""
+        """Add a row for a condition that must be true, see `reached`."""
         self.rows.append(reached(*values))
 
     def tabulate(self, *values) -> None:

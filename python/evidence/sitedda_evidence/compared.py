@@ -57,7 +57,7 @@ def deviation(value: Value, reference: Value) -> float | None:
 
 
 def per_cent(fraction: float | None, sign: bool = False) -> str:
-    """Format a fraction in per cent, or from 10 as a factor; `sign` adds + to positive values."""
+    """Format a fraction in per cent, or as a factor if ≥ 10; `sign` adds + to positive values."""
     if fraction is None:
         return "–"
     if abs(fraction) < 5e-7:

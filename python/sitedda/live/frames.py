@@ -56,7 +56,7 @@ def frame_message(simulation: Simulation, start: np.ndarray) -> bytes:
 
 
 def _contact_streams(simulation: Simulation) -> dict[str, bytes]:
-    """Return ``pairs`` and ``forces`` of the closed contacts; nothing if they are too many."""
+    """Return ``pairs`` and ``forces`` of the closed contacts; nothing if there are too many."""
     closed = simulation.closed_contacts
     if len(closed) > _CONTACTS:
         return {}

@@ -761,7 +761,7 @@ class _Programme:
 
 
 def _undilated_limit(programme: _Programme, upper: _Solution) -> tuple[_Solution, int]:
-    """Return the lowest limit without dilation from several starts, and their number.
+    """Return the lowest limit without dilation from several starts, and the number of starts.
 
     The starts are normal forces at the upper limit, and, for each block, normal forces under the
     weight alone that load this block least.
@@ -802,7 +802,7 @@ def _find_limit(programme: _Programme, pressed: np.ndarray, tried: dict) -> _Sol
 
 
 def _least_load(programme: _Programme, found: _Solution) -> _Solution | None:
-    """Return the limit with the mechanism of a solution and the smallest factor; None if none."""
+    """Return the limit with the mechanism of a solution and the smallest factor, if any."""
     strength = programme.friction, programme.cohesion
     try:
         least = programme.solve(*strength, rounds=0, prestress=0.0, binding=found.binding)

@@ -35,7 +35,7 @@ _MORE = 1.5  # largest ratio of the excesses of successive steps
 _SHORTEST = 1e-3  # fraction of the time step below which a step counts as not converged
 _LOOKS, _TO_PEAK = 6, 500  # largest number of steps: _TO_PEAK + _LOOKS × requested number
 _HARDLY = 0.2  # fraction of the largest displacement below which the point does not control a step
-_ELASTIC = 0.1  # steps with less than this fraction of their target displacement count as elastic
+_ELASTIC = 0.1  # displacement over target displacement below which a step counts as elastic
 _PARTED = 3.0  # ratio of the largest displacement of a block to the requested one that ends the run
 _STILL = 1e-3  # fraction of the largest modal displacement below which a block does not move
 _UNCONVERGED = "a step does not converge"
@@ -204,7 +204,7 @@ def pushover(
 
 @dataclass(frozen=True)
 class _LoadedBlocks:
-    """The blocks of a model; `pattern`: ratio of load to weight of each at a factor of 1."""
+    """The blocks of a model; `pattern`: load at a factor of 1 over weight of each block."""
 
     bodies: Bodies
     mass: np.ndarray
@@ -229,7 +229,7 @@ class _LoadedBlocks:
 
 
 def _mode_forces(first: Simulation, mass: np.ndarray) -> np.ndarray:
-    """Return forces over weights of the load 'mode', shape (blocks,); see `pushover`."""
+    """Return the forces of the load 'mode' over the weights of the blocks, shape (blocks,)."""
     from ..engine.checking import modes
 
     shape = modes(first, 1).shapes[0][:, 0]

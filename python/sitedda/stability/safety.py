@@ -312,7 +312,7 @@ class _Trials:
             stage(displacement=float(_TOO_FAR * allowed))
 
     def find_reference(self, factor: float) -> float | None:
-        """Return the first of the factors 1/4, 1/64 … at which the model stands; None if none."""
+        """Return the first of the factors 1/4, 1/64 … at which the model stands, if any."""
         factor *= 0.25
         while factor >= _LEAST_REDUCTION:
             if self.stands(factor):

@@ -19,7 +19,7 @@ _TIME_ZERO = {
     "load": (("force_x", "force_y"), False),
     "traction": (("normal", "shear", "level"), False),
     "water": (("rise", "scale"), True),
-}  # groups that depend on time: their variables; whether values are constant outside their times
+}  # variables that depend on time, by group, and whether they are constant outside the given times
 _DAMPING = ("damping_ratio", "reference_frequency", "damping_band", "mechanisms")  # of materials
 _DAMPING += ("rayleigh_alpha", "rayleigh_beta", "rayleigh_frequencies")
 _CURVES = ("curve", "plasticity_index", "mean_stress", "ocr", "reference_strain", "shear_strength",

@@ -117,7 +117,7 @@ def run(plan: Plan, executor=None, workers=None, memory=None, time_limit=np.inf,
 
 
 def gather(study, workers: int | None = None, show=None, retry: bool = False) -> None:
-    """Extract the results from outputs of sitedda-native in the folder of a study.
+    """Extract the results of a study from the outputs that sitedda-native has written.
 
     Parameters
     ----------

@@ -115,7 +115,7 @@ class _CaseLoop:
         return found["status"]
 
     def _resubmit_or_fail(self, key: str, trouble: Exception) -> str | None:
-        """Submit a case again whose worker has died; after `_DEATHS` deaths return 'failed'."""
+        """Resubmit a case whose worker has died; after `_DEATHS` deaths return 'failed'."""
         self.deaths[key] += 1
         if self.deaths[key] >= _DEATHS:
             return self._record_failure(key, str(trouble), "process")

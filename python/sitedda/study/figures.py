@@ -45,7 +45,7 @@ def arguments_of(kind: str, values: Mapping) -> inspect.BoundArguments:
 
 
 def check_figures(figures, plan) -> list[dict]:
-    """Check that the results of a study will suffice for the figures of its file; return these.
+    """Return the figures of a study file; check that the results of the study will suffice.
 
     Parameters
     ----------

@@ -206,7 +206,7 @@ def plain(value):
 
 
 class _StudyFiles:
-    """Copies, in the folder of a study, of the files that its inputs name."""
+    """Copies of the files that the inputs of a study name, in the folder of the study."""
 
     def __init__(self, study: Path):
         self.study = study

@@ -231,7 +231,7 @@ class _Bracket:
         self.scale = scale
 
     def find(self, low: float, high: float) -> int:
-        """Set the bracket to the lowest interval with a change of sign; return their number."""
+        """Set the bracket to the lowest interval with a change of sign; count such intervals."""
         places = [low, high]
         if self.trials(low) * self.trials(high) > 0:
             places = np.linspace(low, high, INTERVALS + 1).tolist()

@@ -135,7 +135,7 @@ class _Search:
         return np.array(self.trials.results(tuple(self._parameter_values(u).tolist()))) - self.aims
 
     def _dependence_error(self, slopes: np.ndarray):
-        """Return the error that results do not depend on the parameters, or not independently."""
+        """Return the error for results that do not depend independently on the parameters."""
         sides = ((self.trials.parameters, "changes none of the results"),
                  (self.trials.names, "depends on none of the parameters"))  # fmt: skip
         for axis, (names, words) in enumerate(sides):

@@ -131,9 +131,6 @@ def locked(folder: Path, wait: bool) -> Iterator[bool]:
         os.close(handle)
 
 
-# --- the result of a case ------------------------------------------------------------------------
-
-
 def write_result(folder: Path, status: str, message: str = "", **more) -> dict:
     """Write the results of a case: ``arrays`` to result.npy, everything else to result.json."""
     arrays = more.pop("arrays", {})

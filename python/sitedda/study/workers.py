@@ -24,8 +24,8 @@ from ..base.errors import InputError
 _GRACE = 5.0  # s after the time limit until a process is killed
 _POLL = 0.5  # s between checks of the parent process
 _MOST = 1e15  # largest limit of memory (bytes) or time (s)
-_UNLIMITED = 2.0**62  # bytes above which memory is not limited; the system accepts no larger limit
-_FOREVER = 1e6  # s above which time is not limited
+_UNLIMITED = 2.0**62  # limits of memory from this size (bytes) on are ignored
+_FOREVER = 1e6  # time limits from this value (s) on are ignored
 
 
 class WorkerDied(Exception):

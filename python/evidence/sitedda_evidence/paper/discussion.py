@@ -13,7 +13,7 @@ from ..compared import per_cent, show
 from ..runs import Task, input_file
 from .discrete import DiscreteModel
 
-_YOUNG, _DENSITY, _POISSON = 17e9, 2250.0, 0.22  # printed; Pa, kg/m³, –
+_YOUNG, _DENSITY, _POISSON = 17e9, 2250.0, 0.22  # printed values; Pa, kg/m³, –
 _SIDE, _DIAMETER = 0.5, 0.6  # printed largest side and mean diameter, m
 _SPEED = 3000.0  # printed wave speed, m/s
 _PERIOD = 0.004  # printed wave period, s

@@ -18,10 +18,10 @@ from .measure import sub_sample_maximum
 
 _INPUT = "shear_wave.nml"
 _PERIOD = 0.004  # only wave period that the paper prints (in its discussion), s
-_DENSITY, _POISSON, _SIZE, _WIDTH = 2643.0, 0.25, 1.0, 15.0  # of the input: kg/m³, –, m, m
+_DENSITY, _POISSON, _SIZE, _WIDTH = 2643.0, 0.25, 1.0, 15.0  # values of the input
 _DISTANCE = 14.5  # distance from the base block, which fixed points make rigid, to M1, m
 _RATIOS = (4, 8, 16, 32, 64)  # λ/Δx: ratios of the paper, and 64
-_WIDE = {"width": 60.0, "penalty": 400.0, "ratios": (32, 64, 128)}  # for longer waves: m, E, λ/Δx
+_WIDE = {"width": 60.0, "penalty": 400.0, "ratios": (32, 64, 128)}  # study of longer waves
 _PRINTED = (4, 8, 16, 32)  # λ/Δx of the paper
 _STEPS = (1e-5, 1e-4)  # time steps of figure 9, s
 _AMPLITUDE = 1e-3  # m

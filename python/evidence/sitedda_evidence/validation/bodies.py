@@ -8,7 +8,7 @@ from sitedda.facade.model import Model
 
 from ..case import Outcome, case, curves, relative
 
-SPEED, LENGTH, DENSITY = 2000.0, 200.0, 2500.0  # wave speed on the left, length of pulse, kg/m³
+SPEED, LENGTH, DENSITY = 2000.0, 200.0, 2500.0  # left half (m/s), pulse (m), bar (kg/m³)
 
 
 def pulse(x):

@@ -68,7 +68,7 @@ def half_space(short: bool) -> Outcome:
 
 
 def _discrete_phase(number):
-    """Return q h of waves in blocks for k h in a continuum (wave number × thickness)."""
+    """Return wave number × thickness in blocks; `number` is that in a continuum."""
     return np.arccos((6 - 2 * number**2) / (6 + number**2))
 
 

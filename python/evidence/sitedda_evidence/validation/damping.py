@@ -25,9 +25,6 @@ FREQUENCIES = np.linspace(1.0, 25.0, 241)  # Hz
 PEAKS = {0.01: (66.073, 13.950), 0.05: (13.2507, 13.964), 0.10: (6.6820, 14.014)}
 
 
-# ---------------------------------------------------------------- free decay
-
-
 @case(
     "Free decay of a damped block",
     "A free square block swings in shear, ω² = 24 G/(ρa²). With the constant ratio ζ its "
@@ -112,9 +109,6 @@ def _decay_ratio(time: np.ndarray, strain: np.ndarray) -> float:
     kept = (count >= 1) & (swings > 0.05 * swings[0])
     slope = -np.polyfit(count[kept], np.log(swings[kept]), 1)[0]  # per half period
     return float(slope / np.hypot(np.pi, slope))
-
-
-# ---------------------------------------------------------------- layered site
 
 
 @case(

@@ -24,9 +24,6 @@ from ..case import Outcome, Table, at_most, case, convergence, observed_order, r
 DENSITY = 2500.0  # kg/m³
 
 
-# ---------------------------------------------------------------- free fall and bounce
-
-
 @case(
     "Free fall and bounce",
     "Fall: ½ g t². Each contact is half a period of the springs, ω = √(2 k_n/m) for two corners, "
@@ -123,9 +120,6 @@ def _draw_rebounds(runs, table):
     return figure
 
 
-# ---------------------------------------------------------------- large rotation
-
-
 @case(
     "A hundred turns in flight",
     "A free body turns for ever: area, edges and angular momentum stay. A rectangle and an L fly "
@@ -199,9 +193,6 @@ def _draw_rotation(pictures):
     right.set(xlabel="turns", ylabel=words, ylim=(1e-17, 1e-9))
     right.legend(frameon=False, fontsize=8, title="steps a turn", loc="lower right")
     return figure
-
-
-# ---------------------------------------------------------------- off an edge
 
 
 @case(

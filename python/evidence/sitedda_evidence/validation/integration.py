@@ -26,9 +26,6 @@ PENALTY = 300.0  # penalty over E × 1 m
 WIDTH = 15.0  # width of the layers, m
 
 
-# ---------------------------------------------------------------- layered columns
-
-
 def column_text(layers, rock, steps, shaking, height=None, penalty=None, body=None, **more) -> str:
     """Return layers on a base block that follows the motion "shaking" along x.
 
@@ -78,9 +75,6 @@ def _surface_and_base(history) -> tuple[np.ndarray, np.ndarray]:
     """Return the accelerations of surface and base along x, m/s²."""
     values = history.acceleration.isel(axis=0)
     return values.sel(point="surface").values, values.sel(point="base").values
-
-
-# ---------------------------------------------------------------- supports
 
 
 @case(
@@ -161,8 +155,6 @@ def _draw_supports(drawn):
     return figure
 
 
-# ---------------------------------------------------------------- transfer functions
-
 CHANGES = {  # variables of &control
     "dda": {"integration": "dda"},
     "theta": {"integration": "theta"},
@@ -195,9 +187,6 @@ def transfer_error(changes: dict) -> tuple:
         frequency, found = frequency[inside], found[inside]
         exact = transfer(file, frequency)
     return float((abs(found - exact) / abs(exact)).max()), frequency, abs(found), abs(exact)
-
-
-# ---------------------------------------------------------------- energy
 
 
 class Audited(NamedTuple):

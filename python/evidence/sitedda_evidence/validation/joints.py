@@ -142,9 +142,6 @@ def _measure_transmission(bar: Bar, width: float, joints: Sequence[int], stiffne
     return omega, passed, back, data
 
 
-# ---------------------------------------------------------------- one joint
-
-
 @case(
     "P and S waves through an elastic joint",
     "A joint of stiffness k per area between half-spaces of impedance Z = ρc: with ξ = ωZ/2k, "
@@ -212,9 +209,6 @@ def _block_size_table() -> Table:
         ("blocks", "T (complex)", "|R|", "order of T"),
         [(n, *error, order) for n, error, order in zip(counts, errors, orders, strict=True)],
     )
-
-
-# ---------------------------------------------------------------- joints in series
 
 
 @case(
@@ -290,9 +284,6 @@ def _series_transmission(xi, angle, count: int):
     return 1 / np.sqrt(1 + np.real((xi * np.sin(count * phase) / np.sin(phase)) ** 2))
 
 
-# ---------------------------------------------------------------- slip
-
-
 @case(
     "S waves through a joint that slips: energy",
     "A joint of strength τ_s passes an incident velocity v₀ sin ωt clipped at ± τ_s/ρc. With "
@@ -361,9 +352,6 @@ def _draw_slipping_joint(drawn, speed: float, rows):
     return figure
 
 
-# ---------------------------------------------------------------- closure
-
-
 @case(
     "A pulse through a joint of hyperbolic closure",
     "A half-sine P pulse of 50 Hz through a joint σ = k_ni δ/(1 − δ/V_m): the transmitted velocity "
@@ -410,9 +398,6 @@ def _transmitted_velocity(bar: Bar, speed: float, period: float, stiffness: floa
     return solve_ivp(
         rate, (0, period / 2), [0.0], rtol=1e-9, atol=1e-12 * speed, max_step=period / 2000
     )
-
-
-# ---------------------------------------------------------------- release
 
 
 @case(

@@ -18,9 +18,6 @@ RATIO = 1 - 1.5 * np.sin(SLENDER) ** 2  # ratio of angular velocities after and 
 PENALTY = 1e14  # N/m; impacts end within a step, as in Housner's theory
 
 
-# ---------------------------------------------------------------- theory
-
-
 def housner(duration, angle=0.0, base=None, step=1e-3):
     """Return the rocking angle by Housner's equation.
 
@@ -96,9 +93,6 @@ def _find_uplift(t, duration, base, step):
     return duration, 1.0
 
 
-# ---------------------------------------------------------------- engine
-
-
 def tower_text(
     time_step, duration, angle=0.0, base=None, penalty=PENALTY, sampled=2e-3,
     size=(WIDTH, HEIGHT), modulus=nml.STIFF, restitution=None, **more,
@@ -138,9 +132,6 @@ def _run_tower(time_step, duration, angle=0.0, base=None, penalty=PENALTY):
         energies = tower.energies
     work = max(abs(energies["gravity"]), abs(energies["input"]), DENSITY * WIDTH * HEIGHT * 1e-2)
     return np.array(time), np.array(turn), abs(energies["balance"]) / work
-
-
-# ---------------------------------------------------------------- cases
 
 
 @case(
@@ -319,9 +310,6 @@ def _draw_overturning(drawn, columns):
         one.set(title=f"ω/p {ratio:g}, {side:g} of the limit", ylim=(-4, 4))
         one.set(xlabel="time (s)", ylabel="θ / α")
     return figure
-
-
-# ---------------------------------------------------------------- rectangular pulses
 
 
 def pulse_duration(width: float, height: float, acceleration: float) -> float:

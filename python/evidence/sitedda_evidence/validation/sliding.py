@@ -16,9 +16,6 @@ RECORD = "LomaPrieta1989_USGS1002_APEEL2_133.smc"
 ALL_SLIDE = 1  # state of a sliding contact
 
 
-# ---------------------------------------------------------------- inputs
-
-
 def _incline_text(
     friction_angle, stiffness, time_step, duration, slope=30.0, samples=100, more="", **settings
 ) -> str:
@@ -52,9 +49,6 @@ def _coulomb_slip(friction_angle: float, slope: float, time):
     """Return the slip ½ g (sin α − cos α tan φ) t², m."""
     angle, mu = np.radians(slope), np.tan(np.radians(friction_angle))
     return 0.5 * nml.GRAVITY * (np.sin(angle) - np.cos(angle) * mu) * np.asarray(time) ** 2
-
-
-# ---------------------------------------------------------------- incline
 
 
 @case(
@@ -147,9 +141,6 @@ def _draw_incline(runs, tables):
             )
         right.set(xlabel="time (s)", ylabel="displacement (µm)", title="φ 35°: it sticks")
     return figure
-
-
-# ---------------------------------------------------------------- rigid block on a moving base
 
 
 def rigid_slide(time, base, slope: float, friction_angle: float) -> tuple[np.ndarray, np.ndarray]:
@@ -297,9 +288,6 @@ def _draw_newmark_slip(fine, base, slip, velocity, data, got, slope, friction):
     return figure
 
 
-# ---------------------------------------------------------------- shaking base
-
-
 @case(
     "Block on a base that shakes",
     "It sticks while |a| ≤ μ g, else it moves with ± μ g until the relative velocity is zero. "
@@ -366,9 +354,6 @@ def _draw_shaken_block(data, fine, base, slip, friction):
     right.plot(data.time, _slip_on_base(data), color=style.BLUE, lw=1.2, label="engine")
     right.set(xlabel="time (s)", ylabel="slip (m)", title="Slip relative to the base")
     return figure
-
-
-# ---------------------------------------------------------------- tilt
 
 
 @case(
@@ -452,9 +437,6 @@ def _draw_tilted_table(frames, rate):
         one.set_title(f"{np.degrees(rate * time):.1f}°")
         style.bare(one)
     return figure
-
-
-# ---------------------------------------------------------------- many blocks on an incline
 
 
 @case(

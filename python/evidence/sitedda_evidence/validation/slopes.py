@@ -19,7 +19,7 @@ from ..model import GRAVITY, rectangle
 
 LIMIT = 0.785544  # limiting tan φ of the 16 blocks
 FORCES = (292.5, 825.7, 1556.0, 2826.7, 3922.1, 4594.8, 4837.0, 4637.4, 3978.0, 2825.5)
-FORCES += (1412.6, 470.9)  # kN/m, from block n to n − 1, n = 13 … 2
+FORCES += (1412.6, 470.9)  # forces from block n on block n − 1, n = 13 … 2, kN/m
 MODES = ("slides",) * 3 + ("topples",) * 10 + ("stable",) * 3  # modes of blocks 1 … 16
 
 

@@ -14,9 +14,6 @@ from ..case import Outcome, Table, at_most, case, relative, true
 DENSITY = 2500.0  # kg/m³
 
 
-# ---------------------------------------------------------------- limit analysis
-
-
 def stands(polygons, joints, friction: float) -> bool:
     """Return whether blocks under their weight can be in equilibrium without tension (linprog).
 
@@ -59,8 +56,6 @@ def _bisect_limit(stands, low: float, high: float) -> float:
     """Return the value above which a model stands, by bisection between two values."""
     return 0.5 * sum(bisect(stands, high, low, 1e-6))
 
-
-# ---------------------------------------------------------------- arch
 
 RADIUS = 5.0  # radius of the centre line, m
 ARCH_FRICTION = 60.0  # friction angle without sliding, degrees
@@ -170,9 +165,7 @@ def _draw_arches(drawn):
     return figure
 
 
-# ---------------------------------------------------------------- toppling
-
-COLUMN, STEP, FALL, DIP, CREST = 10.0, 1.0, 5.0, 30.0, 9  # m, m, m, °, index of the crest block
+COLUMN, STEP, FALL, DIP, CREST = 10.0, 1.0, 5.0, 30.0, 9  # lengths in m, dip in degrees, index
 GAP = 1e-6  # gap on each side of a column, m
 HEIGHTS = np.array([4.0 * n for n in range(1, 11)] + [40.0 - 6.0 * n for n in range(1, 7)])
 

@@ -23,9 +23,6 @@ MEMBERS = {  # θ, χ
 GLUE = {"cohesion": 1e12, "tensile_strength": 1e12}  # Pa
 
 
-# ---------------------------------------------------------------- damping of the scheme
-
-
 @case(
     "Damping and period of the scheme",
     "Two blocks glued to each other swing apart and together, Ω = ωΔt: with D = 1 + θχΩ² the "
@@ -71,7 +68,7 @@ def _amplification_invariants(theta: float, chi: float, turn: float) -> tuple[fl
 
 
 def _fit_invariants(x: np.ndarray) -> tuple[float, float]:
-    """Return trace and determinant, fitted to displacements with x₂ = trace x₁ − determinant x₀."""
+    """Fit trace and determinant to displacements with x₂ = trace x₁ − determinant x₀."""
     trace, negative = np.linalg.lstsq(np.column_stack([x[1:-1], x[:-2]]), x[2:], rcond=None)[0]
     return float(trace), -float(negative)
 
@@ -133,9 +130,6 @@ def _damping_ratio(trace: float, determinant: float) -> float:
         return np.nan
     phase, decay = np.arccos(0.5 * trace / size), -np.log(size)
     return float(decay / np.hypot(phase, decay))
-
-
-# ---------------------------------------------------------------- bars
 
 
 @case(
@@ -245,9 +239,6 @@ def _delay_samples(first: np.ndarray, second: np.ndarray) -> float:
     return top + 0.5 * (a - c) / (a - 2 * b + c)
 
 
-# ---------------------------------------------------------------- cantilever
-
-
 @case(
     "Cantilever of glued blocks",
     "f = 0.5596 √(EI/(ρ A L⁴)). First-order blocks do not bend, so all bending is in the joints: "
@@ -334,9 +325,6 @@ def _run_cantilever(count: int):
     at = np.flatnonzero(tip[1:-1] * tip[2:] < 0) + 1
     zeros = at + tip[at] / (tip[at] - tip[at + 1])
     return 0.5 * (len(zeros) - 1) / ((zeros[-1] - zeros[0]) * step), theory, shape, data
-
-
-# ---------------------------------------------------------------- slip joint
 
 
 @case(
