@@ -96,7 +96,7 @@ def is_same(file, other) -> bool:
 
 
 def _may_replace(file: Path, kind: str) -> bool:
-    """Return whether the first bytes of a file are those of a kind of files."""
+    """Return whether a file begins with the first bytes of files of a kind."""
     try:
         with os.fdopen(os.open(file, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK), "rb") as stream:
             head = stream.read(_HEAD)

@@ -180,7 +180,7 @@ def located(place: str) -> Iterator[None]:
 
 
 def _make_object(name: str, values: dict):
-    """Return the object of class `kinds` that a group describes."""
+    """Return the object that a group describes; its class is in `kinds`."""
     try:
         return kinds()[name](**values)
     except TypeError:

@@ -290,7 +290,7 @@ def _column_unit(head: str, file: Path, row: int) -> tuple[str, float | None]:
 
 
 def _read_cell(file: Path, row: int, name: str, unit: float | None, cell: str):
-    """Return a cell in SI units; NaN if it is blank."""
+    """Return the value of a cell of the file in SI units; NaN if the cell is blank."""
     if unit is None:
         return cell
     if not cell:
@@ -356,7 +356,7 @@ def _fill_gaps(file: Path, table: list[dict], thickness, shown: dict[str, str], 
 
 
 def _make_ground(file: Path, values: dict, thickness: float, shown: dict[str, str]) -> Ground:
-    """Return the ground of a row; `shown` contains the column headings of the file."""
+    """Return the layer in a row of a file; `shown` contains the headings of the columns."""
     where = f"{file}, row {values['row']}"
     for name, most in (("shear_velocity", 1e5), ("density", 1e5)):
         if not 0 < values.get(name, math.nan) <= most:

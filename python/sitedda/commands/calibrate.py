@@ -37,7 +37,7 @@ def _parse_unknown(text: str) -> tuple[str, tuple[float, float]]:
 
 
 def _parse_range(ends: str, text: str = "", form: str = "LOW:HIGH") -> tuple[float, float]:
-    """Return both ends of a range LOW:HIGH; an error names the whole text and its form."""
+    """Return both ends of a range LOW:HIGH; an error shows the whole text and the right form."""
     try:
         low, high = map(float, ends.split(":"))
     except ValueError:

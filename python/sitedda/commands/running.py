@@ -53,7 +53,7 @@ def _add_common_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _run_to_end(options: argparse.Namespace) -> int:
-    """Run or resume an input; print its verdict, and draw it; return the exit status."""
+    """Run or resume an input, print the verdict and draw the results; return the exit status."""
     if options.check:
         check_input(options)
     changes, resume = dict(options.set), options.resume

@@ -30,7 +30,7 @@ def add_safety(parser: argparse.ArgumentParser) -> None:
 
 
 def _run_safety(options: argparse.Namespace) -> int:
-    """Print the factor of safety of an input or the mechanism at a factor, and draw it."""
+    """Print and draw the factor of safety of an input, or the mechanism at a given factor."""
     from ..report.style import save_picture
     from ..stability import mechanism, safety
 

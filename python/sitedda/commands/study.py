@@ -90,14 +90,8 @@ def _run_study(options: argparse.Namespace) -> int:
     plan = _write_plan(settings, options.file)
     print(f"{counted(plan.count, 'case', 'cases')} in {plan.folder}", flush=True)
     with _dask_executor(options) as executor, shown(not options.quiet, plan.count) as show:
-        run(
-            plan,
-            executor,
-            options.workers,
-            **settings.limits,
-            retry=options.retry,
-            show=show,
-        )
+        more = settings.limits | {"retry": options.retry, "show": show}
+        run(plan, executor, options.workers, **more)
     return _report_study(settings, options)
 
 

@@ -90,7 +90,7 @@ def _array_xml(name: str, values, appended: list[bytes]) -> str:
 
 
 def _compress_blocks(data: bytes) -> bytes:
-    """Return data as deflated blocks, after a head: count, size, last size, deflated sizes."""
+    """Return data in deflated blocks, after a header with the number and sizes of blocks."""
     blocks = [zlib.compress(data[i : i + _BLOCK], 6) for i in range(0, len(data), _BLOCK)]
     last = len(data) % _BLOCK
     head = np.array([len(blocks), _BLOCK, last, *map(len, blocks)], dtype="<u8")

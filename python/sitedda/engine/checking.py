@@ -221,18 +221,11 @@ def check(model, changes: Mapping | None = None, **more) -> Report:
     """
     with _open_model(model, changes, more) as simulation:
         text, worst, numbers = simulation._call_engine("check_run")
-    return Report(
-        text.decode("utf-8", "replace").rstrip(),
-        ("ok", "ok", "warn", "fail")[int(worst)],
-        float(numbers[0]),
-        (float(numbers[1]), float(numbers[2])),
-        float(numbers[3]),
-        float(numbers[4]),
-        (float(numbers[5]), float(numbers[6])),
-        float(finite_or_inf(numbers[7])),
-        float(numbers[8]),
-        float(numbers[9]),
-    )
+    words, verdict = text.decode("utf-8", "replace").rstrip(), ("ok", "ok", "warn", "fail")[worst]
+    highest, low, high, residual, shift, first, last, ringing, *cost = map(float, numbers)
+    ringing = float(finite_or_inf(ringing))
+    bounds, band = (low, high), (first, last)
+    return Report(words, verdict, highest, bounds, residual, shift, band, ringing, *cost)
 
 
 def modes(

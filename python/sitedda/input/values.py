@@ -125,7 +125,7 @@ def is_given(value) -> bool:
 
 
 def _check_number(name: str, value: float, limits: str) -> None:
-    """Raise InputError if a number is outside its limits, which are words of the schema."""
+    """Raise InputError if a number violates limits, which are given in words of the schema."""
     low, high = -FARTHEST, FARTHEST
     failure = "is not a usable number"
     if limits == "above 0":

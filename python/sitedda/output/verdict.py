@@ -54,7 +54,7 @@ def acceleration_spectrum(acceleration, step: float) -> np.ndarray:
 
 @lru_cache(maxsize=32)
 def _cached_spectrum(data: bytes, step: float) -> np.ndarray:
-    """Return Sa for the bytes of a motion, cached for verdict and pictures."""
+    """Return Sa (m/s²) at `PERIODS` of an acceleration that is given as bytes, from a cache."""
     return spectral_acceleration(np.frombuffer(data), step, PERIODS, SPECTRUM_DAMPING)
 
 

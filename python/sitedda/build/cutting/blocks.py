@@ -233,7 +233,7 @@ class _Cut:
         self._check_block_count()
 
     def _clip_cutter(self, cutter, reach: float) -> np.ndarray:
-        """Return the segments of a joint or surface within its regions; errors refer to it."""
+        """Return the segments of a joint or surface in its regions; errors name this joint."""
         try:
             more = (
                 {"corner": self._lower_left_corner(cutter)} if isinstance(cutter, JointSet) else {}
@@ -477,7 +477,7 @@ class _Cut:
             least_edge = _SLIVER_EDGE * np.sqrt(mean)
         if blocks.merged:
             what = counted(blocks.merged, "sliver was", "slivers were")
-            self.messages.append(f"{what} merged with the neighbour of the longest common edge")
+            self.messages.append(f"{what} merged with the block that shares the longest edge")
         blocks.slivers = slivers(
             blocks.polygons,
             blocks.names,

@@ -246,7 +246,7 @@ class Cells:
         return round(self.area(self.cycles[i]) / self._least[i], _DIGITS)
 
     def _merge_cell(self, i: int) -> int | None:
-        """Merge a cell into the neighbour with the roundest convex union; return it, or None."""
+        """Merge a cell into the neighbour with the roundest convex union; return this neighbour."""
         cycle = self.cycles[i]
         others = {self.owner.get((b, a)) for a, b in zip(cycle, cycle[1:] + cycle[:1], strict=True)}
         best, found = -1.0, None
