@@ -10,11 +10,11 @@ module dda_checksum
 
    integer(long), parameter :: polynomial = -3932672073523589310_long  !< C96C5795D7870F42
 
-   !> Checksum of the bytes so far, and tables to process eight bytes at a time.
+   !> Checksum of the bytes so far, and tables to process 16 bytes at a time.
    type :: checksum_type
       integer(long) :: value = 0
-      !> remainders of a byte that 0 … 7 zero bytes follow
-      integer(long) :: table(0:255, 0:7) = 0
+      !> remainders of a byte that 0 … 15 zero bytes follow
+      integer(long) :: table(0:255, 0:15) = 0
    end type checksum_type
 
 contains
@@ -32,7 +32,7 @@ contains
          end do
          checksum%table(byte, 0) = rest
       end do
-      do behind = 1, 7
+      do behind = 1, 15
          do byte = 0, 255
             rest = checksum%table(byte, behind - 1)
             checksum%table(byte, behind) = ieor(checksum%table(low_byte(rest), 0), shiftr(rest, 8))
@@ -51,19 +51,19 @@ contains
    pure subroutine add_bytes(checksum, bytes)
       type(checksum_type), intent(inout) :: checksum  !< checksum of the bytes so far
       integer(int8), contiguous, intent(in) :: bytes(:)  !< [bytes]
-      integer(long) :: rest, i, whole
+      integer(long) :: rest, first, second, i, whole
+      integer :: k
 
       rest = not(checksum%value)
-      whole = size(bytes, kind=long)/8*8
-      do i = 1, whole, 8
-         rest = ieor(rest, transfer(bytes(i:i + 7), rest))
-         associate (table => checksum%table)
-            rest = ieor(ieor(ieor(table(low_byte(rest), 7), table(low_byte(shiftr(rest, 8)), 6)), &
-               ieor(table(low_byte(shiftr(rest, 16)), 5), table(low_byte(shiftr(rest, 24)), 4))), &
-               ieor(ieor(table(low_byte(shiftr(rest, 32)), 3), table(low_byte(shiftr(rest, 40)), &
-               2)), ieor(table(low_byte(shiftr(rest, 48)), 1), table(low_byte(shiftr(rest, 56)), &
-               0))))
-         end associate
+      whole = size(bytes, kind=long)/16*16
+      do i = 1, whole, 16
+         first = ieor(rest, transfer(bytes(i:i + 7), rest))
+         second = transfer(bytes(i + 8:i + 15), rest)
+         rest = 0
+         do k = 0, 7
+            rest = ieor(rest, ieor(checksum%table(low_byte(shiftr(first, 8*k)), 15 - k), &
+               checksum%table(low_byte(shiftr(second, 8*k)), 7 - k)))
+         end do
       end do
       do i = whole + 1, size(bytes, kind=long)
          rest = ieor(checksum%table(low_byte(ieor(rest, int(bytes(i), long))), 0), shiftr(rest, 8))
