@@ -34,6 +34,7 @@ module dda_response_spectrum
       real(wp) :: step = 0.0_wp                         !< step of the factors, s
       integer :: parts(0:periods) = 1                   !< parts into which a step is divided
       real(wp) :: share(0:periods) = 1.0_wp             !< length of a part over the step
+      integer :: last_divided = 0  !< last oscillator with more than one part
       real(wp), dimension(0:periods, 2) :: q = 0.0_wp   !< state, m/s; real and imaginary part
       real(wp), dimension(0:periods, 2) :: decay = 0.0_wp, before = 0.0_wp, after = 0.0_wp
       real(wp) :: weight(0:periods) = 0.0_wp            !< ω²/Im λ, 1/s
@@ -79,6 +80,7 @@ contains
       last = periods
       associate (s => spectrum)
          do part = 1, s%parts(1)
+            if (part == 2) last = s%last_divided
             do while (s%parts(last) < part)  ! the number of parts decreases with the period
                last = last - 1
             end do
@@ -114,6 +116,7 @@ contains
          spectrum%before(i, :) = parts_of(before)
          spectrum%after(i, :) = parts_of(after)
       end do
+      spectrum%last_divided = count(spectrum%parts > 1) - 1
    end subroutine set_step
 
    !> λ = −ζω + iω√(1 − ζ²), 1/s.
