@@ -15,7 +15,8 @@ module dda_contact
    implicit none
    private
    public :: contacts_type, operation_type, for_each_variable, reserve, capacity_of, hand_over, &
-      filter_contacts, copy_history, is_point, contact_open, contact_slide, contact_stick
+      filter_contacts, copy_contacts, copy_history, is_point, contact_open, contact_slide, &
+      contact_stick
    public :: not_damped, is_damped, is_struck, is_carried, is_lifted
 
    integer, parameter :: contact_open = 0   !< no force
@@ -29,6 +30,7 @@ module dda_contact
    integer, parameter :: is_carried = 3     !< impact law: one of the two blocks is struck
    integer, parameter :: is_lifted = 4      !< impact law: opened, retains part of the force
 
+   integer, parameter :: most_variables = 60  !< most arrays that an operation is applied to
    integer, parameter :: spare = 64         !< one spare place per 64 contacts is allocated
 
    !> List of contacts as structure of arrays; entries 1 … n are used.
@@ -36,6 +38,7 @@ module dda_contact
       ! unsaved, the input: with_laws, begins
       ! unsaved, set in each step: time_step
       ! unsaved, allocated only within a step: held_bound
+      ! unsaved, allocated only in a region of a step: fixed_motion
       ! unsaved, allocated only within a static step: imposed_spring, imposed_force
       ! unsaved, set before it is used: gap_change, slip_change
       integer :: n = 0
@@ -108,6 +111,8 @@ module dda_contact
       real(wp), allocatable :: imposed_spring(:,:), imposed_force(:,:)
       !> frozen friction bounds, N/m, see dda_friction_bounds; else not allocated
       real(wp), allocatable :: held_bound(:)
+      !> [2,n] gap and slip due to blocks that are fixed in the region, m, see dda_local_iteration
+      real(wp), allocatable :: fixed_motion(:,:)
       !> fraction of stiffness retained in K̂: of the shear spring if sliding, of the normal spring
       !> if open
       real(wp), allocatable :: retained(:)
@@ -157,6 +162,22 @@ module dda_contact
    contains
       procedure :: apply => filter_variable
    end type filter_type
+
+   !> Copy of one variable; one of its arrays is allocated.
+   type :: variable_type
+      integer, allocatable :: integers(:)
+      logical, allocatable :: logicals(:)
+      real(wp), allocatable :: reals(:), columns(:,:)
+   end type variable_type
+
+   !> Operation that copies some contacts from one list, and then places the copies in another.
+   type, extends(operation_type) :: copy_type
+      integer, allocatable :: list(:)  !< contacts to copy; not allocated: place the copies
+      integer :: n = 0                 !< variables so far
+      type(variable_type) :: copied(most_variables)
+   contains
+      procedure :: apply => copy_variable
+   end type copy_type
 
 contains
 
@@ -409,5 +430,51 @@ contains
          if (present(columns)) columns(:, to) = columns(:, c)
       end do
    end subroutine filter_variable
+
+   !> Copy some contacts of a list.
+   subroutine copy_contacts(contacts, list, own)
+      type(contacts_type), intent(inout) :: contacts  !< unchanged
+      integer, intent(in) :: list(:)                  !< numbers of the contacts
+      type(contacts_type), intent(out) :: own         !< their copies
+      type(copy_type) :: copy
+
+      own%n = size(list)
+      own%time_step = contacts%time_step
+      own%with_multipliers = contacts%with_multipliers
+      own%with_strengths = contacts%with_strengths
+      own%with_laws = contacts%with_laws
+      own%with_net_slip = contacts%with_net_slip
+      own%with_damping = contacts%with_damping
+      if (allocated(contacts%held_bound)) own%held_bound = contacts%held_bound(list)
+      copy%list = list
+      call for_each_variable(contacts, copy)
+      deallocate (copy%list)
+      copy%n = 0
+      call for_each_variable(own, copy)
+   end subroutine copy_contacts
+
+   !> Copy one variable of a list, or place its copy in another list.
+   subroutine copy_variable(operation, integers, logicals, reals, columns)
+      class(copy_type), intent(inout) :: operation                   !< contacts and copies
+      integer, allocatable, intent(inout), optional :: integers(:)   !< [capacity]
+      logical, allocatable, intent(inout), optional :: logicals(:)   !< [capacity]
+      real(wp), allocatable, intent(inout), optional :: reals(:)     !< [capacity]
+      real(wp), allocatable, intent(inout), optional :: columns(:,:) !< [any, capacity]
+
+      operation%n = operation%n + 1
+      associate (copied => operation%copied(operation%n))
+         if (allocated(operation%list)) then
+            if (present(integers)) copied%integers = integers(operation%list)
+            if (present(logicals)) copied%logicals = logicals(operation%list)
+            if (present(reals)) copied%reals = reals(operation%list)
+            if (present(columns)) copied%columns = columns(:, operation%list)
+         else
+            if (present(integers)) call move_alloc(copied%integers, integers)
+            if (present(logicals)) call move_alloc(copied%logicals, logicals)
+            if (present(reals)) call move_alloc(copied%reals, reals)
+            if (present(columns)) call move_alloc(copied%columns, columns)
+         end if
+      end associate
+   end subroutine copy_variable
 
 end module dda_contact

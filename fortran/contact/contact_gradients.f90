@@ -96,6 +96,10 @@ contains
          contacts%new_gap(c) = contacts%gap(c) + change(1)
          contacts%slip(c) = change(2)
       end do
+      if (.not. allocated(contacts%fixed_motion)) return
+      contacts%new_gap(first:last) = contacts%new_gap(first:last) &
+         + contacts%fixed_motion(1, first:last)
+      contacts%slip(first:last) = contacts%slip(first:last) + contacts%fixed_motion(2, first:last)
    end subroutine measure_range
 
    !> Add the forces of contact c on its blocks; the block of the vertex receives N n − T t.

@@ -123,7 +123,7 @@ contains
                normal => contacts%spring(1, c), shear => contacts%spring(2, c))
                call acting_rows(contacts, c, rows)
                call add_sides(merge(dirty_i, dirty_j, v == i), merge(dirty_j, dirty_i, v == i), &
-                  normal, shear, contacts%free_force(:, c), rows, matrix%diagonal(:, :, v), &
+                  normal, shear, force_at_zero(contacts, c), rows, matrix%diagonal(:, :, v), &
                   matrix%diagonal(:, :, e), system%rhs(:, v), system%rhs(:, e))
                if (.not. coupled) cycle
                if (v == i) then
@@ -137,6 +137,19 @@ contains
          end do
       end associate
    end subroutine assemble_pair
+
+   !> Compression and resistance to slip of contact c at d = 0, N/m.
+   pure function force_at_zero(contacts, c) result(force)
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
+      integer, intent(in) :: c  !< number of the contact
+      real(wp) :: force(2), motion(2)
+
+      force = contacts%free_force(:, c)
+      if (.not. allocated(contacts%fixed_motion)) return
+      motion = contacts%fixed_motion(:, c)
+      if (contacts%with_laws) motion(1) = motion(1) - contacts%tilt(2, c)*motion(2)
+      force = force + contacts%spring(:, c)*[-motion(1), motion(2)]
+   end function force_at_zero
 
    !> Set a diagonal block of K̂ to its part without contacts.
    pure subroutine begin_row(system, i)

@@ -30,7 +30,7 @@ module dda_open_close
    private
    public :: open_close_type, solve_contacts, solve_assumed, begin_iteration, counts_of, &
       add_counts, iterate, evaluate, check_strength, take_states, fail_if_given_up, loose, &
-      retained_share
+      retained_share, most_bound_rounds
 
    real(wp), parameter :: short_step = 0.5_wp  !< α below which an iteration has overshot
    real(wp), parameter :: very_short_step = 0.1_wp  !< α below which a step is very short
@@ -38,7 +38,7 @@ module dda_open_close
    integer, parameter :: few_solves = 45            !< number of solutions with factor `rounding`
    !> largest number of rounds if Δt cannot be reduced: each has a phase with free and a phase with
    !> frozen friction bounds, because one may converge if the other does not
-   integer, parameter :: most_rounds = 4
+   integer, parameter :: most_bound_rounds = 4
    !> limit of iterations with frozen bounds over the limit with free bounds: frozen bounds converge
    !> slowly but reliably, in some 200 iterations for a wall of 120 bricks at Δt = 20 ms
    integer, parameter :: patience = 8
@@ -62,14 +62,14 @@ module dda_open_close
       ! unsaved, the input: max_iterations, relative_tolerance, weight, penetration_tolerance
       ! unsaved, the input; under joint laws set in each step: noise
       ! unsaved, set in static stages: may_stop, may_relax, relaxes
-      ! unsaved, set in each step: last_resort, converged, unbalanced_work, rounding
+      ! unsaved, set in each step: rounds, converged, unbalanced_work, rounding
       ! unsaved, counted in each step: passes
       ! unsaved, set in static steps: most_changes
       ! unsaved, listed in each iteration: slides
       ! unsaved, found in each iteration: reversed
       integer :: max_iterations = 400
       integer :: most_changes = huge(1)   !< largest number of changes in the first iteration
-      logical :: last_resort = .false.                !< Δt cannot be reduced
+      integer :: rounds = 0  !< rounds with frozen friction bounds before the step fails
       real(wp) :: relative_tolerance = 1.0e-9_wp      !< tolerance over the largest force
       real(wp) :: penetration_tolerance = 0.0_wp      !< penetration, m; > 0: augmented Lagrangian
       real(wp) :: weight = 0.0_wp                     !< largest block weight, N/m
@@ -116,9 +116,8 @@ contains
 
    !> Iterate until the assumed force of each contact equals the force by its law.
    !>
-   !> If Δt cannot be reduced and a quarter of the permitted iterations does not suffice, phases
-   !> with frozen (constant) and with free friction bounds alternate.  In static stages one phase
-   !> with frozen bounds precedes a reduction of Δt.
+   !> If the iteration does not converge in a quarter of the permitted iterations, `rounds` with
+   !> constant (frozen) and with variable friction bounds alternate.
    subroutine solve_contacts(iteration, system, solver, contacts, laws, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -130,12 +129,12 @@ contains
       integer :: before(3), most, rounds, round
 
       iteration%keeps_states = .false.
-      by_bounds = laws%convex .and. (iteration%last_resort .or. iteration%may_stop)
+      by_bounds = laws%convex .and. iteration%rounds > 0
       before = 0
       most = iteration%max_iterations
       rounds = 1
-      if (by_bounds .and. most/4 > few_solves) then  ! smaller limits are not divided
-         rounds = merge(most_rounds, 1, iteration%last_resort)
+      if (by_bounds .and. most/4 > few_solves) then  ! a smaller limit is not divided
+         rounds = iteration%rounds
          iteration%max_iterations = most/4
       end if
       do round = 1, rounds

@@ -100,6 +100,7 @@ contains
       do i = first, last
          c = slides%contact(i)
          change = relative_motion(contacts, c, d(:, contacts%block_v(c)), d(:, contacts%block_e(c)))
+         if (allocated(contacts%fixed_motion)) change = change + contacts%fixed_motion(:, c)
          slides%response(i) = slide_response(contacts, laws, c, contacts%gap(c) + change(1), &
             contacts%stretch(c) + change(2))
       end do

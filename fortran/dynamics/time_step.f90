@@ -24,7 +24,7 @@ module dda_time_step
    use dda_matrix_pattern, only: assemble_step
    use dda_model, only: half_size
    use dda_material_search, only: shorten_step
-   use dda_open_close, only: solve_contacts, counts_of, add_counts
+   use dda_open_close, only: solve_contacts, counts_of, add_counts, most_bound_rounds
    use dda_original_rules, only: solve_by_original_rules
    use dda_scheme, only: end_time
    use dda_simulation, only: simulation_type, next_step, exchange_lists
@@ -191,8 +191,9 @@ contains
                simulation%solver, contacts, simulation%laws, half_size(simulation%model%blocks), &
                simulation%step == 0, error)
          else
-            simulation%iteration%last_resort = .not. (simulation%model%control%adaptive .or. &
-               simulation%resting)
+            simulation%iteration%rounds = most_bound_rounds
+            if (simulation%model%control%adaptive) simulation%iteration%rounds = 0
+            if (simulation%resting) simulation%iteration%rounds = 1  ! before Δt is reduced
             if (simulation%iteration%may_relax .and. (simulation%iteration%relaxes .or. &
                contacts%n > many_changes)) then
                call solve_statics(simulation%iteration, simulation%system, simulation%solver, &

@@ -168,6 +168,7 @@ def main() -> None:
                 print(f"    {name}: {said}", flush=True)
                 if options.keep:
                     kept = options.keep / (name.replace(" ", "_").replace(":", "") + ".nml")
+                    options.keep.mkdir(parents=True, exist_ok=True)
                     kept.write_text(texts[name])
 
 
