@@ -55,6 +55,7 @@ contains
       type(simulation_type), intent(inout) :: simulation
       character(len=*), intent(in) :: what
       real(c_double), allocatable, intent(out) :: table(:,:)
+      logical :: fits
       integer :: i
 
       associate (blocks => simulation%blocks, model => simulation%model)
@@ -84,7 +85,7 @@ contains
             call prepare_elements(simulation%elements, blocks, next_step(simulation), &
                simulation%system%d)
             call assemble_linear(simulation%system, simulation%elements, blocks, &
-               next_step(simulation))
+               next_step(simulation), fits)  ! the loads do not depend on the pattern
             table = simulation%system%load
          case ('contacts')
             table = contact_table(simulation)
