@@ -228,7 +228,7 @@ contains
       real(wp), allocatable :: values(:), vectors(:,:), residuals(:)
 
       call largest_pairs(operator, n, 1, 1.0e-10_wp, values, vectors, residuals, error)
-      call check_fails(error, 'they lie too close together')
+      call check_fails(error, 'the eigenvalues are too close together')
       call check(operator%products < 5000, 'the work is bound by the size')
    end subroutine eigenvalues_that_an_iteration_cannot_tell_apart
 
