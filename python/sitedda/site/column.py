@@ -97,6 +97,20 @@ class Column:
         return sum(layer.thickness / layer.shear_velocity for layer in self.layers)
 
     @property
+    def decay_time(self) -> float:
+        """Return the time in which free vibration decays to 1/1000, s.
+
+        It is estimated for the first mode of a uniform column with the smallest damping ratio, of
+        which each reflection at the base takes a fraction.
+        """
+        rate = np.pi * min(layer.damping_at([1.0])[0] for layer in self.layers)
+        if isinstance(self.base, HalfSpace):
+            mass = sum(layer.density * layer.thickness for layer in self.layers)
+            below = self.base.density * self.base.shear_velocity * self.travel_time
+            rate -= np.log(max(abs(below - mass) / (below + mass), 1e-9))
+        return float(2 * self.travel_time * np.log(1e3) / max(rate, 1e-9))
+
+    @property
     def _interfaces(self) -> NDArray[np.float64]:
         """Depth of the surface and of the bottom of each layer, m, shape (n + 1,)."""
         return np.cumsum([0.0, *(layer.thickness for layer in self.layers)])

@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A ground motion in the frequency domain."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..base.arguments import positive
 from ..engine.signals import fast_length
+
+_MOST_ZEROS = 31  # largest number of zeros over samples
 
 
 @dataclass(frozen=True)
@@ -57,6 +59,12 @@ class Motion:
             raise ValueError(f"sample {where} of the motion is {series[where]}")
         step = float(positive("time_step", time_step))
         return cls(series, step, fast_length(2 * series.size))
+
+    def padded(self, duration: float) -> "Motion":
+        """Return the motion with zeros of at least this duration (s), up to `_MOST_ZEROS`."""
+        samples = self.acceleration.size
+        zeros = min(duration / self.time_step, _MOST_ZEROS * samples)
+        return replace(self, length=max(self.length, fast_length(samples + int(zeros))))
 
     @property
     def frequencies(self) -> NDArray[np.float64]:

@@ -110,10 +110,6 @@ class NonlinearResponse(SiteResponse):
         passed = np.abs(low_pass(length, step, self.band)) ** 2
         return np.fft.irfft(np.fft.rfft(acceleration, length) * passed, length)[..., :samples]
 
-    def velocity(self, depth: float = 0.0) -> NDArray[np.float64]:
-        """Velocity at a depth (m), m/s, shape (samples,); from rest."""
-        return running_integral(self.acceleration(depth), self.motion.time_step)
-
     def displacement(self, depth: float = 0.0) -> NDArray[np.float64]:
         """Displacement relative to the reference motion, m, shape (samples,)."""
         return self._values_at_nodes(self.histories.displacement, depth) - self._ground

@@ -41,6 +41,10 @@ class SiteResponse:
         """Acceleration at a depth (m), m/s², shape (samples,)."""
         raise NotImplementedError
 
+    def velocity(self, depth: float = 0.0) -> NDArray[np.float64]:
+        """Velocity at a depth (m), m/s, shape (samples,); from rest."""
+        return running_integral(self.acceleration(depth), self.motion.time_step)
+
     def profile(self) -> xr.Dataset:
         """Return largest values over depth: strain, stress (Pa), acceleration (m/s²)."""
         raise NotImplementedError
@@ -91,8 +95,8 @@ class SiteResponse:
 class ColumnResponse(SiteResponse):
     """The linear response of a column to a ground motion.
 
-    It is computed in the frequency domain (SHAKE). As many zeros as samples follow the record, for
-    the free vibration after it.
+    It is computed in the frequency domain (SHAKE). Zeros follow the record, as many as its samples
+    or more, until the free vibration has decayed.
 
     Attributes
     ----------
@@ -129,6 +133,8 @@ class ColumnResponse(SiteResponse):
         depth = column.depth if bottom is None else float(bottom)
         column.cut_at([depth])
         ground = Motion.of(motion, time_step)
+        if scheme is None:
+            ground = ground.padded(column.decay_time)
         return cls(column, ground, depth, kind, scheme)
 
     def _wave_field(self, frequencies: NDArray[np.float64], depth: ArrayLike):
@@ -167,10 +173,6 @@ class ColumnResponse(SiteResponse):
             self._displacement_ratio(self._frequencies, depth), 0, self.motion.spectrum[0]
         )
         return found.reshape(*np.shape(depth), -1)
-
-    def velocity(self, depth: ArrayLike = 0.0) -> NDArray[np.float64]:
-        """Velocity at a depth or depths (m), m/s, shape (..., samples); from rest."""
-        return running_integral(self.acceleration(depth), self.motion.time_step)
 
     def displacement(self, depth: ArrayLike = 0.0) -> NDArray[np.float64]:
         """Displacement relative to the reference motion, m, shape (..., samples)."""

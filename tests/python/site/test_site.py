@@ -59,6 +59,16 @@ def test_within_motion_has_both_waves():
     assert deep == pytest.approx(expected, abs=1e-9)
 
 
+def test_free_vibration_that_outlasts_the_record_does_not_wrap_around():
+    """1 % damping on a rigid base; zeros appended by hand must change nothing."""
+    column = Column([Layer(30.0, density=1800.0, shear_velocity=150.0, damping=0.01)])
+    pulse = ricker(2.0, 1000, 1.5)
+    longer = np.append(pulse, np.zeros(20 * pulse.size))
+    exact = column.response(longer, STEP).acceleration()[: pulse.size]
+    found = column.response(pulse, STEP).acceleration()
+    assert found == pytest.approx(exact, abs=2e-3 * abs(exact).max())
+
+
 @pytest.mark.parametrize("depth", [0.0, 3.7, 12.0, 20.0])
 def test_strain_and_stress_follow_from_the_motion(depth):
     """Stress at depth z is the inertia of all above: τ = ∫ρ a dz, by the motion at many depths."""
