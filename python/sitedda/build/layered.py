@@ -186,8 +186,9 @@ def _hysteretic_law(layer: Ground, stress: float, file: Path) -> dict:
         return {"law": "hysteretic", "curve": "table"} | table
     least, variables = _CURVES[name]
     if not least <= len(numbers) <= len(variables):
+        required = f"; required: the first {least}" if least else ""
         raise InputError(f"{where}: curve = {layer.curve!r}: give after {name}: "
-                         f"{', '.join(variables)}; required: the first {least}")  # fmt: skip
+                         f"{', '.join(variables)}{required}")  # fmt: skip
     own = {"mean_stress": stress} if name == "darendeli" else {}
     given = dict(zip(variables, numbers, strict=False))
     if name == "gqh":

@@ -126,7 +126,7 @@ BAD = {
     "capital": (
         lambda: Colonnade(spacing=2, width=1, height=3, capital_width=1.5), "both capital_width",
     ),
-    "columns touch": (lambda: Colonnade(spacing=1, width=1, height=3), "touch each other"),
+    "columns touch": (lambda: Colonnade(spacing=1, width=1, height=3), "columns would touch"),
     "face": (
         lambda: RetainingWall(base_width=2, top_width=1, height=3, face="up"), "face = 'up'",
     ),

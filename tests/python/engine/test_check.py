@@ -149,7 +149,7 @@ def test_both_programs_say_what_the_package_says(program, write_input):
     with sitedda.Simulation(file) as simulation:
         said = f"{folded(simulation.description)}\n{sitedda.check(simulation).text}"
     told, own = (
-        re.sub(r"\S+ s at the pace", "", re.sub(r"\n {24}", " ", text)).splitlines()
+        re.sub(r"\S+ s at the speed", "", re.sub(r"\n {24}", " ", text)).splitlines()
         for text in (done.stdout, said)
     )
     assert told[: len(own)] == own

@@ -26,10 +26,10 @@ def test_what_dashpots_reflect(integration, share):
     frequency = float(re.search(r"and ([0-9.]+) Hz", found)[1])
     omega = 2 * np.pi * frequency
     slowest = np.sqrt(MODULUS / (2 * (1 + POISSON)) / (DENSITY + 200))  # of the top layer
-    assert percent(found, "by the size") == pytest.approx(
+    assert percent(found, "due to the block size") == pytest.approx(
         100 * (omega / slowest) ** 2 / 48, rel=0.02
     )
-    assert percent(found, "by the time") == pytest.approx(100 * omega * 1e-3 * share, rel=0.02)
+    assert percent(found, "due to the time") == pytest.approx(100 * omega * 1e-3 * share, rel=0.02)
     # Of ν = ¼: the table of docs/boundaries.md, .0003 at 30° and .0039 at 45° for P.
     degrees = [int(n) for n in re.findall(r"(\d+)°", found)]
     assert degrees[0] <= 50

@@ -528,7 +528,7 @@ def test_any_failure_to_save_is_answered(tmp_path):
     told: list[dict] = []
     session = SimpleNamespace(_saver=threading.Lock(), tell=told.append, folder=tmp_path)
     for trouble in (TypeError("can only repeat by an integer"), ZeroDivisionError()):
-        session._write_file = Mock(side_effect=trouble)
+        session._write_files = Mock(side_effect=trouble)
         Session._save_and_report(session, "report", tmp_path / "r.html")
     assert [one["message"] for one in told] == ["can only repeat by an integer",
                                                 "ZeroDivisionError"]  # fmt: skip

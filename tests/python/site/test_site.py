@@ -375,4 +375,4 @@ def test_two_solutions_of_the_equivalent_linear_analysis_are_said():
     assert found.other_strain == pytest.approx(0.0492, rel=0.02)
     assert "A second solution, of 4.92 % strain, also satisfies the curves" in str(found)
     alone = equivalent_linear(column, curves, 1.6 * pulse, 0.02, tolerance=1e-6)
-    assert alone.doubt and np.isnan(alone.other_strain) and "Another" not in alone.doubt
+    assert alone.doubt and np.isnan(alone.other_strain) and "second solution" not in alone.doubt

@@ -136,7 +136,7 @@ def test_what_topples_stands_at_no_strength():
 def test_what_needs_no_strength_has_no_mechanism():
     found = sitedda.safety(block_on_plane(0.0, 30.0))
     assert math.isinf(found.high) and found.mechanism is None
-    assert "every strength" in str(found)
+    assert "stands even with all strengths" in str(found)
     assert found.to_dict()["fails_at"] is None
     with pytest.raises(ValueError, match="no mechanism"):
         found.draw()
