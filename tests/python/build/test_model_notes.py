@@ -392,7 +392,7 @@ def without_motion(model) -> str:
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        ("&joint_set angle = 30, spacing = 500 /", "spacing = 500 m is more than the 56.57 m"),
+        ("&joint_set angle = 30, spacing = 500 /", "spacing = 500 m is more than 56.57 m"),
         ("&mesh regions = '*', size = 2, fine_size = 4, fine_along = 0, 0, 9, 9 /",
          "fine_size = 4 m is above size = 2 m"),
         ("&joint_set angle = 30, spacing = 50 /", ""),

@@ -260,8 +260,8 @@ ERRORS = {
     ],
     dominant_frequency: [
         ((np.ones(7), 0.1), "at least 8 samples, got 7"),
-        ((np.full(100, 0.1), 0.1), "contains no peak"),
-        ((np.zeros(100), 0.1), "contains no peak"),
+        ((np.full(100, 0.1), 0.1), "has no peak"),
+        ((np.zeros(100), 0.1), "has no peak"),
         ((np.full(100, np.nan), 0.1), "x must be finite"),
         ((np.ones(100), -0.1), "dt .* got -0.1"),
         ((np.ones(100), 0.1, (3.0, 2.0)), "band must be"),
