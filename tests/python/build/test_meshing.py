@@ -249,7 +249,7 @@ def test_corners_of_the_outline_keep_their_last_bit():
 
 def test_parts_that_do_not_meet_are_refused():
     apart = [part([0, 0, 1, 0, 1, 1, 0, 1], 0.5), part([3, 0, 4, 0, 4, 1, 3, 1], 0.5)]
-    with pytest.raises(InputError, match="in 2 parts"):
+    with pytest.raises(InputError, match="has 2 parts"):
         mesh_body(apart)
 
 
