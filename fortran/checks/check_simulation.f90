@@ -298,7 +298,7 @@ contains
       call add_line(report, merge(verdict_ok, verdict_warn, report%shift < 0.05_wp), 'penalty', &
          found, 'stiff limit', advice_if(report%shift >= 0.05_wp, &
          'a higher normal_stiffness, unless the joints are meant to be so soft'), first_mode, &
-         'soft joints lower the frequency by '//short_text(100*report%shift)//' % ('// &
+         'joints lower the frequency by '//short_text(100*report%shift)//' % ('// &
          counted(to_text(linear%by_penalty), 'contact', 'contacts')//')')
    end subroutine check_penalty
 

@@ -316,7 +316,7 @@ contains
       associate (misfit => 100*self%branches%misfit)
          words = to_text(self%branches%n)//' branches, moduli within '//short_text(misfit(1))//' %'
          if (misfit(2) > 0.0_wp) words = words//', damping ratios within '// &
-            short_text(misfit(2))//' points'
+            short_text(misfit(2))//' percentage points'
       end associate
    end function fit_words
 

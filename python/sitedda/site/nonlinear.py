@@ -267,7 +267,7 @@ def _describe_fit(soils: list[Branches]) -> str:
     modulus, damping = np.max([soil.misfit for soil in soils], axis=0)
     words = f"{soils[0].strain.size} branches, moduli within {100 * modulus:.2g} %"
     if damping:
-        words += f", damping ratios within {100 * damping:.2g} points"
+        words += f", damping ratios within {100 * damping:.2g} percentage points"
     if damping > _MOST_OFF:
         words += f" – more than {100 * _MOST_OFF:.1g}: the damping curve is not fitted"
     return f"{words} (strains of 0.001 to 1 %)"

@@ -402,7 +402,7 @@ def _find_index(path: str, what: str, name: str | None, names) -> int:
         return list(names).index(name)
     shown = ", ".join(list(names)[:8]) + (" …" if len(names) > 8 else "")
     if name is None:
-        raise InputError(f"{path}: {what} is missing; there are {shown}")
+        raise InputError(f"{path}: name the {what.partition(' ')[2]}, one of {shown}")
     raise InputError(f"{path}: there is no {what.partition(' ')[2]} {name!r}; there are {shown}")
 
 

@@ -532,7 +532,7 @@ def test_commands_write_what_they_say(main, run, write_input, tmp_path):
     page = (tmp_path / "t.html").read_text(encoding="utf-8")
     assert "<h2>Check" in page and "highest frequency" in page
     for command, option, value, message in (
-        ("draw", "-t", "0.5", "from 0 to 0.04 s"),
+        ("draw", "-t", "0.5", "choose 0 to 0.04 s"),
         ("movie", "-o", "t.avi", ".mp4 or .gif"),
     ):
         refused = main(command, tmp_path / "t.nc", option, value, folder=tmp_path)

@@ -312,7 +312,7 @@ def test_the_one_before_is_taken_if_the_newest_is_missing(two_checkpoints):
         (lambda data: data[:10], "cut short"),
         (lambda data: b"", "cut short"),
         (lambda data: b"CDF\x01" + data[4:], "not a checkpoint"),
-        (lambda data: data[:8] + b"\x63" + data[9:], "format 99"),
+        (lambda data: data[:8] + b"\x63" + data[9:], "format version 99"),
         (lambda data: data[:-1] + bytes([data[-1] ^ 255]), "checksum"),
         (lambda data: data[:5000] + b"x" + data[5001:], "checksum"),
     ],

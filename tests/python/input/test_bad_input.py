@@ -164,7 +164,7 @@ CASES = [
     worn(
         "asperities that no force climbs",
         "asperity_angle = 40",
-        "89 together",
+        "add up to more than 89",
         friction_angle=60.0,
         asperity_angle=40.0,
     ),
@@ -177,7 +177,7 @@ CASES = [
     ),
     worn(
         "a rough joint that jumps back",
-        "1000 of the shear stiffness",
+        "1000 times the shear stiffness",
         "jump back",
         asperity_angle=10.0,
         contact={"shear_ratio": 1e3},

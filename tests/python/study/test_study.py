@@ -95,7 +95,7 @@ def test_every_kind_of_quantity(file, threads):
     ("wrong", "words"),
     [
         ("displacement[top].x", r"no point 'top'; there are base, surface"),
-        ("displacement[surface]", "name a axis of x, y|name an axis of x, y"),
+        ("displacement[surface]", "name the axis, one of x, y"),
         ("height", "no quantity .height."),
         ("largest_tilt_deg", "did you mean .largest_tilt_rad."),
         ("density", "no quantity"),
@@ -309,7 +309,7 @@ def test_cases_that_fail_in_three_ways_are_named_and_the_rest_is_complete(write_
     refused, open_still, too_large = found.message.values[1:4]
     assert "density = -1 must be a positive number" in refused
     assert "step 1" in open_still and "does not converge" in open_still
-    assert re.search(r"500\d* blocks needs [\d.]+ GB of memory, .* [\d.]+ GB are free", too_large)
+    assert re.search(r"500\d* blocks needs [\d.]+ GB of memory, [\d.]+ GB are free", too_large)
 
 
 # --- resumed, shared, refused --------------------------------------------------------------------
