@@ -45,7 +45,7 @@ module dda_check_report
       real(wp) :: shortest(2) = 0.0_wp  !< shortest crossing times of S and P waves in a block, s
       real(wp) :: longest = 0.0_wp      !< longest time in which an S wave crosses a block, s
       real(wp) :: slowest = 0.0_wp      !< S wave speed in the block of `longest`, m/s
-      real(wp) :: block_size(2) = 0.0_wp  !< smallest and largest of the smaller sides of blocks, m
+      real(wp) :: block_size(2) = 0.0_wp  !< least and greatest shorter side of a block, m
       real(wp) :: speed(2) = 0.0_wp       !< least S and largest P wave speed, m/s
       real(wp) :: ringing = 0.0_wp        !< steps to 1/e of the slowest alternating mode
       real(wp) :: shift = 0.0_wp  !< relative reduction of the first frequency by joints

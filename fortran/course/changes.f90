@@ -84,9 +84,9 @@ contains
       if (same) same = all([(old%fixed_points(i)%block == new%fixed_points(i)%block .and. &
          all(old%fixed_points(i)%reference == new%fixed_points(i)%reference), &
          i=1, size(old%fixed_points))])
-      if (.not. same) call fail(error, error_input, new%file//': blocks, and the numbers of '// &
-         'joints, motions and stages, cannot change during a run, nor can fixed points be '// &
-         'added to fixed edges')
+      if (.not. same) call fail(error, error_input, new%file//': a run cannot change its '// &
+         'blocks or the numbers of joints, motions and stages; '// &
+         'it cannot add fixed points to fixed edges')
    end subroutine check_unchanged
 
    !> Check that the new Δt is valid for the Maxwell branches, which are not fitted again.

@@ -16,7 +16,7 @@ module dda_classic_header
    !> A position in the header.
    type :: cursor_type
       integer(int8), allocatable :: bytes(:)
-      integer(long) :: at = 5          !< next byte; first after mark and version
+      integer(long) :: at = 5          !< next byte; initially that after magic number and version
       integer(long) :: offset_size = 4 !< bytes of the position of a variable
       logical :: good = .true.
    end type cursor_type

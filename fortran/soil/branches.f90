@@ -295,7 +295,7 @@ contains
          - curve_value(curve, curve%damping, strain)))
    end subroutine find_misfits
 
-   !> Last strain of the table whose modulus is not below a fraction of the small-strain modulus.
+   !> Largest strain of the table at which G_s/G is at least `reduction`.
    pure real(wp) function strain_at(curve, reduction) result(strain)
       type(curve_type), intent(in) :: curve  !< curve of the soil
       real(wp), intent(in) :: reduction      !< G_s/G

@@ -285,7 +285,7 @@ contains
       call serialise_largest(archive, simulation)
    end subroutine serialise_maxima
 
-   !> Save or restore the state from which results are counted.
+   !> Save or restore the reference state of displacements and rotations.
    subroutine serialise_base(archive, base, points)
       type(archive_type), intent(inout) :: archive  !< archive that is written or read
       type(base_type), intent(inout) :: base        !< base of the model

@@ -378,8 +378,8 @@ def _make_ground(file: Path, values: dict, thickness: float, shown: dict[str, st
             raise InputError(f"{where}: poisson_ratio = {poisson:g} must lie from 0 to below 0.5")
         fast = slow * math.sqrt((2 - 2 * poisson) / (1 - 2 * poisson))
     if fast <= slow * math.sqrt(4 / 3):
-        raise InputError(f"{where}: pressure_velocity = {fast:g} must be above √(4/3) of the shear "
-                         f"velocity {slow:g}")  # fmt: skip
+        raise InputError(f"{where}: pressure_velocity = {fast:g} must be above √(4/3) times "
+                         f"the shear velocity {slow:g}")  # fmt: skip
     strength = values.get("shear_strength", math.nan)
     friction = values.get("friction_angle", math.nan)
     if strength <= 0 or friction < 0 or friction >= 60:

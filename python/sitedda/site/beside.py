@@ -147,8 +147,8 @@ def beside(
             )
     if any(one.get("base_motion_x") for one in input_values(history.attrs).get("control", [])):
         raise ValueError(
-            "with base_motion_x coordinates move with the base, so the base point does not move: "
-            "set motion_x of the fixed points instead"
+            "with base_motion_x, the coordinates move with the base, so the base point does not "
+            "move: set motion_x of the fixed points instead"
         )
     column, soils = layered_soils(history, surface, base)
     series = {name: history.acceleration.sel(point=name).sel(axis="x").values for name in names}

@@ -357,7 +357,7 @@ def nonlinear(
 
 
 def _linear_branches(ratio: float, reference: float) -> Branches:
-    """Return the single branch of a linear layer: it and the body of its damping never slip."""
+    """Return the single branch of a linear layer; its spring and damping element never slip."""
     modulus = 1.0
     if ratio:
         body = ConstantRatio(ratio, reference).body

@@ -338,7 +338,7 @@ def _check_sites(profiles) -> list[Site]:
     for number, one in enumerate(found):
         if not (isinstance(one, tuple) and len(one) == 2 and isinstance(one[0], Column)):
             raise InputError(f"profile {number}: give a pair of a Column and the curves of its "
-                             "layers, or a Profile for all")  # fmt: skip
+                             "layers, or make every entry a Profile")  # fmt: skip
         if len(one[1]) != len(one[0].layers):
             raise InputError(f"profile {number}: {len(one[0].layers)} layers need one curve each, "
                              f"not {len(one[1])}")  # fmt: skip

@@ -100,7 +100,7 @@ def static_model(source, changes: Mapping | None = None) -> Model:
 
 
 def _static_soil(material: Group) -> dict:
-    """Return the changes of a hysteretic soil for static stages; none for other materials.
+    """Return the variables of a hysteretic soil that change in static stages; {} for others.
 
     A soil whose curve has a shear strength becomes a solid with this cohesion and no friction.
     """

@@ -76,7 +76,7 @@ class Trials:
             raise self.failure("fails", f"the run with {where} fails: {error}") from error
         for name, one in zip(self.names, found, strict=True):
             if not math.isfinite(one):
-                raise self.failure("no number", f"{name} is not a number with {where}")
+                raise self.failure("no number", f"{name} is not a number at {where}")
         return found
 
     def failure(self, mode: str, words: str, low=math.nan, high=math.nan) -> NoRootError:

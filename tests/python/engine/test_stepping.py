@@ -176,7 +176,7 @@ def test_no_point_is_added_before_those_of_fixed_edges(write_input):
     groups = falling() + [group("boundary", kind="fixed", side="bottom")]
     with sitedda.Simulation(write_input(groups)) as run:
         before = run.coordinates
-        with pytest.raises(sitedda.InputError, match="nor can fixed points be added"):
+        with pytest.raises(sitedda.InputError, match="cannot add fixed points to fixed edges"):
             run.add("fixed_point", x=0.1, y=0.9)
         run.advance(20)
         assert abs(run.coordinates - before).max() < 1e-4

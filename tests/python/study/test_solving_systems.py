@@ -53,7 +53,7 @@ def test_a_root_that_the_middle_does_not_reach():
         (lambda x, y: (x * y + 1, (x * y + 1) ** 2), (1, 3), "dependent", "with x and y"),
         (lambda x, y: (x, x**2 + 1), (0.5, 1), "flat", "y changes none"),
         (lambda x, y: (x + y, 3.0), (0.5, 1), "flat", "g depends on none"),
-        (lambda x, y: (x, math.nan), (0.5, 1), "no number", "g is not a number with x = "),
+        (lambda x, y: (x, math.nan), (0.5, 1), "no number", "g is not a number at x = "),
     ],
 )
 def test_systems_without_roots(function, targets, mode, words):

@@ -143,7 +143,7 @@ def _engine_velocity(values: np.ndarray, spacing: float) -> np.ndarray:
 
 
 def _continuum_loss(ratio: float, step: float, period: float) -> float:
-    """Return the fraction of its amplitude that a triangle loses in a continuous column.
+    """Return the fraction of amplitude that a triangular pulse loses in a continuous column.
 
     The factor exp(-ω²Δt x/4v) of the scheme is a convolution with a Gaussian of variance Δt x/2v.
     It reduces the peak of a triangle with slopes 2A/T by A √(4 Δt x / (π T λ)).

@@ -144,7 +144,7 @@ def _voronoi_diagram(seeds, shape) -> Voronoi:
 
 
 def _relax_seeds(seeds, shape, sizes: Sizes) -> np.ndarray:
-    """Return seeds that are moved to the centroids of their cells, and towards smaller sizes."""
+    """Return seeds moved to the centroids of their cells, then towards smaller cells."""
     diagram = _voronoi_diagram(seeds, shape)
     regions = [diagram.regions[i] for i in diagram.point_region[: len(seeds)]]
     owner = np.repeat(np.arange(len(seeds)), [len(region) for region in regions])
