@@ -25,7 +25,8 @@ module dda_flow_groups
 
    !> fraction of the conductance of channels above the water table in steady flow
    real(wp), parameter :: of_air = 1.0e-3_wp
-   integer, parameter :: most_rounds = 60  !< rounds of the search for the water table
+   !> rounds of the search for the water table in which nodes may become wet again; the next end it
+   integer, parameter :: free_rounds = 30
    real(wp), parameter :: rounding = 1.0e-9_wp  !< rounding of potentials over the largest one
 
 contains
@@ -291,15 +292,14 @@ contains
    !> Find the heads of steady flow in a group; without a known pressure there is no flow.
    !>
    !> Water exists only below the water table: a channel with both nodes above it conducts little
-   !> (residual flow, Desai 1976).
-   pure subroutine find_steady_heads(network, group, fixed, source, conductance, head, settled)
+   !> (residual flow, Desai 1976).  The search may cycle; then nodes above the water table stay there.
+   pure subroutine find_steady_heads(network, group, fixed, source, conductance, head)
       type(network_type), intent(in) :: network   !< network of the model
       type(group_type), intent(in) :: group       !< component of the network
       logical, intent(in) :: fixed(:)             !< [nodes] the pressure is known
       real(wp), intent(in) :: source(:)           !< [nodes] inflow, m²/s
       real(wp), intent(inout) :: conductance(:)   !< [channels] final conductance, m²/(Pa s)
       real(wp), intent(inout) :: head(:)          !< [nodes] φ, Pa; known at fixed nodes
-      logical, intent(inout) :: settled           !< .false. on return if no water table was found
       real(wp) :: matrix(size(group%node), size(group%node)), right(size(group%node), 1)
       real(wp) :: known(size(group%node))
       logical :: dry(size(head)), now(size(head)), flows
@@ -309,7 +309,7 @@ contains
       known = merge(head(group%node), source(group%node)/maxval(network%conductance), &
          fixed(group%node))
       dry = .false.
-      do round = 1, merge(most_rounds, 0, flows)
+      do round = 1, merge(free_rounds + size(right), 0, flows)
          right(:, 1) = known
          call assemble_steady(network, group, fixed, dry, matrix, right(:, 1))
          call dpotrf('L', size(right), matrix, size(right), info)
@@ -320,10 +320,10 @@ contains
          now = .false.
          now(group%node) = right(:, 1) - network%elevation(group%node) < &
             -rounding*maxval(abs(right)) .and. .not. fixed(group%node)
+         if (round > free_rounds) now = now .or. dry
          if (all(now .eqv. dry)) exit
          dry = now
       end do
-      settled = settled .and. round <= most_rounds
       if (flows) head(group%node) = right(:, 1)
       do c = 1, size(conductance)
          associate (node => network%flow%channel(c)%node)

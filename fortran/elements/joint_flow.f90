@@ -63,7 +63,6 @@ module dda_joint_flow
       real(wp), allocatable :: first(:)       !< [nodes] p₁ at d = 0, Pa
       real(wp), allocatable :: rest(:)        !< [nodes] r, m³ per metre of thickness
       real(wp), allocatable :: head(:)        !< [nodes] φ at the end of the step, Pa
-      logical :: settled = .true.             !< a water table of steady flow was found
       real(wp), allocatable :: after(:)       !< [nodes] p₁ of the last solution, Pa
       real(wp), allocatable :: growth(:)  !< [nodes] volume increase Bᵀd of the last solution, m³/m
       ! Variables of the last accepted step
@@ -213,10 +212,9 @@ contains
       if (stage_flow_state(self) == flow_steady) then
          self%conductance = self%network%conductance
          self%head = self%first + self%network%elevation
-         self%settled = .true.
          do g = 1, size(self%group)
             call find_steady_heads(self%network, self%group(g), self%fixed, self%source, &
-               self%conductance, self%head, self%settled)
+               self%conductance, self%head)
          end do
          where (.not. self%fixed) self%first = max(0.0_wp, self%head - self%network%elevation)
          return
@@ -335,10 +333,7 @@ contains
 
       self%rounds = self%rounds + 1
       call find_pressures(self, d)
-      if (stage_flow_state(self) == flow_steady) then
-         if (.not. self%settled) changed = changed + 1
-         return
-      end if
+      if (stage_flow_state(self) == flow_steady) return
       self%head = self%after + self%network%elevation
       is_wrong = self%after < self%network%floor - rounding*maxval(abs(self%after))
       if (any(self%vented)) then

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from random_content import random_model
 
 import sitedda
 from sitedda.model import Model
@@ -153,3 +154,11 @@ def test_bad_loads_are_refused(group, values, words):
     with pytest.raises(sitedda.InputError, match=rf"^Model\.{group}\(…\), ") as caught:
         sitedda.Simulation(model)
     assert words in str(caught.value)
+
+
+@pytest.mark.parametrize("seed", [59, 291])
+def test_a_search_for_the_water_table_that_cycles_ends(seed):
+    """Slopes whose nodes near the table are wet and dry in turn, in some steps."""
+    text = random_model(seed)
+    assert "state = 'steady'" in text
+    assert sitedda.run(sitedda.Model.from_namelist(text)).complete
