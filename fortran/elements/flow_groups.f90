@@ -39,9 +39,11 @@ contains
       integer :: label(size(network%volume)), owner(size(network%volume)), c, i, n, low
       logical :: changed
 
+      if (.not. flowing) then
+         allocate (groups(0))
+         return
+      end if
       label = [(i, i=1, size(label))]
-      if (.not. flowing) allocate (groups(0))
-      if (.not. flowing) return
       changed = .true.
       do while (changed)
          changed = .false.
@@ -292,7 +294,7 @@ contains
    !> Find the heads of steady flow in a group; without a known pressure there is no flow.
    !>
    !> Water exists only below the water table: a channel with both nodes above it conducts little
-   !> (residual flow, Desai 1976).  The search may cycle; then nodes above the water table stay there.
+   !> (residual flow, Desai 1976).  Where the search cycles, nodes above the water table stay there.
    pure subroutine find_steady_heads(network, group, fixed, source, conductance, head)
       type(network_type), intent(in) :: network   !< network of the model
       type(group_type), intent(in) :: group       !< component of the network

@@ -343,7 +343,7 @@ contains
       method = trim(solver%method)
       call serialise(archive, method)
       if (.not. is_solver_name(method)) call fail_archive(archive, &
-      'its solver name is unknown')
+         'its solver name is unknown')
       call serialise(archive, solver%last_iterations)
       call serialise(archive, solver%shifted)
       call serialise(archive, solver%exact)
