@@ -30,7 +30,7 @@ module dda_contact
    integer, parameter :: is_carried = 3     !< impact law: one of the two blocks is struck
    integer, parameter :: is_lifted = 4      !< impact law: opened, retains part of the force
 
-   integer, parameter :: most_variables = 60  !< most arrays that an operation is applied to
+   integer, parameter :: usual_variables = 60  !< arrays of a list, at first
    integer, parameter :: spare = 64         !< one spare place per 64 contacts is allocated
 
    !> List of contacts as structure of arrays; entries 1 … n are used.
@@ -174,7 +174,7 @@ module dda_contact
    type, extends(operation_type) :: copy_type
       integer, allocatable :: list(:)  !< contacts to copy; not allocated: place the copies
       integer :: n = 0                 !< variables so far
-      type(variable_type) :: copied(most_variables)
+      type(variable_type), allocatable :: copied(:)
    contains
       procedure :: apply => copy_variable
    end type copy_type
@@ -446,6 +446,8 @@ contains
       own%with_net_slip = contacts%with_net_slip
       own%with_damping = contacts%with_damping
       if (allocated(contacts%held_bound)) own%held_bound = contacts%held_bound(list)
+      if (allocated(contacts%fixed_motion)) own%fixed_motion = contacts%fixed_motion(:, list)
+      allocate (copy%copied(usual_variables))
       copy%list = list
       call for_each_variable(contacts, copy)
       deallocate (copy%list)
@@ -462,6 +464,8 @@ contains
       real(wp), allocatable, intent(inout), optional :: columns(:,:) !< [any, capacity]
 
       operation%n = operation%n + 1
+      if (operation%n > size(operation%copied)) &
+         operation%copied = [operation%copied, variable_type()]
       associate (copied => operation%copied(operation%n))
          if (allocated(operation%list)) then
             if (present(integers)) copied%integers = integers(operation%list)

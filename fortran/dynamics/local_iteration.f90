@@ -237,8 +237,7 @@ contains
       call copy_contacts(contacts, order, own)
       own%block_v = v(sorted)
       own%block_e = e(sorted)
-      allocate (own%fixed_motion(2, own%n), source=0.0_wp)
-      if (allocated(contacts%fixed_motion)) own%fixed_motion = contacts%fixed_motion(:, order)
+      if (.not. allocated(own%fixed_motion)) allocate (own%fixed_motion(2, own%n), source=0.0_wp)
       do i = 1, own%n
          associate (motion => own%fixed_motion(:, i), of_v => contacts%block_v(order(i)), &
             of_e => contacts%block_e(order(i)))

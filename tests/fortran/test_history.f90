@@ -2,7 +2,8 @@
 !> Histories are transferred from list to list: once, to the right contact, and unchanged.
 module test_history
    use dda_kinds, only: wp
-   use dda_contact, only: contact_open, contact_slide, contact_stick, contacts_type, reserve
+   use dda_contact, only: contact_open, contact_slide, contact_stick, contacts_type, &
+      copy_contacts, for_each_variable, operation_type, reserve
    use dda_history, only: history_type, inherit, prepare_history
    use models, only: random, random_vector
    use testing, only: check, check_close
@@ -10,6 +11,15 @@ module test_history
 
    integer, parameter :: vertices = 40
    real(wp), parameter :: up(2) = [0.0_wp, 1.0_wp]
+
+   !> Gives each variable of a list values of its own, or compares it with these values.
+   type, extends(operation_type) :: marker_type
+      integer :: n = 0                    !< variables so far
+      integer, allocatable :: expected(:) !< contacts whose values are expected; else they are set
+      logical :: equal = .true.
+   contains
+      procedure :: apply => mark_variable
+   end type marker_type
 
 contains
 
@@ -322,5 +332,68 @@ contains
       involves = involves .and. max(new%block_v(c), new%block_e(c)) == max(old%block_v(k), &
          old%block_e(k))
    end function involves
+
+   subroutine mark_variable(operation, integers, logicals, reals, columns)
+      class(marker_type), intent(inout) :: operation
+      integer, allocatable, intent(inout), optional :: integers(:)
+      logical, allocatable, intent(inout), optional :: logicals(:)
+      real(wp), allocatable, intent(inout), optional :: reals(:), columns(:,:)
+      integer, allocatable :: value(:)
+      integer :: i, length
+
+      operation%n = operation%n + 1
+      length = 0
+      if (present(integers)) length = size(integers)
+      if (present(logicals)) length = size(logicals)
+      if (present(reals)) length = size(reals)
+      if (present(columns)) length = size(columns, 2)
+      value = [(i, i=1, length)]
+      if (allocated(operation%expected)) value = operation%expected
+      value = 1000*operation%n + value
+      if (.not. allocated(operation%expected)) then
+         if (present(integers)) integers = value
+         if (present(logicals)) logicals = modulo(value, 3) == 0
+         if (present(reals)) reals = value
+         if (present(columns)) columns = spread(real(value, wp), 1, size(columns, 1))
+         return
+      end if
+      operation%equal = operation%equal .and. length == size(value)
+      if (.not. operation%equal) return
+      if (present(integers)) operation%equal = all(integers == value)
+      if (present(logicals)) operation%equal = all(logicals .eqv. modulo(value, 3) == 0)
+      if (present(reals)) operation%equal = all(reals == value)
+      if (present(columns)) operation%equal = all(columns == spread(real(value, wp), 1, &
+         size(columns, 1)))
+   end subroutine mark_variable
+
+   !> Every variable of a list is copied, and the arrays that exist only within a step.
+   subroutine some_contacts_are_copied()
+      type(contacts_type) :: contacts, own
+      type(marker_type) :: marker
+      integer, parameter :: list(3) = [5, 1, 4]
+      integer :: variables
+
+      contacts%with_multipliers = .true.
+      contacts%with_strengths = .true.
+      contacts%with_damping = .true.
+      contacts%with_laws = .true.
+      contacts%with_net_slip = .true.
+      contacts%begins = [0.0_wp, 0.0_wp]
+      contacts%time_step = 2.0_wp
+      call reserve(contacts, 6)
+      contacts%n = 6
+      call for_each_variable(contacts, marker)
+      variables = marker%n
+      contacts%held_bound = [1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp, 5.0_wp, 6.0_wp]
+      contacts%fixed_motion = spread(contacts%held_bound, 1, 2)
+      call copy_contacts(contacts, list, own)
+      marker = marker_type(expected=list)
+      call for_each_variable(own, marker)
+      call check(marker%n == variables .and. own%n == 3, 'all variables')
+      call check(marker%equal, 'their values')
+      call check(all(own%held_bound == list) .and. all(own%fixed_motion(2, :) == list), &
+         'arrays of a step')
+      call check(own%time_step == 2.0_wp, 'time step')
+   end subroutine some_contacts_are_copied
 
 end module test_history

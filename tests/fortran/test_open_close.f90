@@ -414,6 +414,13 @@ contains
          ' shear_stiffness_per_area = 4e10', 22, 24, simulation)
       call check(simulation%step == 20, 'every step converges')
       call check(simulation%counters%iterations < 200, 'in few iterations')
+      call settle(1.0e-3_wp, "law = 'barton_bandis' friction_angle = 30 jrc = 10 jcs = 5e7"// &
+         ' normal_stiffness_per_area = 1e11 max_closure = 5e-4', 22, 24, simulation)
+      call check(simulation%step == 20, 'every step converges with memory')
+      call settle(1.0e-3_wp, "law = 'mohr_coulomb' friction_angle = 35 dilation_angle = 5"// &
+         ' dilation_slip = 5e-3 normal_stiffness_per_area = 1e11'// &
+         ' shear_stiffness_per_area = 4e10', 22, 24, simulation)
+      call check(simulation%step == 20, 'every step converges with dilation')
    end subroutine a_wall_with_regions
 
    !> Twenty steps of a wall on which gravity comes suddenly.
