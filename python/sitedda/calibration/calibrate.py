@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -209,33 +210,12 @@ def calibrate(
         deviation = np.append(deviation, _DISCREPANCY[1])
     else:
         NOT_NEGATIVE.check("discrepancy", discrepancy)
-    count, all_closed = len(prior), False
-    z, step = np.zeros(count), np.zeros(count)
-    for trial in range(_TRIALS):
-        middle = np.exp(mean[:count] + (z + step) * deviation[:count])
-        at = dict(zip(unknowns, middle.tolist(), strict=True))
-        try:
-            family = family_of(model, at, contacts, changes)
-        except InputError:  # such as contacts without force, which any change opens or closes
-            if contacts != "auto":
-                raise
-            if trial:
-                step /= 2
-                continue
-            family, all_closed = family_of(model, at, "closed", changes | _REFERENCE), True
-        z = z + step
-        posterior = Posterior(family, observations, mean, deviation, discrepancy)
-        posterior, peaks, error = _find_peaks(posterior, seed)
-        peak = peaks[0][0]
-        best = posterior.values(peak)[:count]
-        at = dict(zip(unknowns, best.tolist(), strict=True))
-        squares, _, (numbers,) = posterior.solved(peak[None])
-        frequency = np.sqrt(squares[0, numbers]) / (2 * np.pi)
-        shown = modes(model, int(numbers.max()) + 1, contacts, changes | at)
-        changed = float(abs(shown.frequency[numbers] / frequency - 1).max())
-        if all_closed or changed < _SAME:
-            break
-        step = np.clip(peak[:count] - z, -1, 1)
+    count = len(prior)
+    fit = _fit_contacts(model, tuple(unknowns), observations, mean, deviation, discrepancy, seed,
+                        contacts, changes)  # fmt: skip
+    posterior, (peaks, error), shown = fit.posterior, fit.peaks, fit.shown
+    peak = peaks[0][0]
+    best = posterior.values(peak)[:count]
     drawn, weights, *evidence = posterior.weighted(peaks, seed)
     picked = drawn[np.random.default_rng(seed).choice(len(drawn), samples, p=weights)]
     if sampler == "ensemble":
@@ -262,12 +242,59 @@ def calibrate(
         np.array(off), np.array(macs), shown, evidence[0], evidence[1], error, (),
     )  # fmt: skip
     doubts = _find_warnings(found, peak, deviation, evidence[2], sampler)
-    if changed > _SAME:
+    if fit.changed > _SAME:
         doubts = (f"gravity closes contacts that depend on the unknowns"
-                  f"{': all touching contacts are assumed closed' if all_closed else ''}. This "
-                  f"changes frequencies of the best model by up to {100 * changed:.2g} %",
+                  f"{': all touching contacts are assumed closed' if fit.all_closed else ''}. This "
+                  f"changes frequencies of the best model by up to {100 * fit.changed:.2g} %",
                   *doubts)  # fmt: skip
     return replace(found, doubts=doubts)
+
+
+class _Fit(NamedTuple):
+    """A posterior whose family has the contacts of the best model, as far as these are found."""
+
+    posterior: Posterior
+    peaks: tuple  # peaks of the posterior, and the error of their search
+    shown: Modes  # of the best model
+    changed: float  # largest relative difference of frequencies between family and best model
+    all_closed: bool  # all touching contacts are assumed closed
+
+
+def _fit_contacts(
+    model, unknowns, observations, mean, deviation, discrepancy, seed, contacts, changes
+) -> _Fit:
+    """Move the centre of the family until gravity closes the contacts of its best model.
+
+    Steps are at most one prior deviation; a step is halved where the family is not linear. If it
+    is not linear at the centre of the priors, all touching contacts are assumed closed.
+    """
+    count, all_closed = len(unknowns), False
+    z, step = np.zeros(count), np.zeros(count)
+    for trial in range(_TRIALS):
+        middle = np.exp(mean[:count] + (z + step) * deviation[:count])
+        at = dict(zip(unknowns, middle.tolist(), strict=True))
+        try:
+            family = family_of(model, at, contacts, changes)
+        except InputError:  # such as contacts without force, which any change opens or closes
+            if contacts != "auto":
+                raise
+            if trial:
+                step /= 2
+                continue
+            family, all_closed = family_of(model, at, "closed", changes | _REFERENCE), True
+        z = z + step
+        posterior = Posterior(family, observations, mean, deviation, discrepancy)
+        posterior, peaks, error = _find_peaks(posterior, seed)
+        peak = peaks[0][0]
+        best = dict(zip(unknowns, posterior.values(peak)[:count].tolist(), strict=True))
+        squares, _, (numbers,) = posterior.solved(peak[None])
+        frequency = np.sqrt(squares[0, numbers]) / (2 * np.pi)
+        shown = modes(model, int(numbers.max()) + 1, contacts, changes | best)
+        changed = float(abs(shown.frequency[numbers] / frequency - 1).max())
+        if all_closed or changed < _SAME:
+            break
+        step = np.clip(peak[:count] - z, -1, 1)
+    return _Fit(posterior, (peaks, error), shown, changed, all_closed)
 
 
 def odds(calibrations: Mapping[str, Calibration]) -> dict[str, float]:

@@ -3,6 +3,7 @@
 
 import re
 import shlex
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -89,23 +90,52 @@ def test_recovers_stiffnesses():
     assert found.to_dataset().samples.shape == (1000, 2)
 
 
-def test_contacts_that_gravity_closes():
+@pytest.fixture
+def arch():
     """An arch whose closed contacts depend on the stiffness of its ground."""
-    arch = sitedda.Model("arch", time_step=1e-3, steps=1, gravity=[0, -9.81])
-    arch.contact(normal_stiffness=5e9)
-    arch.material("stone", density=2300, young_modulus=8e9, poisson_ratio=0.2)
-    arch.joint("dry", friction_angle=40)
-    arch.arch(name="v", radius=5.0, thickness=0.9, voussoirs=7)
+    model = sitedda.Model("arch", time_step=1e-3, steps=1, gravity=[0, -9.81])
+    model.contact(normal_stiffness=5e9)
+    model.material("stone", density=2300, young_modulus=8e9, poisson_ratio=0.2)
+    model.joint("dry", friction_angle=40)
+    model.arch(name="v", radius=5.0, thickness=0.9, voussoirs=7)
     for name, left in (("a", -8.0), ("b", 4.0)):
-        arch.block([left, -1, left + 4, -1, left + 4, 0, left, 0], name=name)
-        arch.boundary(name=name, kind="springs", blocks=name, side="bottom",
-                      stiffness_per_area=1e9)  # fmt: skip
+        model.block([left, -1, left + 4, -1, left + 4, 0, left, 0], name=name)
+        model.boundary(name=name, kind="springs", blocks=name, side="bottom",
+                       stiffness_per_area=1e9)  # fmt: skip
+    return model
+
+
+def calibrate_arch(model):
     truth = {"contact.normal_stiffness": 4e9, "boundary[a].stiffness_per_area": 7e8}
-    modes = [MeasuredMode(f, 0.002 * f) for f in sitedda.modes(arch, 3, changes=truth).frequency]
+    modes = [MeasuredMode(f, 0.002 * f) for f in sitedda.modes(model, 3, changes=truth).frequency]
     ranges = {name: (value / 2.5, value * 3) for name, value in truth.items()}
-    found = calibrate(arch, modes, ranges, discrepancy=0.0)
-    assert found.best == pytest.approx(list(truth.values()), rel=0.02)
+    return calibrate(model, modes, ranges, discrepancy=0.0), list(truth.values())
+
+
+def test_contacts_that_gravity_closes(arch):
+    found, truth = calibrate_arch(arch)
+    assert found.best == pytest.approx(truth, rel=0.02)
     assert not any("gravity closes" in words for words in found.doubts)
+
+
+def test_contacts_are_assumed_closed_and_that_is_said(arch, monkeypatch):
+    """As if any change of a stiffness opened contacts; the note has the effect of those open."""
+
+    def only_closed(model, at, contacts, changes):
+        if contacts != "closed":
+            raise InputError("the stiffness is not linear")
+        return family_of(model, at, contacts, changes)
+
+    monkeypatch.setattr(sys.modules[calibrate.__module__], "family_of", only_closed)
+    found, truth = calibrate_arch(arch)
+    (words,) = (words for words in found.doubts if "gravity closes" in words)
+    assert "all touching contacts are assumed closed" in words
+    changed = float(re.search(r"up to ([0-9.]+) %", words)[1])
+    best = dict(zip(found.names, found.best.tolist(), strict=True))
+    opened, closed = (sitedda.modes(arch, 3, contacts=which, changes=best).frequency
+                      for which in ("auto", "closed"))  # fmt: skip
+    assert changed == pytest.approx(100 * abs(opened / closed - 1).max(), rel=0.05)
+    assert found.best != pytest.approx(truth, rel=0.02)
 
 
 def test_shapes_say_which_mode_it_is():
