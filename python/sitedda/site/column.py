@@ -96,15 +96,15 @@ class Column:
         """Time of a shear wave from the base to the surface, s."""
         return sum(layer.thickness / layer.shear_velocity for layer in self.layers)
 
-    @property
-    def decay_time(self) -> float:
+    def decay_time(self, kind: str) -> float:
         """Return the time in which free vibration decays to 1/1000, s.
 
-        It is estimated for the first mode of a uniform column with the smallest damping ratio, of
-        which each reflection at the base takes a fraction.
+        It is estimated for the first mode of a uniform column with the smallest damping ratio. In
+        an outcrop motion each reflection at a half-space takes a fraction; a within motion fixes
+        the base.
         """
         rate = np.pi * min(layer.damping_at([1.0])[0] for layer in self.layers)
-        if isinstance(self.base, HalfSpace):
+        if kind == "outcrop" and isinstance(self.base, HalfSpace):
             mass = sum(layer.density * layer.thickness for layer in self.layers)
             below = self.base.density * self.base.shear_velocity * self.travel_time
             rate -= np.log(max(abs(below - mass) / (below + mass), 1e-9))

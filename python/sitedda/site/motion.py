@@ -67,6 +67,11 @@ class Motion:
         return replace(self, length=max(self.length, fast_length(samples + int(zeros))))
 
     @property
+    def zeros(self) -> float:
+        """Return the duration of the zeros after the samples, s."""
+        return self.time_step * (self.length - self.acceleration.size)
+
+    @property
     def frequencies(self) -> NDArray[np.float64]:
         """Return the frequencies, Hz, shape (length // 2 + 1,)."""
         return np.fft.rfftfreq(self.length, self.time_step)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -26,6 +27,7 @@ KINDS = ("outcrop", "within")  # of motions
 _PEAKS = {"acceleration": ("depth", "m/s^2"), "velocity": ("depth", "m/s"),
           "displacement": ("depth", "m"), "strain": ("middle", "1"),
           "stress": ("middle", "Pa")}  # fmt: skip
+_WRAPPED = 1e-2  # part of the free vibration that may be left at the end of the zeros
 _AT_ONCE = 2048  # number of frequencies whose waves in all layers fit the cache
 
 
@@ -134,7 +136,14 @@ class ColumnResponse(SiteResponse):
         column.cut_at([depth])
         ground = Motion.of(motion, time_step)
         if scheme is None:
-            ground = ground.padded(column.decay_time)
+            decay = column.decay_time(kind)
+            ground = ground.padded(decay)
+            left = 1e3 ** -(ground.zeros / decay)
+            if left > _WRAPPED:
+                warnings.warn(f"{100 * left:.3g} % of the free vibration is left when the record "
+                              "begins again, and is added to the result: give the layers more "
+                              "damping, or the base a half-space and an outcrop motion",
+                              stacklevel=3)  # fmt: skip
         return cls(column, ground, depth, kind, scheme)
 
     def _wave_field(self, frequencies: NDArray[np.float64], depth: ArrayLike):

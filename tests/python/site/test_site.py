@@ -2,6 +2,7 @@
 """Columns under motions: closed forms, another program, and blocks beside them."""
 
 import re
+import warnings
 from types import SimpleNamespace
 
 import numpy as np
@@ -59,14 +60,28 @@ def test_within_motion_has_both_waves():
     assert deep == pytest.approx(expected, abs=1e-9)
 
 
-def test_free_vibration_that_outlasts_the_record_does_not_wrap_around():
-    """1 % damping on a rigid base; zeros appended by hand must change nothing."""
-    column = Column([Layer(30.0, density=1800.0, shear_velocity=150.0, damping=0.01)])
+@pytest.mark.parametrize(
+    ("base", "kind"), [("rigid", "outcrop"), (ROCK, "within"), (ROCK, "outcrop")]
+)
+def test_free_vibration_that_outlasts_the_record_does_not_wrap_around(base, kind):
+    """1 % damping; zeros appended by hand must change nothing."""
+    soil = Layer(30.0, density=1800.0, shear_velocity=150.0, damping=0.01)
+    column = Column([soil], base)
     pulse = ricker(2.0, 1000, 1.5)
     longer = np.append(pulse, np.zeros(20 * pulse.size))
-    exact = column.response(longer, STEP).acceleration()[: pulse.size]
-    found = column.response(pulse, STEP).acceleration()
+    exact = column.response(longer, STEP, kind=kind).acceleration()[: pulse.size]
+    found = column.response(pulse, STEP, kind=kind).acceleration()
     assert found == pytest.approx(exact, abs=2e-3 * abs(exact).max())
+
+
+def test_free_vibration_without_end_is_named():
+    """Without damping no zeros suffice on a rigid base; a half-space takes the waves."""
+    soil = Layer(30.0, density=1800.0, shear_velocity=150.0, damping=0.0)
+    with pytest.warns(UserWarning, match="100 % of the free vibration is left"):
+        Column([soil]).response(ricker(), STEP)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        Column([soil], ROCK).response(ricker(), STEP)
 
 
 @pytest.mark.parametrize("depth", [0.0, 3.7, 12.0, 20.0])
