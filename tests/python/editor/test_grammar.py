@@ -33,7 +33,9 @@ def tokens(tmp_path_factory):
     if not shutil.which("node") or not shutil.which("npm"):
         pytest.skip("the tokenizer of Visual Studio Code needs node and npm")
     folder = tmp_path_factory.mktemp("node")
-    subprocess.run(["npm", "install", "--silent", "--prefix", folder, *PACKAGES], check=True)
+    install = ["npm", "install", "--silent", "--prefix", folder, *PACKAGES]
+    if subprocess.run(install, check=False).returncode:
+        pytest.skip("npm cannot download the tokenizer of Visual Studio Code")
     script = Path(__file__).with_name("tokens.js")
 
     def tokens(text, grammar):
