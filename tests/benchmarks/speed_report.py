@@ -26,8 +26,8 @@ MEANING = """- *sudden*: the first ten steps after sudden gravity on a wall whos
 
 ![Cost of a step against the number of blocks](benchmarks.png)"""
 AGAINST_PLAIN = """The same step in numpy and scipy (`tests/benchmarks/plain_step.py`) uses the
-contacts that the engine has detected. This program reuses its factor if no spring changes, has no
-line search, and stops after 25 open–close iterations. The last column is the difference of
+contacts that the engine has detected. The numpy program reuses its factor if no spring changes,
+has no line search, and stops after 25 open–close iterations. The last column is the difference of
 positions relative to the largest displacement (– if the numpy iteration did not converge):
 
 """
