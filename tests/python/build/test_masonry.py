@@ -1,17 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Masonry from a few numbers: shapes, contacts between stones, and arches that stand or fall."""
+"""Masonry from a few numbers: shapes, and contacts between stones."""
 
 import numpy as np
 import pytest
 import shapely
 
-import sitedda
 from sitedda import InputError
 from sitedda.cutting.rings import Rings
 from sitedda.masonry import Arch, Colonnade, Lintel, MultiLeafWall, Pier, RetainingWall
-from sitedda_evidence.validation.stability import stands
-
-LEAST = 0.10672  # t/R of a half-circle of 27 voussoirs
 
 
 def polygons(structure):
@@ -81,35 +77,6 @@ def test_joints_of_an_arch_are_square_to_it_and_as_long_as_it_is_thick(structure
         assert top[1] == pytest.approx(structure.rise, rel=1e-2) and abs(top[0]) < 1e-12
     low = 0.5 * (found[0][0] + found[0][1]) - structure.centre
     assert low == pytest.approx([structure.span / 2, 0], abs=1e-12)
-
-
-def _arch_stands(thickness):
-    """Limit analysis of the arch that the engine is given, on rigid ground."""
-    found = polygons(Arch(radius=5.0, thickness=thickness, voussoirs=27))
-    joints = []
-    for i in range(28):
-        ends = found[i][:2] if i < 27 else found[26][[3, 2]]
-        along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
-        normal = np.array([-along[1], along[0]])
-        joints.append((i, i - 1, ends, normal) if i < 27 else (26, -1, ends, -normal))
-    return stands(found, joints, np.tan(np.radians(60)))
-
-
-@pytest.mark.parametrize(("share", "falls"), [(1.03, False), (0.97, True)])
-def test_half_circle_arch_stands_above_the_least_thickness_and_falls_below(share, falls, root):
-    thickness = 5.0 * LEAST * share
-    assert _arch_stands(thickness) is not falls
-    model = sitedda.Model.read(root / "inputs" / "arch.nml")
-    model["arch"][0].thickness = thickness
-    with sitedda.Simulation(model, settle=False, time_step=2e-3, duration=3.0) as arch:
-        crown = arch.block_names.index("voussoir_14")
-        start, sink = arch.coordinates[crown, 1], 0.0
-        while not arch.done and arch.time < 3.0 and sink < 0.5:
-            arch.advance(50)
-            sink = start - arch.coordinates[crown, 1]
-        assert bool(sink > 0.5) is falls
-        if not falls:
-            assert sink < 1e-5 and arch.energies["kinetic"] < 1e-3
 
 
 BAD = {

@@ -8,13 +8,14 @@ import numpy as np
 from sitedda.base.errors import InputError
 from sitedda.engine.simulation import Simulation
 from sitedda.facade.model import Model
-from sitedda.report.style import STONE, bare, canvas, draw_blocks
+from sitedda.report.style import GROUND, STONE, bare, canvas, draw_blocks
 from sitedda.stability.limits import limit_analysis
 from sitedda.stability.pushover import pushover
 from sitedda.stability.safety import bisect
 
 from ..case import Outcome, absolute, at_most, case, relative, true
 from ..model import GRAVITY, rectangle, turned
+from .stability import half_circle
 
 THINNEST = {"radial": 0.1075, "vertical": 0.1095}  # smallest t/R by direction of the cuts
 ROUGH = 5.0  # friction coefficient without slip
@@ -37,8 +38,8 @@ def arch_stereotomy(short: bool) -> Outcome:
     for axis, (cuts, wanted) in zip(axes, THINNEST.items(), strict=True):
         low, high = _find_thinnest(cuts, ROUGH, stones, (0.111, 0.106), 1e-3 if short else 1e-4)
         rows.append(absolute(f"{cuts} cuts: least t/R", wanted, 0.5 * (low + high), allowed))
-        blocks = [one.vertices for one in _make_arch(low, cuts, stones)["block"]]
-        draw_blocks(axis, blocks, STONE)
+        polygons = limit_analysis(half_circle(stones, low, ROUGH, cuts)).lower.polygons
+        draw_blocks(axis, polygons, [GROUND, *[STONE] * (len(polygons) - 1)])
         axis.set_title(f"{cuts}: t/R = {low:.4f}")
         bare(axis)
     return Outcome(rows, figure)
@@ -73,32 +74,9 @@ def _find_thinnest(cuts: str, friction: float, stones: int, between, tolerance: 
 
 def _is_arch_stable(thickness: float, cuts: str, friction: float, stones: int) -> bool:
     try:
-        return limit_analysis(_make_arch(thickness, cuts, stones, friction)).lower.factor > 0
+        return limit_analysis(half_circle(stones, thickness, friction, cuts)).lower.factor > 0
     except InputError:  # no forces are in equilibrium
         return False
-
-
-def _make_arch(thickness: float, cuts: str, stones: int, friction: float = ROUGH) -> Model:
-    """Return an arch of mean radius 1 m on two fixed blocks."""
-    model = Model("arch", time_step=1e-2, gravity=(0.0, -GRAVITY))
-    model.material("stone", density=2000.0, young_modulus=1e10, poisson_ratio=0.0)
-    model.joint("dry", friction_angle=float(np.degrees(np.arctan(friction))))
-    inner, outer = 1 - thickness / 2, 1 + thickness / 2
-    angle = np.linspace(0.0, np.pi, stones + 1)
-    low = inner * np.column_stack([np.cos(angle), np.sin(angle)])
-    high = low * outer / inner
-    if cuts == "vertical":
-        high = np.column_stack([low[:, 0], np.sqrt(outer**2 - low[:, 0] ** 2)])
-        end = np.linspace(0.0, np.arccos(inner / outer), 9)
-        rim = outer * np.column_stack([np.cos(end), np.sin(end)])
-        model.block([[inner, 0.0], *rim])
-        model.block([*(rim * [-1, 1])[::-1], [-inner, 0.0]])
-    for i in range(stones):
-        model.block([low[i], high[i], high[i + 1], low[i + 1]])
-    for name, x in (("left", -1.2), ("right", 0.8)):
-        model.block(rectangle(x, -0.2, 0.4, 0.2), name=name)
-        model.boundary(kind="fixed", blocks=name, side="bottom")
-    return model
 
 
 @case(

@@ -93,7 +93,9 @@ def supports(short: bool) -> Outcome:
     texts = {f"table I, Δt {1e3 * dt:g} ms":
              column_text(15, ROCK, (dt, round(duration / dt)), recorded("shaking"))
              for dt in site}  # fmt: skip
-    texts["soil, Δt 10 ms"] = soil_column_text(10e-3, duration)
+    for member in ("theta", "backward_euler", "dda"):
+        text = soil_column_text(10e-3, duration, integration=member)
+        texts[f"soil, {member}, Δt 10 ms"] = text
     rows, drawn = [], {}
     for name, text in texts.items():
         history, curve, found = with_transfer(text)

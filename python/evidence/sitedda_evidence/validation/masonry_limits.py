@@ -13,7 +13,7 @@ from sitedda.stability import bisect
 from ..case import Outcome, at_most, case, true
 from ..model import GRAVITY, rectangle
 from .slopes import is_stable, rest_of
-from .stability import RADIUS, voussoirs
+from .stability import half_circle
 
 TILT = {(3, 6): 30.862, (4, 12): 26.458}  # bricks × courses: upper limit of the angle, degrees
 FRICTION = 0.65  # friction coefficient of the walls
@@ -22,15 +22,8 @@ MOVED = 5e-3  # displacement of a vertex that counts as collapse, m
 
 def arch(friction: float, thickness: float) -> Model:
     """Return a half-circle arch of 27 voussoirs; `thickness` is a fraction of the radius."""
-    model = Model("Arch held by friction", time_step=1e-2, gravity=(0.0, -GRAVITY))
-    _add_stone(model, friction)
-    for stone in voussoirs(27, thickness * RADIUS):
-        model.block(stone)
-    for left in (-1.2 * RADIUS, 0.8 * RADIUS):
-        model.block(rectangle(left, -1.0, 0.4 * RADIUS, 1.0))
-        model.fixed_point(left, -1.0)
-        model.fixed_point(left + 0.4 * RADIUS, -1.0)
-    model.stage(name="rest", kind="static")
+    model = half_circle(27, thickness, friction)
+    model.contact(normal_stiffness=1e11, shear_ratio=0.1)
     return model
 
 
@@ -39,20 +32,14 @@ def tilted_wall(bricks: int, courses: int, angle: float) -> Model:
     tilt = math.radians(angle)
     model = Model("Wall on a tilting table", time_step=1e-2)
     model.control(gravity=(GRAVITY * math.sin(tilt), -GRAVITY * math.cos(tilt)))
-    _add_stone(model, FRICTION)
+    model.contact(normal_stiffness=1e11, shear_ratio=0.1)
+    model.material("stone", density=2000.0, young_modulus=1e12, poisson_ratio=0.0)
+    model.joint("dry", friction_angle=math.degrees(math.atan(FRICTION)))
     model.block(rectangle(-1.0, -0.1, 0.2 * bricks + 2.0, 0.1), name="table")
     model.wall(brick_length=0.2, brick_height=0.1, bricks=bricks, courses=courses)
     model.fixed_point(-1.0, -0.1)
     model.fixed_point(0.2 * bricks + 1.0, -0.1)
-    model.stage(name="rest", kind="static")
     return model
-
-
-def _add_stone(model: Model, friction: float) -> None:
-    """Add contact, material and dry joint with a friction coefficient to a model."""
-    model.contact(normal_stiffness=1e11, shear_ratio=0.1)
-    model.material("stone", density=2000.0, young_modulus=1e12, poisson_ratio=0.0)
-    model.joint("dry", friction_angle=math.degrees(math.atan(friction)))
 
 
 @case(

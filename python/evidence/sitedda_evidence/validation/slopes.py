@@ -58,12 +58,11 @@ def goodman_bray(friction: float, bolt: float = 0.0) -> Model:
         force = bolt * np.array([-math.cos(dip), -math.sin(dip)])
         model.load(-5.0, 2.0, "block 1", time=(0.0, 1e9), force_x=[force[0]] * 2,
             force_y=[force[1]] * 2)  # fmt: skip
-    model.stage(name="rest", kind="static")
     return model
 
 
 class Rest(NamedTuple):
-    """The equilibrium of a model with a static stage."""
+    """The equilibrium of a model."""
 
     forces: dict[tuple[int, int], float]  # normal force between two blocks, N/m
     polygons: list[np.ndarray]
@@ -71,9 +70,10 @@ class Rest(NamedTuple):
 
 
 def rest_of(model: Model) -> Rest | None:
-    """Return the equilibrium of a model with a static stage; None if there is none."""
+    """Add a static stage to a model and return its equilibrium; None if there is none."""
     with released(model, 1.0, None, 1.0, 1) as first:  # the undeformed model
         starts = first.polygons
+    model.stage(name="rest", kind="static")
     try:
         with Simulation(model) as simulation:
             polygons, contacts = simulation.polygons, simulation.contacts
@@ -230,7 +230,6 @@ def wet_wedge(friction: float, head: float) -> Model:
     if head > 0.0:
         level = foot[1] + head
         model.water(along=[*top, *foot, 0.0, 0.0], head=[level, level, 0.0])
-    model.stage(name="rest", kind="static")
     return model
 
 
@@ -293,7 +292,6 @@ def bolted_block(force: float, angle: float) -> Model:
     foot = head - 18.5 * np.array([math.cos(turn), math.sin(turn)])
     model.bolt("bolt", head, foot, "block", "base" if angle else "wall", axial_stiffness=1e3,
                pretension=force, yield_force=force)  # fmt: skip
-    model.stage(name="rest", kind="static")
     return model
 
 
