@@ -14,13 +14,7 @@ from sitedda.engine import reduced_group
 from sitedda.output.scene import Scene
 from sitedda.vtk import contacts_of
 from sitedda_evidence import model as nml
-from sitedda_evidence.validation.cohesive import (
-    GRAVITY,
-    HEIGHT,
-    RISE,
-    bar,
-    bracket_of,
-)
+from sitedda_evidence.validation.cohesive import HEIGHT, RISE, bar, bracket_of
 
 
 @pytest.mark.parametrize(
@@ -141,7 +135,7 @@ def test_safety_of_a_glued_block(energy, tmp_path):
         return [(x * c + y * s, y * c - x * s) for x, y in nml.rectangle(*shape)]
 
     text = nml.text(
-        nml.control(1e-3, 100, (0.0, -GRAVITY), settle=True),
+        nml.control(1e-3, 100, (0.0, -nml.GRAVITY), settle=True),
         nml.contact(1e9),
         nml.material("rock", 2500.0, 1e11),
         nml.joint("j", 30.0, law="cohesive", cohesion=glue, tensile_strength=glue,
@@ -150,7 +144,7 @@ def test_safety_of_a_glued_block(energy, tmp_path):
         nml.held("base", turned(-1, -1, length + 2, 1), "rock", "j"),
         nml.block("top", turned(0, 0, length, height), "rock", "j"),
     )  # fmt: skip
-    weight = 2500.0 * GRAVITY * length * height
+    weight = 2500.0 * nml.GRAVITY * length * height
     held_back = glue * length + weight * np.cos(angle) * np.tan(np.radians(30.0))
     found = sitedda.safety(_written(tmp_path, text))
     assert found.factor == pytest.approx(held_back / (weight * np.sin(angle)), rel=3e-3)

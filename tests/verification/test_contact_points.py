@@ -189,12 +189,7 @@ def across(points: int, cuts: int, load: float, **stiffness) -> str:
         ),
         nml.block("top", nml.rectangle(0.0, 0.0, WIDTH, 1.0), "rock", "j"),
         nml.group(
-            "load",
-            x=1.0,
-            y=0.5,
-            block="top",
-            time=(0, 0.01, 0.3, 0.31),
-            force_x=(0, load, load, 0),
+            "load", x=1.0, y=0.5, block="top", time=(0, 0.01, 0.3, 0.31), force_x=(0, load, load, 0)
         ),
         nml.measured("top", (1.0, 0.5), "top"),
         nml.group("output", block_interval=50),

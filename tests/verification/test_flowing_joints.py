@@ -21,20 +21,7 @@ REFERENCE = 1e-6  # v_0, m/s
 
 def driven(way, step: float, every=1, **law):
     """History of a block that follows displacements (m), one a step, along its joint."""
-    text = (
-        nml.control(step, len(way) - 1, (0.0, -GRAVITY), settle=True, integration="theta"),
-        nml.contact(1e10),
-        nml.material("rock", 2500.0, 1e15),
-        nml.material("load", LOAD / GRAVITY, 1e15),
-        nml.joint("j", 30.0, **law),
-        nml.held("base", nml.rectangle(-2.0, -1.0, 5.0, 1.0), "rock", "j"),
-        nml.block("top", nml.rectangle(0.0, 0.0, 1.0, 1.0), "load", "j"),
-        nml.motion("drive", way, step, "displacement"),
-        nml.group("fixed_point", x=0.5, y=0.0, block="top", direction="x", motion_x="drive"),
-        nml.measured("top", (0.5, 0.0), "top"),
-        nml.group("output", block_interval=every),
-    )
-    return nml.history("".join(text))
+    return nml.history(nml.driven_block(step, len(way) - 1, law, way, step, every))
 
 
 def shear_and_slip(data) -> tuple[np.ndarray, np.ndarray]:
@@ -179,21 +166,14 @@ def test_a_spring_slider_sticks_and_slips_below_its_critical_stiffness(share, st
     spring = 1.0 / (1.0 / (share * (b - A) * LOAD / SLIP) - 1.0 / 1e12)
     start = steady(velocity, b) * LOAD
     way = velocity * step * steps * np.linspace(0.0, 1.2, 13)  # it goes on at the end
-    text = (
-        nml.control(step, steps, (0.0, -GRAVITY), settle=True, integration="theta"),
-        nml.contact(1e10),
-        nml.material("rock", 2500.0, 1e15),
-        nml.material("load", LOAD / GRAVITY, 1e15),
-        nml.joint("j", 30.0, **rate_state(b), initial_age=SLIP / velocity),
-        nml.held("base", nml.rectangle(-2.0, -1.0, 5.0, 1.0), "rock", "j"),
-        nml.block("top", nml.rectangle(0.0, 0.0, 1.0, 1.0), "load", "j"),
+    text = nml.pressed_block(
+        step, steps, rate_state(b) | {"initial_age": SLIP / velocity},
         nml.held("driver", nml.rectangle(2.0, 0.1, 0.5, 0.5), "rock", "j", motion_x="drive"),
         nml.motion("drive", way, step * steps / 10, "displacement"),
         nml.group("bolt", name="spring", **{"from": (0.5, 0.3), "to": (2.25, 0.3)},
               from_block="top", to_block="driver", axial_stiffness=spring, pretension=start),
-        nml.measured("top", (0.5, 0.0), "top"),
     )  # fmt: skip
-    data = nml.history("".join(text))
+    data = nml.history(text)
     speed = data.velocity.sel(point="top", axis="x").values
     last = speed[len(speed) * 3 // 4 :]
     if stable:

@@ -37,19 +37,8 @@ def sheared(slip: float, density: float = DENSITY, back: bool = False, **law) ->
     way = slip * share**3 * (10 - 15 * share + 6 * share**2)
     if back:
         way = np.concatenate([way, way[-2::-1]])
-    return nml.text(
-        nml.control(2e-3, 1100 if back else 600, (0.0, -GRAVITY), settle=True, integration="theta"),
-        nml.contact(1e10),
-        nml.material("rock", 2500.0, 1e14),
-        nml.material("top", density, 1e14),
-        nml.joint("j", law.pop("friction_angle", 30.0), **law),
-        nml.held("base", nml.rectangle(-2.0, -1.0, 8.0, 1.0), "rock", "j"),
-        nml.block("top", nml.rectangle(0.0, 0.0, WIDTH, 1.0), "top", "j"),
-        nml.motion("drive", way, 5e-3, "displacement"),
-        nml.group("fixed_point", x=WIDTH / 2, y=0.0, block="top", direction="x", motion_x="drive"),
-        nml.measured("top", (WIDTH / 2, 0.5), "top"),
-        nml.group("output", block_interval=100),
-    )
+    steps, stress = 1100 if back else 600, density * GRAVITY
+    return nml.driven_block(2e-3, steps, law, way, 5e-3, 100, stress=stress, width=WIDTH)
 
 
 def last(data, name: str) -> np.ndarray:

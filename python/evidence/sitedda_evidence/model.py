@@ -62,6 +62,43 @@ def held(name: str, vertices, material="", joint="", points=None, **motions) -> 
     return block(name, vertices, material, joint) + "".join(fixed)
 
 
+def pressed_block(time_step, steps, law: dict, *more: str, stress=1e6, width=1.0) -> str:
+    """Return a stiff block of height 1 m that presses on a joint of its fixed base under 10 m/s².
+
+    Parameters
+    ----------
+    law : dict
+        Variables of ``&joint``; the friction angle is 30° by default.
+    *more : str
+        Further groups.
+    stress, width : float
+        Stress on the joint, Pa, and its length, m.
+    """
+    return text(
+        control(time_step, steps, (0.0, -10.0), settle=True, integration="theta"),
+        contact(1e10),
+        material("rock", 2500.0, STIFF),
+        material("load", stress / 10.0, STIFF),
+        joint("j", **({"friction_angle": 30.0} | law)),
+        held("base", rectangle(-2.0, -1.0, 8.0, 1.0), "rock", "j"),
+        block("top", rectangle(0.0, 0.0, width, 1.0), "load", "j"),
+        measured("top", (0.5 * width, 0.0), "top"),
+        *more,
+    )
+
+
+def driven_block(time_step, steps, law: dict, way, sampled, every: int, **more) -> str:
+    """Return a `pressed_block` that follows displacements (m) along its joint.
+
+    The displacements are `sampled` s apart; the output contains the contacts `every` n-th step.
+    """
+    x = 0.5 * more.get("width", 1.0)
+    drive = motion("drive", way, sampled, "displacement")
+    point = group("fixed_point", x=x, y=0.0, block="top", direction="x", motion_x="drive")
+    frames = group("output", block_interval=every)
+    return pressed_block(time_step, steps, law, drive, point, frames, **more)
+
+
 def measured(name: str, point, block: str = "") -> str:
     """Return ``&measured_point`` at a position, m."""
     return group("measured_point", name=name, x=point[0], y=point[1], block=block)

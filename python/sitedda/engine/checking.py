@@ -352,11 +352,7 @@ def penalty_for_frequency(
 
 
 def penalty_for(
-    model,
-    accuracy: float = 0.01,
-    contacts: str = "auto",
-    changes: Mapping | None = None,
-    **more,
+    model, accuracy: float = 0.01, contacts: str = "auto", changes: Mapping | None = None, **more
 ) -> Penalty:
     """Find the normal stiffness whose joints lower the first frequency by a given fraction.
 

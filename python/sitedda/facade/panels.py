@@ -14,13 +14,7 @@ from ..engine.signals import low_passed, smooth_konno_ohmachi
 from ..output.energies import Budget
 from ..output.response import Amplification
 from ..output.scene import Scene
-from ..output.verdict import (
-    PERIODS,
-    SPECTRUM_DAMPING,
-    acceleration_spectrum,
-    main_axis,
-    run_scheme,
-)
+from ..output.verdict import PERIODS, SPECTRUM_DAMPING, acceleration_spectrum, main_axis, run_scheme
 from ..report.layout import folded, legend_above, plain
 from ..report.style import BLUE, COLORS, FAINT, GREY, INK, ORANGE
 from ..site.column import damped_amplification

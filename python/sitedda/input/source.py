@@ -13,8 +13,7 @@ from .groups import group_text, is_made
 from .schema import GROUPS
 
 _ANY = re.compile(
-    r"^[^!\n]*&(" + "|".join(filter(is_made, GROUPS)) + r")\b",
-    re.IGNORECASE | re.MULTILINE,
+    r"^[^!\n]*&(" + "|".join(filter(is_made, GROUPS)) + r")\b", re.IGNORECASE | re.MULTILINE
 )
 _LARGEST = 2**30  # largest size of an input in bytes, as in the engine
 

@@ -177,10 +177,7 @@ def test_poisson_lines_have_the_known_means():
 @pytest.mark.parametrize(
     ("joints", "words"),
     [
-        (
-            [JointSet(angle=0, spacing=3e-3), JointSet(angle=90, spacing=3e-3)],
-            "form about 1.1e+07",
-        ),
+        ([JointSet(angle=0, spacing=3e-3), JointSet(angle=90, spacing=3e-3)], "form about 1.1e+07"),
         ([JointSet(angle=0, spacing=1e-6)], "segments"),
         ([JointSet(angle=0, spacing=0.01, trace_length=0.01)], "segments"),
         ([Voronoi(size=1e-3)], "segments"),

@@ -181,10 +181,7 @@ ODD = {
         [*pile(), group("measured_point", name="joint", x=0.5, y=0.0)],
         r"measured point 'joint' lies on block 'floor' and block 'brick' and follows the first",
     ),
-    "names": (
-        pile(*TWINS),
-        r"2 blocks are named 'twin': this name in a list selects all of them",
-    ),
+    "names": (pile(*TWINS), r"2 blocks are named 'twin': this name in a list selects all of them"),
 }
 
 

@@ -72,14 +72,8 @@ def test_a_floor_is_held_where_that_is_asked_for(write_input):
     [
         ({}, r"no drift removed; ends with 0.4 m/s at 0.04 m and continues with this velocity$"),
         ({"after_end": "hold"}, r"ends with 0.4 m/s at 0.04 m and is stopped .* an impact$"),
-        (
-            {"drift_order": 2},
-            r"changed it by up to 0.4 m/s and 0.04 m; ends with 0 m/s .*held",
-        ),
-        (
-            {"quantity": "velocity", "values": [0, 0.4, 0]},
-            r"0 m/s .*held there$",
-        ),
+        ({"drift_order": 2}, r"changed it by up to 0.4 m/s and 0.04 m; ends with 0 m/s .*held"),
+        ({"quantity": "velocity", "values": [0, 0.4, 0]}, r"0 m/s .*held there$"),
         (
             {"drift_order": None, "quantity": "displacement", "values": [0, 0.1, 0.3]},
             r"ends with 0 m/s at 0.3 m and is held there \(its last two samples move at 2 m/s: "
@@ -218,10 +212,7 @@ VELOCITIES = {
         (changed(tower(), "material", **VELOCITIES), r"group &material \(line \d+\)"),
         *(
             (
-                [
-                    *without(tower(), "fixed_point"),
-                    group("boundary", kind=kind, side=side),
-                ],
+                [*without(tower(), "fixed_point"), group("boundary", kind=kind, side=side)],
                 r"group &boundary \(line \d+\)",
             )
             for kind, side in (

@@ -29,10 +29,7 @@ def bracket(steps: int = 40, **joint) -> Model:
     model.block([(-1, -2), (0, -2), (0, 3), (-1, 3)], name="wall", material="stone", joint="mortar")
     model.block([(0, 0), (1, 0), (1, 1), (0, 1)], name="block", material="stone", joint="mortar")
     model.block(
-        [(0.2, 1.0), (0.6, 1.0), (0.6, 1.2), (0.2, 1.2)],
-        name="brick",
-        material="foam",
-        joint="dry",
+        [(0.2, 1.0), (0.6, 1.0), (0.6, 1.2), (0.2, 1.2)], name="brick", material="foam", joint="dry"
     )
     for y in (-1.5, 2.5):
         model.fixed_point(-0.5, y)

@@ -255,11 +255,7 @@ def test_the_page_is_read_by_axe_without_a_finding_on_phones_and_in_the_dark(ser
     axe = pytest.importorskip("axe_playwright_python.base")
     script = Path(axe.__file__).with_name("axe.min.js").read_text(encoding="utf-8")
     (served.folder / "pile.nml").write_text(PILE)
-    for options in (
-        {},
-        {"color_scheme": "dark"},
-        {"viewport": {"width": 400, "height": 800}},
-    ):
+    for options in ({}, {"color_scheme": "dark"}, {"viewport": {"width": 400, "height": 800}}):
         page = opened(served, **options)
 
         def look(where: str, page=page, options=options) -> None:

@@ -18,10 +18,7 @@ def direct_shear(**joint) -> list:
     law = {"name": "plane", "law": "mohr_coulomb", "friction_angle": 30.0}
     law |= {"normal_stiffness_per_area": 1e10, "shear_stiffness_per_area": 1e10}
     push = {"name": "push", "quantity": "displacement", "time_step": 0.1, "values": [0.0, WAY, WAY]}
-    blocks = {
-        "lower": rectangle(-0.2, -0.1, 1.4, 0.1),
-        "upper": rectangle(0.0, 0.0, 1.0, 0.1),
-    }
+    blocks = {"lower": rectangle(-0.2, -0.1, 1.4, 0.1), "upper": rectangle(0.0, 0.0, 1.0, 0.1)}
     return [
         group("control", time_step=1e-3),
         ("material", ROCK),

@@ -6,7 +6,6 @@ import numpy as np
 from .. import model as nml
 from ..case import Outcome, at_most, case, curves, relative, true
 
-GRAVITY = 10.0  # m/s²
 HEIGHT = 0.1  # height of the bar, m
 PULLED = (  # number of steps, softening, largest width of the bounds over G
     (100, "linear", None),
@@ -55,19 +54,7 @@ def triplet(steps: int, slip: float, **law) -> str:
         "normal_stiffness_per_area": 1e11,
         "shear_stiffness_per_area": 1e11,
     } | law
-    return nml.text(
-        nml.control(0.4 / steps, steps, (0.0, -GRAVITY), settle=True, integration="theta"),
-        nml.contact(1e10),
-        nml.material("rock", 2500.0, 1e14),
-        nml.material("load", 1e6 / GRAVITY, 1e14),
-        nml.joint("j", 30.0, **law),
-        nml.held("base", nml.rectangle(-1.0, -1.0, 3.0, 1.0), "rock", "j"),
-        nml.block("top", nml.rectangle(0.0, 0.0, 1.0, 1.0), "load", "j"),
-        nml.motion("drive", slip * RISE, 4e-3, "displacement"),
-        nml.group("fixed_point", x=0.5, y=0.0, block="top", direction="x", motion_x="drive"),
-        nml.measured("top", (0.5, 0.0), "top"),
-        nml.group("output", block_interval=1),
-    )
+    return nml.driven_block(0.4 / steps, steps, law, slip * RISE, 4e-3, 1)
 
 
 def of_frames(data, name: str) -> np.ndarray:

@@ -6,7 +6,6 @@ import numpy as np
 from .. import model as nml
 from ..case import Outcome, at_most, case, curves, relative, true
 
-GRAVITY = 10.0  # m/s²
 CYCLE, EVERY = 2000, 10  # number of steps per cycle, and per sample of the motion
 # Shear force (N/m) and remaining asperity angle (degrees) at the peaks of three cycles.
 PEAKS = ((0.9875e6, 14.639), (0.9579e6, 13.769), (0.9311e6, 12.957))
@@ -18,19 +17,8 @@ def worn(cycles: float = 2.25) -> str:
     phase = 2 * np.pi * np.linspace(0.0, cycles, count // EVERY + 1)
     law = {"law": "plesha", "asperity_angle": 15.0, "asperity_wear": 5e-6}
     law |= {"normal_stiffness_per_area": 1e10, "shear_stiffness_per_area": 1e10}
-    return nml.text(
-        nml.control(2e-3, count, (0.0, -GRAVITY), settle=True, integration="theta"),
-        nml.contact(1e10),
-        nml.material("rock", 2500.0, 1e15),
-        nml.material("load", 1e6 / GRAVITY, 1e15),
-        nml.joint("j", 30.0, **law),
-        nml.held("base", nml.rectangle(-2.0, -1.0, 5.0, 1.0), "rock", "j"),
-        nml.block("top", nml.rectangle(0.0, 0.0, 1.0, 1.0), "load", "j"),
-        nml.motion("drive", 5e-3 * np.sin(phase), EVERY * 2e-3, "displacement"),
-        nml.group("fixed_point", x=0.5, y=0.0, block="top", direction="x", motion_x="drive"),
-        nml.measured("top", (0.5, 0.5), "top"),
-        nml.group("output", block_interval=CYCLE // 4),
-    )
+    way = 5e-3 * np.sin(phase)
+    return nml.driven_block(2e-3, count, law, way, EVERY * 2e-3, CYCLE // 4)
 
 
 @case(

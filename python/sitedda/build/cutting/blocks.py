@@ -28,13 +28,7 @@ from .geometry import (
     Voronoi,
 )
 from .merging import merge_slivers
-from .network import (
-    Network,
-    merge_close_nodes,
-    split_segments,
-    trace_faces,
-    without_dead_ends,
-)
+from .network import Network, merge_close_nodes, split_segments, trace_faces, without_dead_ends
 from .rings import Rings
 from .small_blocks import Sliver, in_words, slivers
 
