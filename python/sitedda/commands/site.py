@@ -115,16 +115,17 @@ def _compute_profile(options: argparse.Namespace) -> int:
 
 def _compute_suite(options: argparse.Namespace) -> int:
     """Compute the response to a suite of motions; write table, CSV, picture and page."""
-    from ..site.suite_file import read_suite
+    from ..site import read_suite, suite
 
     asked = read_suite(options.file, options.folder)
-    found = asked.run(options.workers, options.retry, not options.quiet)
+    found = suite(**asked, workers=options.workers, retry=options.retry,
+                  progress=not options.quiet)  # fmt: skip
     print(found)
-    print(f"table: {found.to_netcdf(asked.folder / 'suite.nc')}")
-    print(f"statistics: {found.to_csv(asked.folder / 'suite.csv')}")
-    picture = options.output or asked.folder / "suite.png"
-    _save_figure(found.plot(), picture, options.file)
-    print(f"page: {found.write_page(asked.folder / 'suite.html')}")
+    folder = asked["folder"]
+    print(f"table: {found.to_netcdf(folder / 'suite.nc')}")
+    print(f"statistics: {found.to_csv(folder / 'suite.csv')}")
+    _save_figure(found.plot(), options.output or folder / "suite.png", options.file)
+    print(f"page: {found.write_page(folder / 'suite.html')}")
     return 0
 
 

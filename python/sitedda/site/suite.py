@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-import json
+import pickle
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -17,6 +17,10 @@ from ..base.errors import InputError
 from ..base.numbers import counted
 from ..engine.records import read_record
 from ..engine.signals import spectral_acceleration
+from ..study.api import study
+from ..study.records import Record, Records
+from ..study.store import checksum
+from ..study.table import counts
 from .branches import Branches
 from .column import Column
 from .curves import SoilCurves
@@ -32,7 +36,6 @@ if TYPE_CHECKING:
 
 ANALYSES = ("linear", "equivalent-linear", "nonlinear")
 PERIODS = np.geomspace(0.05, 5.0, 20)  # s
-MEASURES = {"scale": "", "pga": "m/s^2", "sa": "m/s^2"}
 _DIMS = ("profile", "motion")  # dimensions of the statistics
 
 
@@ -71,8 +74,6 @@ class Suite:
         return xr.Dataset(found).transpose("analysis", "level", "period")
 
     def __str__(self) -> str:
-        from ..study.table import counts
-
         said = ", ".join(f"{n} {status}" for status, n in sorted(counts(self.table).items()))
         sizes = self.table.sizes
         lines = [
@@ -113,9 +114,10 @@ class Suite:
     def parts(self):
         """Yield analysis, level in words, and statistics of each."""
         statistics, about = self.statistics, self.table.level.attrs
+        unit = about.get("units", "").removeprefix("1")  # factors have none
         for analysis in self.table.analysis.values:
             for i, level in enumerate(self.table.level.values):
-                words = f"{about.get('measure', 'scale')} {level:g} {about.get('units', '')}"
+                words = f"{about.get('measure', 'scale')} {level:g} {unit}"
                 yield str(analysis), words.strip(), statistics.sel(analysis=analysis).isel(level=i)
 
     @staticmethod
@@ -190,8 +192,8 @@ def suite(
         s.
     levels : sequence of float
         To which each motion is scaled.
-    measure : {'scale', 'pga', 'sa'}
-        Kind of level: a factor, or PGA or Sa at `period` of the motion, m/s².
+    measure : {'scale', 'pga', 'pgv', 'sa', 'arias'}
+        Kind of level: a factor, or a measure of the motion, in m and s.
     period : float, optional
         s, of the measure 'sa'.
     kind : {'outcrop', 'within'}
@@ -217,35 +219,28 @@ def suite(
     import xarray as xr
 
     sites = _check_sites(profiles)
-    named = _name_motions(motions)
+    ground, records = _read_motions(motions, levels, measure, period)
     wanted = list(analyses)
     if not wanted or not set(wanted) <= set(ANALYSES):
         raise InputError(f"analyses = {wanted}: use {', '.join(ANALYSES)}")
     grid = np.asarray(periods, dtype=float)
     if grid.ndim != 1 or not grid.size or not np.all(np.isfinite(grid) & (grid > 0)):
         raise InputError("periods must be a row of numbers above 0, s")
-    factors = _scale_factors(list(named.values()), levels, measure, period)
-    cases = Cases(sites, list(named.values()), factors, grid, kind, options)
-    axes = {
-        "profile": range(len(sites)),
-        "motion": range(len(named)),
-        "level": range(len(levels)),
-        "analysis": wanted,
-    }
-    from ..study.api import study
-
+    cases = Cases(sites, ground, records.factors, grid, kind, options)
+    motion, level = records.factors.shape
+    axes = {"profile": range(len(sites)), "motion": range(motion), "level": range(level),
+            "analysis": wanted}  # fmt: skip
     table = study(cases, axes, folder=folder, workers=workers, retry=retry, progress=progress)
     if not {"sa", "strain"} <= set(table.data_vars):
         raise InputError(f"no case succeeds; first message: {table.message.values.ravel()[0]}")
-    about: dict = {"measure": measure, "units": MEASURES[measure]}
-    about |= {"period": float(period)} if measure == "sa" else {}
+    _, at, about = records.coordinates[measure]
     table = table.assign_coords(
-        motion=list(named), level=("level", np.asarray(levels, dtype=float), about)
+        motion=records.coordinates["record"][1], level=("level", at, {"measure": measure} | about)
     )
     reference = np.array([spectral_acceleration(one.acceleration, one.time_step, grid)
-                          for one in named.values()])  # fmt: skip
+                          for one in ground])  # fmt: skip
     table["reference"] = xr.DataArray(
-        reference[:, None] * factors[..., None], dims=("motion", "level", "period"),
+        reference[:, None] * records.factors[..., None], dims=("motion", "level", "period"),
         attrs={"units": "m/s^2"},
     )  # fmt: skip
     table["amplification"] = table.sa / table.reference
@@ -265,20 +260,7 @@ class Cases:
 
     def __str__(self) -> str:
         """Return a unique name of the set of cases."""
-        from ..study.store import checksum
-
-        parts: list[bytes | str] = [json.dumps([self.kind, self.options], default=repr)]
-        parts += [self.factors.tobytes(), self.periods.tobytes()]
-        for motion in self.motions:
-            parts += [motion.acceleration.tobytes(), repr(motion.time_step)]
-        for column, curves in self.sites:
-            parts.append(repr(column))
-            for one in curves:
-                arrays = vars(one) if one is not None else {}
-                parts += [v.tobytes() if hasattr(v, "tobytes") else repr(v)
-                          for v in arrays.values()]  # fmt: skip
-                parts.append("|")
-        return f"Cases_{checksum(*parts)}"
+        return f"Cases_{checksum(pickle.dumps(self))}"
 
     def __call__(self, profile: int, motion: int, level: int, analysis: str) -> dict:
         """Compute Sa of the surface over periods, convergence flags, PGA and largest strain."""
@@ -345,40 +327,19 @@ def _check_sites(profiles) -> list[Site]:
     return found
 
 
-def _name_motions(motions) -> dict[str, Motion]:
-    """Return motions by distinct names."""
+def _read_motions(motions, levels, measure: str, period) -> tuple[list[Motion], Records]:
+    """Return motions, and their names and factors at the levels."""
     if not isinstance(motions, Mapping):
-        names = [_motion_name(one, i) for i, one in enumerate(motions, 1)]
-        names = [f"{n} ({i})" if names.count(n) > 1 else n for i, n in enumerate(names, 1)]
-        motions = dict(zip(names, motions, strict=True))
-    if not motions:
-        raise InputError("motions: give at least one")
-    found = {}
+        motions = {i: one for i, one in enumerate(motions, 1)}
+    found, records = [], []
     for name, one in motions.items():
-        found[str(name)] = Motion.of(one if hasattr(one, "acceleration") else read_record(one))
-    return found
+        found.append(Motion.of(one if hasattr(one, "acceleration") else read_record(one)))
+        name = name if isinstance(name, str) else _motion_name(one, name)
+        records.append(Record(name, found[-1].acceleration, found[-1].time_step))
+    return found, Records(records, np.ravel(levels), measure, period=period)
 
 
 def _motion_name(motion, number: int) -> str:
     if hasattr(motion, "attrs"):
         return Path(motion.attrs.get("file", f"motion {number}")).stem
     return f"motion {number}" if isinstance(motion, Motion) else Path(motion).stem
-
-
-def _scale_factors(motions: list[Motion], levels, measure: str, period) -> NDArray[np.float64]:
-    """Return the factor of each motion at each level, shape (motions, levels)."""
-    at = np.asarray(levels, dtype=float)
-    if measure not in MEASURES:
-        raise InputError(f"measure = {measure!r}: use {', '.join(MEASURES)}")
-    if measure == "sa" and not period:
-        raise InputError("measure 'sa' needs a period, s")
-    if at.ndim != 1 or not at.size or not np.all(np.isfinite(at) & (at > 0)):
-        raise InputError("levels must be numbers above 0")
-    if measure == "scale":
-        return np.tile(at, (len(motions), 1))
-    from ..study.records import intensity
-
-    own = [intensity(measure, one.acceleration, None, one.time_step, period) for one in motions]
-    if not np.all(np.array(own) > 0):
-        raise InputError(f"a motion of zeros has no {measure} to scale")
-    return at[None, :] / np.array(own)[:, None]

@@ -4,7 +4,6 @@
 import inspect
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
 from glob import glob
 from pathlib import Path
 
@@ -13,18 +12,20 @@ import numpy as np
 from ..base.errors import InputError
 from ..base.files import is_below
 from ..base.reading import read_bounded
+from ..engine.records import read_record
 from ..input.groups import nearest
 from .nonlinear import nonlinear
 from .profile import read_profile
 from .randomization import randomized
-from .suite import PERIODS, Suite, suite
+from .suite import PERIODS
 
 _LARGEST = 2**20  # largest size of a file, bytes
 _ENDINGS = (".at2", ".smc", ".v2", ".v2c", ".esm", ".asc", ".ew", ".ns", ".knet")
+_READING = {"format": str, "quantity": str, "unit": str, "time_step": float}  # of text records
 _STEPPED = inspect.signature(nonlinear).parameters.values()
 _KNOWN = {  # names by table
     "": ("profile", "motions", "analyses", "periods", "levels", "measure", "period", "kind",
-         "water_table", "pressure_at_rest", "fill", "folder", "randomize", "nonlinear"),
+         "water_table", "pressure_at_rest", "fill", "folder", "randomize", "nonlinear", *_READING),
     "randomize": ("count", "seed", "velocity", "sigma", "layering", "depth_to_rock", "curves",
                   "clip"),
     "nonlinear": [p.name for p in _STEPPED if p.kind is p.KEYWORD_ONLY and p.name != "kind"],
@@ -32,20 +33,7 @@ _KNOWN = {  # names by table
 }  # fmt: skip
 
 
-@dataclass(frozen=True)
-class SuiteFile:
-    """Settings of a suite from a file: arguments of `suite`, and the folder of its results."""
-
-    settings: dict
-    folder: Path
-
-    def run(self, workers: int | None = None, retry: bool = False, progress: bool = False) -> Suite:
-        """Compute the missing cases; see `suite` for the arguments."""
-        return suite(**self.settings, folder=self.folder, workers=workers, retry=retry,
-                     progress=progress)  # fmt: skip
-
-
-def read_suite(file, folder=None) -> SuiteFile:
+def read_suite(file, folder=None) -> dict:
     """Read a suite; its file names are relative to its folder.
 
     Parameters
@@ -53,6 +41,11 @@ def read_suite(file, folder=None) -> SuiteFile:
     file : path
     folder : path, optional
         Of the cases, instead of that in the file.
+
+    Returns
+    -------
+    dict
+        Arguments of `suite`.
 
     Raises
     ------
@@ -67,7 +60,7 @@ def read_suite(file, folder=None) -> SuiteFile:
         raise InputError(f"{file}: {trouble}") from None
 
 
-def _parse_suite(values: dict, file: Path, folder) -> SuiteFile:
+def _parse_suite(values: dict, file: Path, folder) -> dict:
     _check_names(values, "")
     for name in ("profile", "motions"):
         if name not in values:
@@ -87,10 +80,12 @@ def _parse_suite(values: dict, file: Path, folder) -> SuiteFile:
         profiles = randomized(profile, varied.pop("count", 1), **varied, **water)
     else:
         profiles = [(profile.column(), profile.curves(**water))]
-    motions = motion_files(values.pop("motions"), here)
+    files = motion_files(values.pop("motions"), here)
+    reading: dict = {n: kind(values.pop(n)) for n, kind in _READING.items() if n in values}
+    motions = [read_record(one, **reading) for one in files]
     values["periods"] = _parse_periods(values.get("periods", PERIODS))
-    settings = {"profiles": profiles, "motions": motions} | values | stepped
-    return SuiteFile(settings, Path(folder or here / name))
+    found = {"profiles": profiles, "motions": motions, "folder": Path(folder or here / name)}
+    return found | values | stepped
 
 
 def motion_files(given, here: Path) -> list[Path]:

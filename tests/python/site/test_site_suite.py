@@ -6,6 +6,7 @@ import json
 import numpy as np
 import pytest
 import xarray as xr
+from test_nonlinear_site import noise
 
 from sitedda import Column, HalfSpace, InputError, Layer
 from sitedda.site import (
@@ -16,6 +17,7 @@ from sitedda.site import (
     nonlinear,
     randomized,
     read_profile,
+    read_suite,
     suite,
 )
 from sitedda.site.equivalent_linear import small_strain_column
@@ -40,12 +42,8 @@ def bore(tmp_path):
 
 def shaking(seed, peak=0.5, samples=1500, step=STEP):
     """Noise between 0.5 and 10 Hz under a hump, as a motion of m/s²."""
-    frequency = np.fft.rfftfreq(samples, step)
-    spectrum = np.exp(2j * np.pi * np.random.default_rng(seed).random(frequency.size))
-    spectrum[(frequency < 0.5) | (frequency > 10)] = 0
-    series = np.fft.irfft(spectrum, samples) * np.sin(np.pi * np.arange(samples) / samples) ** 2
-    time = ("time", step * np.arange(samples))
-    return xr.Dataset({"acceleration": ("time", peak * series / abs(series).max())}, {"time": time})
+    series = peak * noise(step, samples, 10, seed)
+    return xr.Dataset({"acceleration": ("time", series)}, {"time": step * np.arange(samples)})
 
 
 def test_gaps_are_named_by_the_readers_heading_and_filled(bore):
@@ -117,6 +115,23 @@ def test_a_suite_from_the_command_line_goes_on_where_it_was(bore, python_program
     (folder / "suite.toml").write_text(asked + "randomise = {count = 3}\n")
     done = python_program("site", folder / "suite.toml", "-q")
     assert done.returncode != 0 and "there is no 'randomise'" in done.stderr
+
+
+@pytest.mark.parametrize("unit", ["g", "m/s2", "furlong"])
+def test_the_file_of_a_suite_states_the_unit_of_text_records(bore, unit):
+    series = shaking(1).acceleration.values
+    np.savetxt(bore.with_name("one.txt"), series)
+    file = bore.with_name("suite.toml")
+    file.write_text(f"profile = 'bore.csv'\nfill = 'above'\nmotions = 'one.txt'\n"
+                    f"unit = '{unit}'\ntime_step = {STEP}\n")  # fmt: skip
+    if unit == "furlong":
+        with pytest.raises(InputError, match=r"suite\.toml: .*one\.txt.*furlong"):
+            read_suite(file)
+        return
+    (found,) = read_suite(file)["motions"]
+    factor = 9.80665 if unit == "g" else 1.0
+    assert found.acceleration.values / factor == pytest.approx(series, abs=0.02)
+    assert float(found.time[1]) == pytest.approx(STEP)
 
 
 def test_what_fails_does_not_count_and_is_said(bore):
