@@ -15,7 +15,7 @@ _PARTS = 60  # parts of their intervals in integrals of Masing's rules
 _BELOW = 60  # number of intervals below the table at which such integrals begin
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SoilCurves:
     """Secant modulus and damping ratio of a soil as functions of the shear strain.
 
@@ -38,7 +38,8 @@ class SoilCurves:
     name: str = ""
 
     def __post_init__(self) -> None:
-        arrays = [np.array(values, dtype=float) for values in self.columns()]
+        given = self.strain, self.reduction, self.damping
+        arrays = [np.array(values, dtype=float) for values in given]
         strain, reduction, damping = arrays
         if strain.ndim != 1 or strain.size < 2 or any(a.shape != strain.shape for a in arrays):
             raise ValueError("strain, reduction and damping must have one length, 2 or more")
@@ -54,10 +55,6 @@ class SoilCurves:
             raise ValueError(f"damping must be a fraction in 0 … 1, got {first_of(damping, ~good)}")
         for name, values in zip(("strain", "reduction", "damping"), arrays, strict=True):
             object.__setattr__(self, name, values)
-
-    def columns(self) -> tuple[NDArray[np.float64], ...]:
-        """Return strain, reduction and damping."""
-        return self.strain, self.reduction, self.damping
 
     def reduction_at(self, strain: ArrayLike) -> NDArray[np.float64]:
         """Return G/G_max at shear strains."""

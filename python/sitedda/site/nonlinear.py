@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -336,7 +337,7 @@ def nonlinear(
     soils = tuple(
         curve
         if curve is None or isinstance(curve, Branches)
-        else Branches.of(
+        else _fit_branches(
             curve, branches, damping_curve, None if damping_curve == "target" else ratio, reference
         )
         for curve, ratio in zip(curves, ratios, strict=True)
@@ -354,6 +355,9 @@ def nonlinear(
     ]
     fine, coarse = runs if compare else (*runs, None)
     return NonlinearResponse(column, ground, column.depth, kind, soils, fine, coarse, highest)
+
+
+_fit_branches = lru_cache(maxsize=2048)(Branches.of)  # once for all layers and motions
 
 
 def _linear_branches(ratio: float, reference: float) -> Branches:

@@ -6,7 +6,6 @@ from __future__ import annotations
 import pickle
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,9 +20,7 @@ from ..study.api import study
 from ..study.records import Record, Records
 from ..study.store import checksum
 from ..study.table import counts
-from .branches import Branches
 from .column import Column
-from .curves import SoilCurves
 from .equivalent_linear import DOUBTFUL_STRAIN, equivalent_linear, small_strain_column
 from .motion import Motion
 from .nonlinear import CONVERGED, NonlinearResponse, nonlinear
@@ -219,14 +216,14 @@ def suite(
     import xarray as xr
 
     sites = _check_sites(profiles)
-    ground, records = _read_motions(motions, levels, measure, period)
+    records = _read_motions(motions, levels, measure, period)
     wanted = list(analyses)
     if not wanted or not set(wanted) <= set(ANALYSES):
         raise InputError(f"analyses = {wanted}: use {', '.join(ANALYSES)}")
     grid = np.asarray(periods, dtype=float)
     if grid.ndim != 1 or not grid.size or not np.all(np.isfinite(grid) & (grid > 0)):
         raise InputError("periods must be a row of numbers above 0, s")
-    cases = Cases(sites, ground, records.factors, grid, kind, options)
+    cases = Cases(sites, records, grid, kind, options)
     motion, level = records.factors.shape
     axes = {"profile": range(len(sites)), "motion": range(motion), "level": range(level),
             "analysis": wanted}  # fmt: skip
@@ -238,7 +235,7 @@ def suite(
         motion=records.coordinates["record"][1], level=("level", at, {"measure": measure} | about)
     )
     reference = np.array([spectral_acceleration(one.acceleration, one.time_step, grid)
-                          for one in ground])  # fmt: skip
+                          for one in records.records])  # fmt: skip
     table["reference"] = xr.DataArray(
         reference[:, None] * records.factors[..., None], dims=("motion", "level", "period"),
         attrs={"units": "m/s^2"},
@@ -252,8 +249,7 @@ class Cases:
     """The results of each profile, motion, level and analysis."""
 
     sites: list[Site]
-    motions: list[Motion]
-    factors: NDArray[np.float64]  # of motions and levels
+    records: Records
     periods: NDArray[np.float64]  # s
     kind: str
     options: dict  # of `nonlinear`
@@ -267,8 +263,8 @@ class Cases:
         import xarray as xr
 
         column, curves = self.sites[profile]
-        given, factor = self.motions[motion], float(self.factors[motion, level])
-        ground = Motion(factor * given.acceleration, given.time_step, given.length)
+        given, factor = self.records.records[motion], float(self.records.factors[motion, level])
+        ground = Motion.of(factor * given.acceleration, given.time_step)
         response, strain = self._compute_response(analysis, column, curves, ground)
         spectrum, surface = response.spectrum(self.periods), response.acceleration()
         good = np.ones(self.periods.size)
@@ -293,22 +289,8 @@ class Cases:
         if analysis == "equivalent-linear":
             fitted = equivalent_linear(column, curves, ground, kind=self.kind)
             return fitted.response, fitted.largest_strain
-        soils = curves
-        if self.options.get("damping_curve", "target") == "target":
-            asked = (self.options.get("branches", 40), self.options.get("reference_frequency", 1.0))
-            soils = [_fitted_branches(*(row.tobytes() for row in one.columns()), *asked)
-                     if isinstance(one, SoilCurves) else one for one in curves]  # fmt: skip
-        stepped = nonlinear(column, soils, ground, kind=self.kind, **self.options)
+        stepped = nonlinear(column, curves, ground, kind=self.kind, **self.options)
         return stepped, stepped.histories.largest_strain
-
-
-@lru_cache(maxsize=2048)
-def _fitted_branches(
-    strain: bytes, reduction: bytes, damping: bytes, branches: int, reference: float
-):
-    """Return the branches of curves, fitted once for all layers and motions of a process."""
-    curves = SoilCurves(*map(np.frombuffer, (strain, reduction, damping)))
-    return Branches.of(curves, branches, reference_frequency=reference)
 
 
 def _check_sites(profiles) -> list[Site]:
@@ -327,16 +309,16 @@ def _check_sites(profiles) -> list[Site]:
     return found
 
 
-def _read_motions(motions, levels, measure: str, period) -> tuple[list[Motion], Records]:
-    """Return motions, and their names and factors at the levels."""
+def _read_motions(motions, levels, measure: str, period) -> Records:
+    """Return motions, their names, and their factors at the levels."""
     if not isinstance(motions, Mapping):
         motions = {i: one for i, one in enumerate(motions, 1)}
-    found, records = [], []
+    found = []
     for name, one in motions.items():
-        found.append(Motion.of(one if hasattr(one, "acceleration") else read_record(one)))
+        ground = Motion.of(one if hasattr(one, "acceleration") else read_record(one))
         name = name if isinstance(name, str) else _motion_name(one, name)
-        records.append(Record(name, found[-1].acceleration, found[-1].time_step))
-    return found, Records(records, np.ravel(levels), measure, period=period)
+        found.append(Record(name, ground.acceleration, ground.time_step))
+    return Records(found, np.ravel(levels), measure, period=period)
 
 
 def _motion_name(motion, number: int) -> str:
