@@ -192,11 +192,11 @@ def _compute_columns(
     if damping is None:
         damped = any(layer.damping for layer in column.layers)
         also = "and the materials" if damped else "alone"
-        response = ColumnResponse.of(column, ground, step, kind="within", scheme=scheme)
+        response = column.response(ground, step, kind="within", scheme=scheme)
         words = f"damped like the blocks, by the time integration {also}"
     else:
         fixed = replace(column, layers=[replace(la, damping=damping) for la in column.layers])
-        response = ColumnResponse.of(fixed, ground, step, kind="within")
+        response = fixed.response(ground, step, kind="within")
         words = f"damping ratio {100 * damping:g} % at all frequencies, " + convention_words(
             fixed.convention
         )

@@ -8,6 +8,7 @@ The response of the same column *under the engine's time integration* also has a
 :meth:`Column.scheme_transfer`.
 """
 
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -29,11 +30,13 @@ from .layers import (
     recursion,
     undamped_amplification,
 )
+from .motion import Motion
 from .response import KINDS, ColumnResponse
 
 __all__ = ["Column", "HalfSpace", "Layer", "complex_modulus", "damped_amplification",
            "refined_peak", "undamped_amplification"]  # fmt: skip
 
+_WRAPPED = 1e-2  # part of the free vibration that may be left at the end of the zeros
 _UNBOUNDED = 1e7  # a higher peak is the resonance of an undamped column
 _POINTS_PER_MODE = 64  # samples between two resonances in the search of peaks
 _MOST_POINTS = 1_000_000
@@ -320,30 +323,42 @@ class Column:
         *,
         bottom: float | None = None,
         kind: str = "outcrop",
-    ):
+        scheme: Scheme | None = None,
+    ) -> ColumnResponse:
         """Compute the response to a motion: histories at any depth, profiles, spectra.
 
         Parameters
         ----------
         motion : xarray.Dataset or array_like, shape (samples,)
-            As :func:`sitedda.read_record` returns it, or ground acceleration, m/s².
+            As :func:`sitedda.read_record` returns it, or ground acceleration, m/s²; or a Motion.
         time_step : float, optional
             s between samples of an array.
         bottom : float, optional
             Depth of the motion, m; by default the base.
         kind : {'outcrop', 'within'}
             Kind of motion, as in :meth:`transfer`; records are of outcrops, hence the default.
-
-        Returns
-        -------
-        sitedda.site.ColumnResponse
+        scheme : Scheme, optional
+            Time integration whose damping replaces that of the layers.
 
         Raises
         ------
         ValueError
             If an argument is out of range.
         """
-        return ColumnResponse.of(self, motion, time_step, bottom=bottom, kind=kind)
+        one_of("kind", kind, KINDS)
+        depth = self.depth if bottom is None else float(bottom)
+        self.cut_at([depth])
+        ground = Motion.of(motion, time_step)
+        if scheme is None:
+            decay = self.decay_time(kind)
+            ground = ground.padded(decay)
+            left = 1e3 ** -(ground.zeros / decay)
+            if left > _WRAPPED:
+                warnings.warn(f"{100 * left:.3g} % of the free vibration is left when the record "
+                              "begins again, and is added to the result: give the layers more "
+                              "damping, or the base a half-space and an outcrop motion",
+                              stacklevel=2)  # fmt: skip
+        return ColumnResponse(self, ground, depth, kind, scheme)
 
 
 def refined_peak(

@@ -119,5 +119,5 @@ def analyses(
     tables = [one.curves() if isinstance(one, Branches) else one for one in curves]
     fitted = equivalent_linear(column, tables, ground, kind=kind)
     found = nonlinear(column, curves, ground, kind=kind, **options)
-    linear = ColumnResponse.of(small_strain_column(column, tables), ground, kind=kind)
+    linear = small_strain_column(column, tables).response(ground, kind=kind)
     return Analyses(linear, fitted, found)

@@ -150,7 +150,7 @@ def _iterate_properties(
     before = 0.0
     for iteration in range(1, most_iterations + 1):
         fitted = _updated_column(column, curves, reduction, damping)
-        response = ColumnResponse.of(fitted, ground, **place)
+        response = fitted.response(ground, **place)
         strain = strain_ratio * np.abs(response.strain(column.middles)).max(axis=-1)
         wanted = _strain_properties(column, curves, strain)
         change = max(

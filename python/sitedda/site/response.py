@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -14,7 +13,7 @@ from ..engine.damping import MaterialDamping
 from ..engine.scheme import Scheme
 from ..engine.signals import running_integral, spectral_acceleration
 from .intensity import Intensity, intensity
-from .layers import HalfSpace, Waves, convention_words, one_of
+from .layers import HalfSpace, Waves, convention_words
 from .motion import Motion
 
 if TYPE_CHECKING:
@@ -27,7 +26,6 @@ KINDS = ("outcrop", "within")  # of motions
 _PEAKS = {"acceleration": ("depth", "m/s^2"), "velocity": ("depth", "m/s"),
           "displacement": ("depth", "m"), "strain": ("middle", "1"),
           "stress": ("middle", "Pa")}  # fmt: skip
-_WRAPPED = 1e-2  # part of the free vibration that may be left at the end of the zeros
 _AT_ONCE = 2048  # number of frequencies whose waves in all layers fit the cache
 
 
@@ -119,33 +117,6 @@ class ColumnResponse(SiteResponse):
     kind: str
     scheme: Scheme | None = None
 
-    @classmethod
-    def of(
-        cls,
-        column: Column,
-        motion,
-        time_step: float | None = None,
-        *,
-        bottom: float | None = None,
-        kind: str = "outcrop",
-        scheme: Scheme | None = None,
-    ) -> ColumnResponse:
-        """See :meth:`sitedda.Column.response`."""
-        one_of("kind", kind, KINDS)
-        depth = column.depth if bottom is None else float(bottom)
-        column.cut_at([depth])
-        ground = Motion.of(motion, time_step)
-        if scheme is None:
-            decay = column.decay_time(kind)
-            ground = ground.padded(decay)
-            left = 1e3 ** -(ground.zeros / decay)
-            if left > _WRAPPED:
-                warnings.warn(f"{100 * left:.3g} % of the free vibration is left when the record "
-                              "begins again, and is added to the result: give the layers more "
-                              "damping, or the base a half-space and an outcrop motion",
-                              stacklevel=3)  # fmt: skip
-        return cls(column, ground, depth, kind, scheme)
-
     def _wave_field(self, frequencies: NDArray[np.float64], depth: ArrayLike):
         """Return waves, and what `Column.wave_field` returns at depths (m)."""
         if self.scheme is None:
@@ -161,7 +132,9 @@ class ColumnResponse(SiteResponse):
         limit = np.inf if self.scheme is None else 0.5 / self.motion.time_step * (1 - 1e-9)
         return found[found < limit]
 
-    def _integrate_motion(self, ratio, order: int, first: complex = 0.0) -> NDArray[np.float64]:
+    def _integrate_motion(
+        self, ratio, order: int, depth: ArrayLike, first: complex = 0.0
+    ) -> NDArray[np.float64]:
         """Return histories of the motion × `ratio`/(iω)^order; `first` is the value at 0 Hz."""
         omega = 2j * np.pi * self._frequencies
         spectrum = self.motion.spectrum[1 : 1 + omega.size] / omega**order
@@ -170,7 +143,7 @@ class ColumnResponse(SiteResponse):
         for history, row in zip(found, ratio, strict=True):
             np.multiply(row, spectrum, out=whole[1 : 1 + omega.size])
             history[:] = self.motion.history(whole)
-        return found
+        return found.reshape(*np.shape(depth), -1)
 
     def transfer(self, frequencies: ArrayLike, depth: float = 0.0) -> NDArray[np.complex128]:
         """Return the motion at a depth over the reference motion at ``frequencies`` (Hz, (n,))."""
@@ -178,23 +151,21 @@ class ColumnResponse(SiteResponse):
 
     def acceleration(self, depth: ArrayLike = 0.0) -> NDArray[np.float64]:
         """Acceleration at a depth or depths (m), m/s², shape (..., samples)."""
-        found = self._integrate_motion(
-            self._displacement_ratio(self._frequencies, depth), 0, self.motion.spectrum[0]
-        )
-        return found.reshape(*np.shape(depth), -1)
+        ratio = self._displacement_ratio(self._frequencies, depth)
+        return self._integrate_motion(ratio, 0, depth, self.motion.spectrum[0])
 
     def displacement(self, depth: ArrayLike = 0.0) -> NDArray[np.float64]:
         """Displacement relative to the reference motion, m, shape (..., samples)."""
-        found = self._integrate_motion(self._displacement_ratio(self._frequencies, depth) - 1, 2)
-        return found.reshape(*np.shape(depth), -1)
+        ratio = self._displacement_ratio(self._frequencies, depth)
+        return self._integrate_motion(ratio - 1, 2, depth)
 
     def strain(self, depth: ArrayLike) -> NDArray[np.float64]:
         """Shear strain at a depth or depths (m), dimensionless, shape (..., samples)."""
-        return self._integrate_motion(self._strain_ratio(depth)[0], 2).reshape(*np.shape(depth), -1)
+        return self._integrate_motion(self._strain_ratio(depth)[0], 2, depth)
 
     def stress(self, depth: ArrayLike) -> NDArray[np.float64]:
         """Shear stress at a depth or depths (m), Pa, shape (..., samples)."""
-        return self._integrate_motion(self._strain_ratio(depth)[1], 2).reshape(*np.shape(depth), -1)
+        return self._integrate_motion(self._strain_ratio(depth)[1], 2, depth)
 
     def _displacement_ratio(self, frequencies, depth: ArrayLike) -> NDArray[np.complex128]:
         """Return displacements at depths over that of the reference motion, shape (depths, n)."""
@@ -220,11 +191,13 @@ class ColumnResponse(SiteResponse):
             the middles of the layers.
         """
         _, interfaces = self.column.cut_at([])
-        strains = self._strain_ratio(self.column.middles)
+        middles = self.column.middles
+        strains = self._strain_ratio(middles)
         accelerations = self.acceleration(interfaces)
         return self._peak_profile(
             interfaces, accelerations, running_integral(accelerations, self.motion.time_step),
-            self.displacement(interfaces), *(self._integrate_motion(one, 2) for one in strains),
+            self.displacement(interfaces),
+            *(self._integrate_motion(one, 2, middles) for one in strains),
         )  # fmt: skip
 
     @property

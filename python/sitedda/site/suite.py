@@ -26,7 +26,7 @@ from .motion import Motion
 from .nonlinear import CONVERGED, NonlinearResponse, nonlinear
 from .profile import Profile
 from .randomization import Site
-from .response import ColumnResponse, SiteResponse
+from .response import SiteResponse
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -284,7 +284,7 @@ class Cases:
         """Return the response, and its largest strain by layers or cells."""
         if analysis == "linear":
             own = small_strain_column(column, curves)
-            response: SiteResponse = ColumnResponse.of(own, ground, kind=self.kind)
+            response: SiteResponse = own.response(ground, kind=self.kind)
             return response, np.abs(response.strain(own.middles)).max(axis=1)
         if analysis == "equivalent-linear":
             fitted = equivalent_linear(column, curves, ground, kind=self.kind)

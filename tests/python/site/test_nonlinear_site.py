@@ -205,8 +205,37 @@ def test_a_peak_acceleration_that_does_not_converge_is_said_so():
     assert "do not converge with cells and steps: surface PGA" in str(found)
     quiet = nonlinear(PRENOLIN, curves, sine(2.0, 0.01), 0.002, damping_curve="masing")
     assert not quiet.unconverged and "do not converge" not in str(quiet)
+    profile = quiet.profile()
+    assert profile.acceleration_converged.all() and profile.strain_converged.all()
     alone = shaken(PRENOLIN, curves, sine(2.0, 0.01))
     assert np.isnan(alone.figures["pga"][1])
+
+
+def test_what_is_not_resolved_is_no_acceleration():
+    """The band of a nonlinear run bounds its accelerations; depths that differ are flagged."""
+    column = Column([Layer(10.0, density=1800.0, shear_velocity=150.0)],
+                    HalfSpace(density=2200.0, shear_velocity=760.0))  # fmt: skip
+    ground, step = 4 * noise(0.01, 1500, 10, seed=1), 0.01
+    found = nonlinear(column, [darendeli(6e4)], ground, step, highest_frequency=12.5)
+    frequency = np.fft.rfftfreq(ground.size, step)
+    passed, raw = (np.abs(np.fft.rfft(one)) for one in
+                   (found.acceleration(0.0), found.histories.acceleration[0]))  # fmt: skip
+    assert passed[frequency > 25].max() < 0.2 * raw[frequency > 25].max()
+    assert np.abs(passed - raw)[frequency < 6].max() < 0.01 * raw.max()
+    profile = found.profile()
+    assert profile.acceleration_converged.dtype == bool
+    assert profile.strain_converged.sizes == profile.strain.sizes
+
+
+def test_the_largest_acceleration_over_depth_does_not_grow_with_the_resolution():
+    """Undamped soil that yields: 4.4, 4.6, 5.6 m/s² as computed, 3.0, 3.0, 3.1 in the band."""
+    curves, ground = [backbone(3.65e-4, masing=False)], sine(2.0, 3.0)
+    runs = [nonlinear(PRENOLIN, curves, ground, 0.002, damping_curve="masing", highest_frequency=f)
+            for f in (12.5, 25.0, 50.0)]  # fmt: skip
+    raw = [np.abs(run.histories.acceleration).max() for run in runs]
+    peaks = [float(run.profile().acceleration.max()) for run in runs]
+    assert max(peaks) < 1.05 * min(peaks) and max(raw) > 1.2 * min(raw)
+    assert "peak accelerations do not converge at" in str(runs[1])
 
 
 def test_three_analyses_agree_where_soil_hardly_yields_and_part_where_it_does(record, tmp_path):

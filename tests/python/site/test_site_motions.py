@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+import test_site
 import xarray as xr
 
 from sitedda import Column, ConvergenceError, HalfSpace, InputError, Layer
@@ -27,8 +28,7 @@ STEP = 0.01
 
 
 def ricker(frequency, samples=2000, at=10.0):
-    x = (np.pi * frequency * (STEP * np.arange(samples) - at)) ** 2
-    return of_acceleration((1 - 2 * x) * np.exp(-x), STEP)
+    return of_acceleration(test_site.ricker(frequency, samples, at, STEP), STEP)
 
 
 def final_motion(found) -> float:
