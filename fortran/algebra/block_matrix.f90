@@ -9,8 +9,8 @@ module dda_block_matrix
    use dda_ordered_sums, only: share_of_thread
    implicit none
    private
-   public :: block_matrix_type, set_pattern, entry_of, copy_block, multiply, multiply_block, &
-      multiply_lower, terms_of_product
+   public :: block_matrix_type, set_pattern, entry_of, set_zero, copy_block, multiply, &
+      multiply_block, multiply_lower, terms_of_product
 
    !> Symmetric block-sparse matrix with 6×6 blocks.
    type :: block_matrix_type
@@ -105,6 +105,14 @@ contains
          end if
       end do
    end function entry_of
+
+   !> Set n values to zero: arrays of any rank, as one contiguous block of memory.
+   pure subroutine set_zero(values, n)
+      integer, intent(in) :: n  !< number of values
+      real(wp), intent(out) :: values(n)  !< zeros
+
+      values = 0.0_wp
+   end subroutine set_zero
 
    !> Copy a block in an explicit loop, which the compiler can vectorise.
    pure subroutine copy_block(from, to)

@@ -5,7 +5,8 @@
 !> states, and of the contact springs in their assumed states (`dda_contact_assembly`).
 module dda_system
    use dda_kinds, only: wp
-   use dda_block_matrix, only: block_matrix_type, set_pattern, entry_of, multiply_block
+   use dda_block_matrix, only: block_matrix_type, set_pattern, entry_of, set_zero, &
+      multiply_block
    use dda_blocks, only: blocks_type, mass_matrix, momentum_of
    use dda_compact_block, only: compact_size, compact, expand, multiply_compact
    use dda_contact_terms, only: contact_terms_type, is_dirty_stiffness
@@ -171,7 +172,7 @@ contains
       integer :: p
 
       call set_constant(system, blocks, step)
-      system%linear%lower = 0.0_wp
+      call set_zero(system%linear%lower, size(system%linear%lower))
       if (blocks%n < parallel_from) then
          call assemble_blocks(system, blocks, step, 1, blocks%n)
       else

@@ -9,7 +9,8 @@ module dda_flow_groups
    use dda_kinds, only: wp
    use dda_flow_network, only: network_type
    use dda_lapack, only: dpotrf, dtrsm
-   use dda_linear_terms, only: linear_terms_type, reserve_term, at_end, term_water
+   use dda_linear_terms, only: linear_term_type, linear_terms_type, reserve_term, blocks_in, &
+      at_end, term_water
    implicit none
    private
    public :: group_type, set_groups, set_springs, add_springs, change_by, find_steady_heads
@@ -32,14 +33,13 @@ module dda_flow_groups
 contains
 
    !> Form groups: the components of the network; none without flow.
-   pure subroutine set_groups(network, flowing, groups)
+   pure subroutine set_groups(network, groups)
       type(network_type), intent(in) :: network  !< network of the model
-      logical, intent(in) :: flowing             !< water flows from node to node
       type(group_type), allocatable, intent(out) :: groups(:)  !< groups of all nodes, or none
       integer :: label(size(network%volume)), owner(size(network%volume)), c, i, n, low
       logical :: changed
 
-      if (.not. flowing) then
+      if (.not. network%flows) then
          allocate (groups(0))
          return
       end if
@@ -119,7 +119,7 @@ contains
       type(group_type), intent(inout) :: groups(:)    !< receive new values
       integer :: place(size(fixed)), owner(size(fixed)), g, i
 
-      if (size(groups) == 0) return
+      if (.not. network%flows) return
       do g = 1, size(groups)
          groups(g)%factor = 0.0_wp
          do i = 1, size(groups(g)%node)
@@ -196,11 +196,11 @@ contains
       type(linear_terms_type), intent(inout) :: terms   !< springs and dashpots
       integer :: g, i
 
-      if (size(groups) == 0) then
+      if (.not. network%flows) then
          do i = 1, size(fixed)
-            associate (first => network%first(i), last => network%first(i + 1) - 1)
+            associate (first => network%first(i), blocks => network%first(i + 1) - network%first(i))
                call add_spring(network, i, merge(0.0_wp, 1.0_wp/compliance_of(network, i), &
-                  fixed(i)), network%block(first:last), network%row(:, first:last), terms)
+                  fixed(i)), blocks, network%block(first), network%row(1, first), terms)
             end associate
          end do
          return
@@ -209,49 +209,61 @@ contains
          associate (group => groups(g))
             do i = 1, size(group%node)
                call add_spring(network, group%node(i), merge(0.0_wp, 1.0_wp, &
-                  fixed(group%node(i))), group%block, group%spring(:, :, i), terms)
+                  fixed(group%node(i))), size(group%block), group%block, group%spring(:, :, i), &
+                  terms)
             end do
          end associate
       end do
    end subroutine add_springs
 
-   !> Append the spring of a node with at least two blocks, in reused memory if its size is right.
-   pure subroutine add_spring(network, node, stiffness, block, row, terms)
+   !> Append the spring of a node with n blocks, if these are at least two.
+   pure subroutine add_spring(network, node, stiffness, n, block, row, terms)
       type(network_type), intent(in) :: network  !< network of the model
       integer, intent(in) :: node                !< number of the node
       real(wp), intent(in) :: stiffness          !< stiffness; 0 at a fixed node
-      integer, intent(in) :: block(:)            !< blocks beside the node
-      real(wp), intent(in) :: row(:,:)           !< [6,blocks] row of the spring
+      integer, intent(in) :: n, block(n)         !< blocks beside the node
+      real(wp), intent(in) :: row(6, n)          !< row of the spring
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
-      integer :: more
+      integer :: k
 
-      more = size(block) - 2
-      if (more < 0) return
+      if (n < 2) return
       call reserve_term(terms)
       associate (term => terms%term(terms%n))
-         term%kind = term_water
-         term%instant = at_end
-         term%motion = 0
-         term%damped = .false.
-         term%of_penalty = .false.
-         term%damped_share = 0.0_wp
-         term%source = node
-         term%place = network%flow%place(:, node)
+         if (.not. is_spring_of(term, node, block)) &
+            term = new_spring(node, block, network%flow%place(:, node))
          term%coefficient = stiffness
-         term%block_a = block(1)
-         term%block_b = block(2)
          term%row_a = row(:, 1)
          term%row_b = -row(:, 2)
-         if (allocated(term%further)) then
-            if (size(term%further) /= more) deallocate (term%further, term%further_row)
-         end if
-         if (more == 0) return
-         if (.not. allocated(term%further)) allocate (term%further(more), &
-            term%further_row(6, more))
-         term%further = block(3:)
-         term%further_row = row(:, 3:)
+         do k = 3, n
+            term%further_row(1:6, k - 2) = row(1:6, k)
+         end do
       end associate
    end subroutine add_spring
+
+   !> .true. if a term of the last step is the spring of a node and of the same blocks.
+   pure logical function is_spring_of(term, node, block)
+      type(linear_term_type), intent(in) :: term  !< term, perhaps of another kind
+      integer, intent(in) :: node      !< number of the node
+      integer, intent(in) :: block(:)  !< blocks beside the node
+
+      is_spring_of = term%kind == term_water .and. term%source == node
+      if (is_spring_of) is_spring_of = blocks_in(term) == size(block)
+      if (is_spring_of) is_spring_of = term%block_a == block(1) .and. term%block_b == block(2)
+      if (is_spring_of .and. size(block) > 2) is_spring_of = all(term%further == block(3:))
+   end function is_spring_of
+
+   !> Spring of a node, without its values.
+   pure type(linear_term_type) function new_spring(node, block, place) result(term)
+      integer, intent(in) :: node       !< number of the node
+      integer, intent(in) :: block(:)   !< blocks beside the node
+      real(wp), intent(in) :: place(2)  !< position of the node, m
+
+      term = linear_term_type(kind=term_water, instant=at_end, source=node, block_a=block(1), &
+         block_b=block(2), place=place)
+      if (size(block) == 2) return
+      term%further = block(3:)
+      allocate (term%further_row(6, size(term%further)))
+   end function new_spring
 
    !> Storage of a node without flow; 1 for a node without channels.
    pure real(wp) function compliance_of(network, node) result(compliance)
@@ -269,7 +281,7 @@ contains
       real(wp), intent(inout) :: pressure(:)    !< [nodes] Pa
       integer :: g
 
-      if (size(groups) == 0) pressure = pressure + [(rest(g)/compliance_of(network, g), &
+      if (.not. network%flows) pressure = pressure + [(rest(g)/compliance_of(network, g), &
          g=1, size(rest))]
       do g = 1, size(groups)
          call add_group_change(groups(g), rest, pressure)

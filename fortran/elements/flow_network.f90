@@ -7,6 +7,7 @@
 !> its channels, V = L (a₁/3 + a₂/6), and its storage is V/K_w.
 module dda_flow_network
    use dda_kinds, only: wp
+   use dda_block_matrix, only: set_zero
    use dda_blocks, only: blocks_type
    use dda_flow, only: flow_type
    implicit none
@@ -19,6 +20,7 @@ module dda_flow_network
    !> Geometry of the network in a step.
    type :: network_type
       type(flow_type) :: flow
+      logical :: flows = .true.                !< water flows from node to node
       logical, allocatable :: absent(:)        !< [channels] an adjacent block is removed
       !> [nodes+1] first row of each node in B; [rows] block of each row
       integer, allocatable :: first(:), block(:)
@@ -144,8 +146,8 @@ contains
       network%volume = 0.0_wp
       network%storage = 0.0_wp
       network%conductance = 0.0_wp
-      network%aperture = 0.0_wp
-      network%row = 0.0_wp
+      call set_zero(network%aperture, size(network%aperture))
+      call set_zero(network%row, size(network%row))
       do c = 1, size(network%absent)
          if (network%absent(c)) cycle
          associate (channel => network%flow%channel(c), a => network%aperture(:, c), &
@@ -159,7 +161,7 @@ contains
                   network%storage(node) = network%storage(node) + share(k)/law%bulk_modulus
                end associate
             end do
-            network%conductance(c) = 2*a(1)**2*a(2)**2/(a(1) + a(2)) &
+            if (network%flows) network%conductance(c) = 2*a(1)**2*a(2)**2/(a(1) + a(2)) &
                /(12.0_wp*law%viscosity*channel%length)
             do side = 1, 2
                call add_rows(0.5_wp*sign(side)*channel%length, normal, blocks, &

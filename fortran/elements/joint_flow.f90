@@ -122,7 +122,8 @@ contains
    subroutine begin_state(self)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
 
-      call set_groups(self%network, stage_flow_state(self) /= flow_undrained, self%group)
+      self%network%flows = stage_flow_state(self) /= flow_undrained
+      call set_groups(self%network, self%group)
       call set_springs(self%network, self%conductance, self%fixed .or. self%vented, self%group)
    end subroutine begin_state
 

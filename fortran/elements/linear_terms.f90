@@ -256,53 +256,61 @@ contains
          associate (term => terms%term(i))
             c = weights(term%instant)*term%coefficient
             if (.not. abs(c) > 0.0_wp) cycle
-            if (allocated(term%further) .or. term%block_b == 0) then
-               call add_rows(term, c, matrix, fits)
-               if (.not. fits) return
-               cycle
-            end if
+            call add_product(matrix%diagonal(:, :, term%block_a), c, term%row_a, term%row_a)
+            if (term%block_b == 0) cycle
             if (pair(1) /= term%block_a .or. pair(2) /= term%block_b) then
                pair = [term%block_a, term%block_b]
                entry = entry_of(matrix, pair(1), pair(2))
-               fits = entry > 0
-               if (.not. fits) return
             end if
-            call add_product(matrix%diagonal(:, :, pair(1)), c, term%row_a, term%row_a)
             call add_product(matrix%diagonal(:, :, pair(2)), c, term%row_b, term%row_b)
-            if (pair(1) > pair(2)) then
-               call add_product(matrix%lower(:, :, entry), -c, term%row_a, term%row_b)
-            else
-               call add_product(matrix%lower(:, :, entry), -c, term%row_b, term%row_a)
-            end if
+            call add_coupling(matrix, entry, pair, -c, term%row_a, term%row_b, fits)
+            if (allocated(term%further)) call add_further(term, c, size(term%further), &
+               term%further, term%further_row, matrix, fits)
          end associate
+         if (.not. fits) return
       end do
    end subroutine add_to_matrix
 
-   !> Add c u uᵀ of a term with any number of blocks.
-   pure subroutine add_rows(term, c, matrix, fits)
-      type(linear_term_type), intent(in) :: term  !< term
+   !> Add the part of c u uᵀ that acts on the further blocks of a term.
+   pure subroutine add_further(term, c, n, block, row, matrix, fits)
+      type(linear_term_type), intent(in) :: term  !< term with further blocks
       real(wp), intent(in) :: c  !< factor, N/m per metre of thickness
+      integer, intent(in) :: n, block(n)  !< further blocks
+      real(wp), intent(in) :: row(6, n)   !< their parts of u
       type(block_matrix_type), intent(inout) :: matrix  !< block matrix
       logical, intent(inout) :: fits  !< set to .false. if the pattern lacks a pair
-      real(wp) :: row_a(6), row_b(6)
-      integer :: j, k, a, b, entry
+      integer :: j, k
 
-      do j = 1, blocks_in(term)
-         call get_row(term, j, b, row_b)
-         call add_product(matrix%diagonal(:, :, b), c, row_b, row_b)
+      do j = 1, n
+         call add_product(matrix%diagonal(:, :, block(j)), c, row(:, j), row(:, j))
+         call add_coupling(matrix, entry_of(matrix, term%block_a, block(j)), &
+            [term%block_a, block(j)], c, term%row_a, row(:, j), fits)
+         call add_coupling(matrix, entry_of(matrix, term%block_b, block(j)), &
+            [term%block_b, block(j)], -c, term%row_b, row(:, j), fits)
          do k = 1, j - 1
-            call get_row(term, k, a, row_a)
-            entry = entry_of(matrix, a, b)
-            fits = entry > 0
-            if (.not. fits) return
-            if (a > b) then
-               call add_product(matrix%lower(:, :, entry), c, row_a, row_b)
-            else
-               call add_product(matrix%lower(:, :, entry), c, row_b, row_a)
-            end if
+            call add_coupling(matrix, entry_of(matrix, block(k), block(j)), [block(k), block(j)], &
+               c, row(:, k), row(:, j), fits)
          end do
       end do
-   end subroutine add_rows
+   end subroutine add_further
+
+   !> Add c a bᵀ to the lower block of a pair of blocks.
+   pure subroutine add_coupling(matrix, entry, pair, c, a, b, fits)
+      type(block_matrix_type), intent(inout) :: matrix  !< block matrix
+      integer, intent(in) :: entry  !< number of the lower block; 0: the pattern lacks it
+      integer, intent(in) :: pair(2)  !< blocks of the rows a and b
+      real(wp), intent(in) :: c  !< factor, N/m per metre of thickness
+      real(wp), intent(in) :: a(6), b(6)  !< rows of the two blocks
+      logical, intent(inout) :: fits  !< set to .false. if the pattern lacks the pair
+
+      if (entry == 0) then
+         fits = .false.
+      else if (pair(1) > pair(2)) then
+         call add_product(matrix%lower(:, :, entry), c, a, b)
+      else
+         call add_product(matrix%lower(:, :, entry), c, b, a)
+      end if
+   end subroutine add_coupling
 
    !> Add the product: block += c a bᵀ.
    pure subroutine add_product(block, c, a, b)
