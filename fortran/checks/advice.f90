@@ -122,7 +122,7 @@ contains
       penalty%solves = 3
       if (target >= penalty%limit) then
          penalty%words = 'no penalty gives '//to_text(target)// &
-            ' Hz: even rigid joints leave the first frequency '//'at '//to_text(penalty%limit)// &
+            ' Hz: even with rigid joints the first frequency is '//to_text(penalty%limit)// &
             ' Hz; the blocks themselves are too soft or too heavy'
          return
       end if

@@ -114,7 +114,7 @@ contains
       call add_line(report, verdict_warn, 'cells', 'of body '//quoted(trim(model%body_names( &
          blocks%body(thinnest%cell))))//', which yields, are only '//to_text(thinnest%cells)// &
          ' across '//short_text(thinnest%width)//' m: cells yield by their mean stress, so '// &
-         'fewer than '//to_text(enough)//' cells make a part that bends too strong', &
+         'with fewer than '//to_text(enough)//' cells a part that bends is too strong', &
          'mean stress of a cell', 'cells of '//short_text(thinnest%width/enough)//' m')
    end subroutine check_yielding
 

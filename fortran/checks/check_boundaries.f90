@@ -71,8 +71,8 @@ contains
          ! (kh)²/48, kh = ω h/V_s
          by_blocks = (2.0_wp*pi*report%band%highest*worst)**2/48.0_wp
          by_scheme = scheme_reflection(linear, report%band%highest)
-         found = found//'; of waves at normal incidence and '//short_text(report%band%highest)// &
-            ' Hz they reflect '//short_text(100*by_blocks)//' % due to the block size and '// &
+         found = found//'; at normal incidence and '//short_text(report%band%highest)// &
+            ' Hz dashpots reflect '//short_text(100*by_blocks)//' % due to the block size and '// &
             short_text(100*by_scheme)//' % due to the time step'
          if (by_blocks > most_reflected) advice = '; smaller blocks in front of the boundaries'
          if (by_scheme > most_reflected) advice = advice//'; a smaller time_step, or '// &

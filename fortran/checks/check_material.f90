@@ -66,7 +66,7 @@ contains
       end if
       if (norm2(simulation%model%control%gravity) > 0.0_wp .and. &
          .not. simulation%model%stages(1)%static) then
-         found = found//'; gravity acts suddenly, so that blocks creep under their weight'
+         found = found//'; gravity acts suddenly, so blocks creep under their weight'
          advice = advice//'; settle = .true.'
       end if
       call add_line(report, merge(verdict_ok, verdict_warn, advice == ''), 'material damping', &

@@ -40,8 +40,8 @@ contains
          end do
          if (flow%state(2) == flow_transient .and. longest > 0.5_wp*depth) notes = &
             [character(len=note_length) :: notes, 'water in joints: pressures of '// &
-            short_text(frequency)//' Hz reach '//short_text(depth)//' m into a joint '// &
-            'with a channel of '//short_text(longest)//' m; give channel_length = '// &
+            short_text(frequency)//' Hz reach '//short_text(depth)//' m into a joint, '// &
+            'but a channel is '//short_text(longest)//' m long; give channel_length = '// &
             short_text(0.25_wp*depth)//', or state = ''undrained''']
          if (flow%state(2) == flow_undrained .and. depth > longest) notes = &
             [character(len=note_length) :: notes, 'water in joints: pressures of '// &

@@ -239,8 +239,8 @@ contains
       depth = weight_penetration(model, overburden, worst)
       call append_note(notes, 'the weight presses '//block_label(model, worst)//' about '// &
          short_text(depth)//' m into its support, '//short_text(100*most)// &
-         ' % of its smaller side: contacts of normal_stiffness = '// &
-         to_text(model%contact%normal_stiffness)//' N/m, or of its joint, are soft')
+         ' % of its smaller side: contacts with normal_stiffness = '// &
+         to_text(model%contact%normal_stiffness)//' N/m, or with its joint stiffness, are soft')
    end subroutine note_penetration
 
    !> Penetration of block b, m, as the smallest value of all edges: two contacts per block below,

@@ -173,7 +173,7 @@ contains
             if (energy%share(kind) > 0.0_wp) result%words = result%words// &
                trim(kind_names(kind))//' '//percent_text(energy%share(kind))//', '
          end do
-         result%words = result%words(:len(result%words) - 2)//'); the largest bound comes from '// &
+         result%words = result%words(:len(result%words) - 2)//'); the upper bound is due to '// &
             block_label(linear, result%bracket%upper_block)
       end associate
    end subroutine write_omega_text

@@ -55,9 +55,9 @@ contains
          limit = sqrt(0.5_wp*least_mass(model, j)/(scheme%chi*slope))
          if (model%control%time_step <= limit) return
          words = 'joint '//quoted(trim(joint%name))//' softens within a step of time_step = '// &
-            short_text(model%control%time_step)//' s: above '//short_text(limit)//' s, the '// &
-            'time of failure depends on time_step; up to '//short_text(limit/fine_steps)//' s, '// &
-            'bounds of its fracture energy differ by at most 10 %, even if it fails suddenly'
+            short_text(model%control%time_step)//' s: above '//short_text(limit)//' s the '// &
+            'time of failure depends on time_step; below '//short_text(limit/fine_steps)//' s '// &
+            'the bounds of its fracture energy differ by at most 10 %, even in sudden failure'
       end associate
    end function long_steps
 

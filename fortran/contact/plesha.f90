@@ -70,14 +70,14 @@ contains
          else if (angle + friction > steepest_climb) then
             wrong = 'asperity_angle = '//to_text(angle)//' and friction_angle = '// &
                to_text(friction)//' must not add up to more than '//to_text(steepest_climb)// &
-               ': no shear force would climb the asperities'
+               ': otherwise no shear force moves the joint'
          else if (joint%shear_stiffness > 0.0_wp .and. .not. joint%normal_stiffness > 0.0_wp) then
             wrong = 'shear_stiffness_per_area of a joint of law = '//quoted(trim(joint%law))// &
                ' needs normal_stiffness_per_area too'
          else if (ratio >= steepest_return(joint)) then
             wrong = 'the normal stiffness is '//to_text(ratio)//' times the shear stiffness; '// &
-               'the joint would jump back to zero slip from '//to_text(steepest_return(joint))// &
-               ' on: give a larger shear_stiffness_per_area or a smaller asperity_angle'
+               'from '//to_text(steepest_return(joint))//' on, slip would jump back to zero: '// &
+               'give a larger shear_stiffness_per_area or a smaller asperity_angle'
          end if
       end associate
    end subroutine check_and_derive

@@ -64,8 +64,8 @@ contains
                if (.not. (any(stage%holds) .or. any(stage%loads) .or. any(stage%begins) .or. &
                   any(stage%added))) cycle
                call fail(error, error_input, model%file//': stage '//quoted(trim(stage%name))// &
-                  ' is added during the run, so it cannot use hold, add or begin: these need '// &
-                  'a stage of the original input')
+                  ' is added during the run, so it cannot use hold, loads, motions or add: '// &
+                  'only a stage of the original input can')
                return
             end associate
          end do

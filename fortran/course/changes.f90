@@ -104,7 +104,7 @@ contains
             if (any(body%omega(:body%n) > rounding*limit)) call fail(error, error_input, &
                new%file//': time_step = '//to_text(new%control%time_step)//' s is too long for '// &
                'the damping of a material, which has been fitted with mechanisms up to '// &
-               to_text(maxval(body%omega(:body%n))/(2.0_wp*pi))//' Hz; begin with this time_step')
+               to_text(maxval(body%omega(:body%n))/(2.0_wp*pi))//' Hz; start with this time_step')
          end associate
       end do
    end subroutine check_maxwell_steps

@@ -637,8 +637,8 @@ contains
       associate (contacts => simulation%contacts(simulation%now))
          words = 'block '//block_name(simulation, contacts%block_v(c))//' penetrates '// &
             short_text(-contacts%new_gap(c) - contacts%offset(c))//' m into block '// &
-            block_name(simulation, contacts%block_e(c))//', of which the contact force '// &
-            'explains '//short_text(-contacts%new_gap(c))//' m'
+            block_name(simulation, contacts%block_e(c))//'; the contact force '// &
+            'accounts for '//short_text(-contacts%new_gap(c))//' m of this'
       end associate
    end function penetration_text
 

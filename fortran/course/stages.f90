@@ -399,8 +399,8 @@ contains
       call accept_contacts(simulation%contacts(simulation%now), simulation%laws)
       broken = simulation%counters%broken - broken
       if (broken > 0) call add_doubt(simulation%doubts, 'bonds', to_text(broken)// &
-         ' broken in static steps; remaining points of brittle joints may be too strong '// &
-         '(contact_points = 5)')
+         ' broken in static steps; remaining contacts of brittle joints may be too strong '// &
+         '(use contact_points = 5)')
       associate (energy => simulation%energy, stage => simulation%model%stages(simulation%stage))
          if (simulation%statics /= '') simulation%statics = simulation%statics//'; '
          simulation%statics = simulation%statics//'stage '//quoted(trim(stage%name))//' '// &

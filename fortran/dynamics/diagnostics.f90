@@ -74,7 +74,7 @@ contains
          do b = 1, blocks%n
             if (all(abs(blocks%position(1:2, b)) <= allowed)) cycle
             what = 'block '//block_name(simulation, b)//' has left the model: it is '// &
-               to_text(norm2(blocks%position(1:2, b)))//' m from its middle, allowed '// &
+               to_text(norm2(blocks%position(1:2, b)))//' m from the model centre, allowed '// &
                to_text(allowed)
             exit
          end do
@@ -171,9 +171,9 @@ contains
 
       associate (most => simulation%maxima%largest(of_penetration_ratio))
          if (most%value > deepest) call add_doubt(doubts, 'penetration', &
-            'a vertex of block '//block_name(simulation, most%who(1))//' is '// &
+            'a vertex of block '//block_name(simulation, most%who(1))//' penetrates '// &
             short_text(most%value*minval(simulation%maxima%size_of(most%who)))// &
-            ' m deep in block '//block_name(simulation, most%who(2))//' at t = '// &
+            ' m into block '//block_name(simulation, most%who(2))//' at t = '// &
             short_text(most%time)//' s, '//short_text(100*most%value)// &
             ' % of the size of the smaller block, limit '//short_text(100*deepest)//' %')
       end associate

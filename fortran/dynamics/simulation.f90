@@ -195,8 +195,8 @@ contains
             'friction_angle depends'
          if (impacts%steps > 0) text = text//'; '//counted(to_text(impacts%contacts), 'impact', &
             'impacts')//' in '//counted(to_text(impacts%steps), 'step', 'steps')// &
-            count_text(int(impacts%reduced, long), 'of them', 'of them', &
-            ' with less restitution '//'than requested, which would have gained energy')
+            count_text(int(impacts%reduced, long), 'of these steps', 'of these steps', &
+            ' with reduced restitution, because the given value would add energy')
       end associate
       if (simulation%statics /= '') text = text//'; '//simulation%statics
       if (simulation%changes /= '') text = text//'; changed between steps: '//simulation%changes

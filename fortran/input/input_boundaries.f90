@@ -182,10 +182,10 @@ contains
       type(weld_type), allocatable :: welds(:)
       real(wp) :: width
 
-      if (are_tied(model)) call input_error(error, group, 'the sides are tied already')
+      if (are_tied(model)) call input_error(error, group, 'the sides may be tied only once')
       if (size(model%free_fields) > 0) call reject_ties_and_fields(group, error)
       if (model%contact%original_rules) call input_error(error, group, &
-         "ties act as bonded joints do: contact_rules = 'original' of &contact has none")
+         "ties require bonds, which contact_rules = 'original' of &contact does not support")
       call choose_edges(group, reading%edges, model, left, error, 'left')
       call choose_edges(group, reading%edges, model, right, error, 'right')
       if (allocated(error)) return
@@ -230,9 +230,9 @@ contains
          "kind = 'free_field' needs side = 'left' or side = 'right', and includes the whole side")
       if (are_tied(model)) call reject_ties_and_fields(group, error)
       if (any(model%free_fields%side == field%side)) call input_error(error, group, &
-         'this side has a free field already')
-      if (model%contact%original_rules) call input_error(error, group, 'the free field acts as '// &
-         "bonded joints do: contact_rules = 'original' of &contact has none")
+         'this side already has a free field: leave this group out')
+      if (model%contact%original_rules) call input_error(error, group, 'a free field requires '// &
+         "bonds, which contact_rules = 'original' of &contact does not support")
       if (model%control%dynamic_factor < 1.0_wp) call input_error(error, group, &
          'dashpots need velocities: dynamic_factor of &control must be 1')
       call require_analysis(error, group, model%control, 'the waves of a free field')

@@ -165,7 +165,7 @@ contains
          call refuse_change(change, 'several groups have this variable: name one, for example '// &
             joined(paths, ' or '), error)
       else if (find_group(change%name) > 0) then
-         call refuse_change(change, 'this is a group: name a variable of it, as '//change%name// &
+         call refuse_change(change, 'this is a group: add a variable of it, as '//change%name// &
             '.'//trim(input_variables(input_groups(find_group(change%name))%first)%name), error)
       else
          call refuse_change(change, 'no group has this variable'//names_hint(change%name, &

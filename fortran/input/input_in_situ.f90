@@ -84,7 +84,7 @@ contains
             'k0 has '//to_text(size(own%k0))//' values and depth '//to_text(size(depth))// &
             ': give one depth for each k0')
          if (size(depth) > 0 .and. size(own%k0) /= size(depth)) call input_error(error, group, &
-            'depth needs as many values of k0')
+            'depth requires one value of k0 for each depth')
          if (any(depth(2:) <= depth(:size(depth) - 1))) call input_error(error, group, &
             'depth must ascend')
          if (any(x(2:) <= x(:size(x) - 1))) call input_error(error, group, &

@@ -190,8 +190,8 @@ contains
          message = holder//' needs '//item
       else if (index(item, "'") > 0) then
          item = item(:index(item, ' ') - 1)
-         message = holder//' belongs to '//trim(rule%item)//', the '//item//' here is '// &
-            quoted(word_of(group, item))//': change the '//item//' or leave it out'
+         message = holder//' belongs to '//trim(rule%item)//', but the '//item//' here is '// &
+            quoted(word_of(group, item))//': change the '//item//', or leave out '//holder
       else
          message = item//' is missing: '//holder//' needs it'
       end if

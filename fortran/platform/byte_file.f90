@@ -156,7 +156,7 @@ contains
       if (allocated(error)) return
       if (found%names > 1 .and. mode == to_append) then
          call fail(error, error_file, name//' has another name (a hard link): '// &
-            'appending would change both; remove it, or name another output')
+            'appending would change both files; remove one, or name another output')
          return
       end if
       anew = mode == to_create .or. (found%names > 1 .and. mode == to_overwrite)

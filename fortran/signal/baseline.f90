@@ -275,7 +275,7 @@ contains
 
       if (.not. any(quantity == [character(len=12) :: 'acceleration', 'velocity', &
          'displacement'])) then
-         call fail(error, error_input, 'a motion cannot be made of '//quoted(quantity)// &
+         call fail(error, error_input, 'a motion cannot have the quantity '//quoted(quantity)// &
             '; use acceleration, velocity or displacement')
       else if (size(values) < 2) then
          call fail(error, error_input, 'a motion needs at least 2 samples, not '// &

@@ -63,7 +63,7 @@ def read_numbers(file, most: int) -> tuple[list[str], list[tuple[int, list[float
     for line, cells in rows[1:]:
         if len(cells) != len(names):
             raise InputError(f"{file}, line {line}: {len(cells)} values under {len(names)} "
-                             "headings")  # fmt: skip
+                             "headings; give one value per heading")  # fmt: skip
         try:
             found.append((line, [float(cell or "nan") for cell in cells]))
         except ValueError as trouble:

@@ -26,7 +26,7 @@ class Ground(schema.GroundValues):
             raise InputError(f"right = {self.right:g} must be above left = {self.left:g}")
         self.outline = self._core_outline()
         if self.outline is None and not len(self.surface):
-            raise InputError("give core, or the surface of ground without a core")
+            raise InputError("give core, or give surface for ground without a core")
         if len(self.surface) and (np.diff(self.surface[:, 0]) <= 0).any():
             raise InputError("surface: x must increase from point to point")
 
@@ -119,7 +119,7 @@ class Ground(schema.GroundValues):
             [(self.left, self.bottom), (self.right, self.bottom), *upper[::-1]]
         )
         if not ground.is_valid:
-            raise InputError("core: its upper side and the surface beside it cross; give surface")
+            raise InputError("the ground surface crosses the upper side of core; give surface")
         return ground if self.outline is None else shapely.difference(ground, self.outline)
 
     def _ground_block(self, name: str, polygon) -> dict:

@@ -105,8 +105,8 @@ def read_outlines(
         layers = sorted({one.layer for one in found})
         found = [one for one in found if one.layer == layer]
         if not found:
-            names = ", ".join(map(repr, filter(None, layers[:12]))) or "no layers"
-            raise InputError(f"{file}: nothing lies on layer {layer!r}; there are {names}")
+            names = ", ".join(map(repr, filter(None, layers[:12]))) or "none"
+            raise InputError(f"{file}: nothing lies on layer {layer!r}; its layers: {names}")
     if closed is not None:
         found = [one for one in found if one.closed == closed]
     if not found:
@@ -284,7 +284,7 @@ def _entity_lines(file: Path, entity, budget: list[int], depth: int):
         if kind == "INSERT":
             rows = max(1, entity.dxf.row_count) * max(1, entity.dxf.column_count)
             if rows > budget[0]:
-                raise InputError(f"{file}: a block is inserted {rows} times")
+                raise InputError(f"{file}: a block is inserted {rows} times, above the limit")
             for one in entity.multi_insert() if rows > 1 else [entity]:
                 for part in one.virtual_entities():
                     yield from _entity_lines(file, part, budget, depth + 1)

@@ -49,7 +49,7 @@ class LayeredGround(schema.ProfileValues):
         found += self._make_blocks(profile, cells) + self._make_boundaries(profile)
         notes = []
         if rigid:
-            notes = [f"{self.file} ends without a half-space, so that its base is rigid and "
+            notes = [f"{self.file} ends without a half-space, so the base is rigid and "
                      "reflects all waves; add a last row without thickness, or give base = "
                      "'fixed'"]  # fmt: skip
         if self.law == "linear" and any(layer.curve for layer in profile.layers):

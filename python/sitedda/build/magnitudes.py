@@ -24,7 +24,7 @@ def doubtful_sizes(groups: Sequence[tuple[str, dict, str]]) -> list[str]:
             words = f"fine_size = {fine:g} m is above size = {size:g} m: it refines no cells"
         elif kind == "joint_set" and spacing and spacing > width:
             words = (f"spacing = {spacing:g} m is more than {width:.4g} m, the size of the "
-                     "regions, so that few joints cut them; is it in mm?")  # fmt: skip
+                     "regions, so few joints cut the regions; is spacing in mm?")  # fmt: skip
         else:
             continue
         found.append(f"{place}: {words}".removeprefix(": "))

@@ -354,8 +354,8 @@ def _check_priors(unknowns: Mapping) -> np.ndarray:
 def _find_warnings(found: Calibration, peak, deviation, counting: float, sampler: str) -> tuple:
     """Return warnings on modes that do not fit and unknowns that are not determined."""
     words = [
-        f"mode {n} cannot be fitted: {number(one.frequency)} Hz is {abs(off):.1f} deviations from "
-        f"{number(f)} Hz"
+        f"mode {n} cannot be fitted: its measured {number(one.frequency)} Hz is {abs(off):.1f} "
+        f"standard deviations from {number(f)} Hz of the model"
         for n, one, off, f in zip(found.number, found.measured, found.misfit, found.frequency,
                                   strict=True) if abs(off) > _FAR
     ]  # fmt: skip

@@ -238,8 +238,8 @@ def horizontal_over_vertical(
     size = round(window / found.step)
     if not 10 / window <= at.min() <= at.max() <= 0.5 / found.step or 3 * size > 2 * len(
         found.values):  # fmt: skip
-        raise InputError(f"window = {window:g} s: each needs 10 periods of the lowest frequency, "
-                         "and the record needs two windows")  # fmt: skip
+        raise InputError(f"window = {window:g} s: each window needs 10 periods of the lowest "
+                         "frequency, and the record needs two windows")  # fmt: skip
     if lacking := [n for n in (f"{point}.x", f"{point}.y") if n not in found.names]:
         raise InputError(f"the record has no channel {lacking[0]}: it has {found.names}")
     cut = ShortTimeFFT(get_window("hann", size), size // 2, 1 / found.step)

@@ -35,7 +35,7 @@ COMMANDS = {
     "site": ("compare a layered site as blocks with a 1-D column", "site.add_site"),
     "surface": ("compute the amplification along the surface of an output", "site.add_surface"),
     "record": ("read a record and draw its motion", "record.add_record"),
-    "study": ("run an input for many parameter values, or resume this", "study.add_study"),
+    "study": ("run an input for many parameter values, or resume such runs", "study.add_study"),
     "editor": ("provide language server, schema and completion for editors", "editor.add_editor"),
     "example": ("list the shipped inputs and studies, or copy one", "example.add_example"),
     "validate": ("run the analytic cases", ""),

@@ -11,7 +11,7 @@ _COMMANDS = {".nml": "run", ".toml": "study"}  # command that runs a file, by it
 
 def add_example(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
-    parser.add_argument("name", nargs="?", metavar="NAME", help="example to copy (all are listed)")
+    parser.add_argument("name", nargs="?", metavar="NAME", help="example to copy (none: list all)")
     parser.add_argument("folder", nargs="?", type=Path, default=Path(), help="target folder (here)")
     parser.set_defaults(act=_list_or_copy)
 

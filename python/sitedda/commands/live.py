@@ -17,7 +17,7 @@ def add_live(parser: argparse.ArgumentParser) -> None:
         help="input to open (none: start page)")  # fmt: skip
     parser.add_argument("--port", type=_PORT, default=0, help="port of the server (the last used)")
     parser.add_argument("--no-open", action="store_true", help="do not open a browser")
-    parser.add_argument("--notebook", action="store_true", help="for `LiveWidget` of a notebook")
+    parser.add_argument("--notebook", action="store_true", help="serve `LiveWidget` in a notebook")
     parser.add_argument(
         "--host",
         default="127.0.0.1",

@@ -15,7 +15,7 @@ def add_safety(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
     parser.add_argument("file", type=Path, metavar="FILE.nml", help="the input")
     parser.add_argument(
-        "--factor", type=POSITIVE, help="compute the mechanism at this factor, not the critical one"
+        "--factor", type=POSITIVE, help="compute the mechanism at this factor, without a search"
     )
     parser.add_argument("--tolerance", type=TOLERANCE, default=1e-3, help="tolerance of the factor")
     parser.add_argument("--displacement", type=POSITIVE, default=0.05, metavar="FRACTION",

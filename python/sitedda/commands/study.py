@@ -56,7 +56,7 @@ def add_study(parser: argparse.ArgumentParser) -> None:
                 help="address of a Dask scheduler whose workers run the cases")  # fmt: skip
             for part in TLS:
                 command.add_argument(f"--tls-{part}", default="", metavar="PEM",
-                    help=f"file of the {TLS[part]} for a scheduler over TLS")  # fmt: skip
+                    help=f"file with the {TLS[part]} for a scheduler with TLS")  # fmt: skip
             command.add_argument("--slurm", action="store_true", help="write and submit a script")
         if name != "collect":
             command.add_argument("--program", default="", help="path of sitedda-native on nodes")

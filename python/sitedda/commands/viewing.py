@@ -39,9 +39,9 @@ def add_view(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `sitedda view`."""
     _add_files(parser, _show_view, "PAGE")
     parser.add_argument("other", type=Path, nargs="?", metavar="OTHER",
-        help="another output, shown beside the first with a common cursor")  # fmt: skip
+        help="another output, shown beside the first with a common time cursor")  # fmt: skip
     parser.add_argument("--difference", action="store_true",
-        help="colour the first output by its values minus the values of the other")  # fmt: skip
+        help="colour the first output by its values minus the values of the second")  # fmt: skip
     _add_modes_option(parser)
     from ..drawing.quantities import COLORINGS
 

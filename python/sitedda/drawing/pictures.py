@@ -173,7 +173,7 @@ class BlockPicture:
                                    ("arrows", arrows, (None, *ARROWS))):  # fmt: skip
             if value not in known:
                 words = ", ".join(filter(None, known))
-                raise ValueError(f"{name} is one of {words}, not {value!r}")
+                raise ValueError(f"{name} must be one of {words}, not {value!r}")
         self.since = scene.frame_at(None, since) if since else 0
         self.rounding = rounding(scene)
         self.alone = axes is None

@@ -63,7 +63,7 @@ def with_stage(
     """
     for one in values:
         if one not in ADDED:
-            raise InputError(f"an added stage has no {one}; it may have {', '.join(ADDED)}")
+            raise InputError(f"an added stage cannot have {one}; use only {', '.join(ADDED)}")
     groups = find_groups(text, file, ("block",))
     control = next((one.values for one in groups if one.name == "control"), {})
     stages = [one for one in groups if one.name == "stage"]

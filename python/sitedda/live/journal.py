@@ -42,7 +42,7 @@ class Journal:
                 return
             except OSError:
                 os.close(self._lock)
-        raise OutputError(f"{_OTHERS} servers already work in {folder}")
+        raise OutputError(f"{_OTHERS} servers already use {folder}; end one of them")
 
     def close(self) -> None:
         """Release the folder for another server."""

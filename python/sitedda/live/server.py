@@ -312,7 +312,7 @@ def _open_sockets(host: str, port: int) -> list[socket.socket]:
     except (OSError, OverflowError, UnicodeError) as trouble:
         words = getattr(trouble, "strerror", None) or trouble
         if isinstance(trouble, UnicodeError):
-            words = "this is not the name of a host"
+            words = "this host name is invalid"
         raise OutputError(f"the server cannot use {host!r}, port {port}: {words}") from trouble
 
 

@@ -134,8 +134,8 @@ def add_fallen(found: Verdict, scene: Scene) -> None:
     )
     first = next((f for f in sample if fallen(scene, f, bodies).any()), scene.frames - 1)
     found.tell(
-        f"{len(gone)} of {len(whole)} blocks ended displaced by more than their size, the first "
-        f"by t = {number(scene.time[first])} s: "
+        f"{len(gone)} of {len(whole)} blocks are displaced by more than their size at the end, the "
+        f"first by t = {number(scene.time[first])} s: "
         + ", ".join(f"{scene.names[b]} ({number(whole[own[b]], 3)} m²)" for b in gone[:5])
         + (" …" if len(gone) > 5 else ""),
         blocks_fallen=len(gone),
@@ -191,7 +191,7 @@ def add_sides(found: Verdict, data: xr.Dataset) -> None:
             continue
         name = str(side.boundary.values)
         share = np.linalg.norm(apart, axis=1).max() / peak
-        words = f"{name}, of its peak velocity"
+        words = f"{name}, relative to its peak velocity"
         found.say("departure of a side", f"side_departure[{name}]", share, "%", words)
 
 

@@ -354,9 +354,9 @@ class Column:
             ground = ground.padded(decay)
             left = 1e3 ** -(ground.zeros / decay)
             if left > _WRAPPED:
-                warnings.warn(f"{100 * left:.3g} % of the free vibration is left when the record "
-                              "begins again, and is added to the result: give the layers more "
-                              "damping, or the base a half-space and an outcrop motion",
+                warnings.warn(f"{100 * left:.3g} % of the free vibration remains when the record "
+                              "repeats, and contaminates the result: increase the damping of the "
+                              "layers, or use a half-space with an outcrop motion",
                               stacklevel=2)  # fmt: skip
         return ColumnResponse(self, ground, depth, kind, scheme)
 

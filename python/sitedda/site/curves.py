@@ -136,7 +136,7 @@ def mkz(reference_strain: float, beta: float = 1.0, power: float = 1.0) -> SoilC
     reference = float(positive("reference_strain", reference_strain))
     factor, exponent = float(positive("beta", beta)), float(positive("power", power))
     if exponent > 1:
-        raise ValueError(f"power must be in 0 < s <= 1, got {exponent:g}: the stress would fall")
+        raise ValueError(f"power must be in 0 < s <= 1, got {exponent:g}: stress would decrease")
     return _masing_curves(lambda strain: 1 / (1 + factor * (strain / reference) ** exponent), "MKZ")
 
 

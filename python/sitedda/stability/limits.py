@@ -775,7 +775,7 @@ def _undilated_limit(programme: _Programme, upper: _Solution) -> tuple[_Solution
     tried: dict[tuple[bytes, ...], _Solution | None] = {}
     ends = [end for start in starts if (end := _find_limit(programme, start, tried)) is not None]
     if not ends:
-        raise ConvergenceError(f"no limit without dilation from {len(starts)} starts")
+        raise ConvergenceError(f"no limit without dilation was found from {len(starts)} starts")
     return min(ends, key=lambda end: end.factor), len(starts)
 
 

@@ -175,7 +175,7 @@ def test_size_and_kind_of_a_file_are_looked_at_first(tmp_path):
     with pytest.raises(SiteddaError, match="nothing lies on layer 'x'"):
         read_outlines(drawing(tmp_path), layer="x")
     (tmp_path / "plain.wkt").write_text("LINESTRING (0 0, 1 1)\n")
-    with pytest.raises(SiteddaError, match=r"nothing lies on layer 'x'; there are no layers$"):
+    with pytest.raises(SiteddaError, match=r"nothing lies on layer 'x'; its layers: none$"):
         read_outlines(tmp_path / "plain.wkt", layer="x")
 
 

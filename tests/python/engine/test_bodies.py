@@ -441,7 +441,7 @@ def test_a_body_falls_as_one_block(tmp_path):
     run = model.run(output=tmp_path / "out.nc")
     time = float(run.history.time[-1])
     assert time == pytest.approx(np.sqrt(2 / 10), abs=5e-3)
-    assert "1 of 2 blocks ended displaced by more than their size" in " ".join(
+    assert "1 of 2 blocks are displaced by more than their size at the end" in " ".join(
         str(run.verdict).split()
     )
     assert run.verdict.values["blocks_fallen"] == 1

@@ -137,7 +137,7 @@ ORIGINAL = {"contact_rules": "original", "force_tolerance": None}
 @pytest.mark.parametrize(
     ("sides", "values", "change", "words"),
     [
-        ("free_field", {}, left_field, "has a free field already"),
+        ("free_field", {}, left_field, "already has a free field"),
         ("tied", {}, left_field, "both continue the ground beyond a side"),
         ("free", {"rows": 1}, left_field_beside(-0.5, 1, 3.5, 1, 3.5, 2, -0.5, 2),
          "no vertical line passes between the blocks"),

@@ -375,12 +375,12 @@ def test_motions_begin_with_their_stage(write_input):
         (
             [{"name": "a", "kind": "static", "steps": 3}],
             {},
-            "steps belongs to kind = 'dynamic', the kind here is 'static'",
+            "steps belongs to kind = 'dynamic', but the kind here is 'static'",
         ),
         (
             [{"name": "a", "steps": 3, "displacement": 1.0}],
             {},
-            "displacement belongs to kind = 'static', the kind here is 'dynamic'",
+            "displacement belongs to kind = 'static', but the kind here is 'dynamic'",
         ),
         ([{"name": "a"}], {}, "give either duration or steps"),
         ([{"name": "a", "steps": 3}], {"steps": 3}, "with &stage groups, duration, steps"),

@@ -94,7 +94,7 @@ def test_what_an_added_stage_cannot_do_is_refused_and_changes_nothing(write_inpu
         with pytest.raises(sitedda.InputError, match="only after the first step of the last stage"):
             run.begin_stage("too early", remove="low")
         run.advance(10)
-        with pytest.raises(sitedda.InputError, match="an added stage has no hold"):
+        with pytest.raises(sitedda.InputError, match="an added stage cannot have hold"):
             run.begin_stage("x", hold="right")
         with pytest.raises(sitedda.InputError, match="no_such"):
             run.begin_stage("x", remove="no_such")

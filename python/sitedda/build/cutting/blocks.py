@@ -421,9 +421,9 @@ class _Cut:
         lost = abs(float(areas.sum()) - self.domain.area)
         if lost > 1e-9 * self.domain.area:
             raise InputError(
-                f"the area of the blocks differs by {lost:g} m² from that of the regions, "
+                f"the area of the blocks differs by {lost:g} m² from the area of the regions, "
                 f"{self.domain.area:g} m²: outlines lie closer to each other than the tolerance; "
-                "let them share corners"
+                "let these outlines share corners"
             )
 
     def _order_blocks(self, network: Network, cycles, keys, inner) -> Blocks:

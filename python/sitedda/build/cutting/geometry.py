@@ -63,7 +63,7 @@ class Tunnel(schema.TunnelValues):
         """Set the default height, and check the height of a horseshoe."""
         self.height = self.height or self.width
         if self.shape == "horseshoe" and self.height <= self.width / 2:
-            raise InputError("height must be more than half the width of a horseshoe")
+            raise InputError(f"height = {self.height:g} of a horseshoe must exceed half its width")
 
     @property
     def outline(self) -> np.ndarray:
@@ -161,7 +161,7 @@ class JointSet(schema.JointSetValues):
         reach = radius / np.cos(np.radians(min(turn, 75.0)))  # few joints are turned by over 75°
         found = []
         if np.hypot(*middle) > 1e6 * self.spacing:
-            raise InputError("origin is more than a million spacings away from the regions")
+            raise InputError("origin is over a million spacings from the regions; move it")
         for side in (1, -1):
             places = self._draw_offsets(side, max(side * p0 + reach, 0.0))
             turns = np.radians(self._draw_angles((3 + (side < 0),), len(places)))

@@ -241,7 +241,7 @@ class _Body:
         wanted = float(shapely.area(self.shapes).sum())
         if abs(found - wanted) > 1e-9 * wanted:
             raise InputError(
-                f"the area of the cells exceeds that of the body, {wanted:g} m², by "
+                f"the area of the cells exceeds the area of the body, {wanted:g} m², by "
                 f"{found - wanted:g} m²: sides of the outline are closer to each other than the "
                 "size of a cell; choose smaller cells"
             )
