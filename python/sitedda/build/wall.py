@@ -63,8 +63,8 @@ class Opening(schema.OpeningValues):
         inside = left >= wall.left - slack and right <= wall.left + wall.width + slack
         if not (inside and bottom >= wall.bottom - slack
                 and top <= wall.bottom + wall.height + slack):  # fmt: skip
-            raise InputError(f"with its head from x = {left:g} to {right:g} m and y = {bottom:g} "
-                             f"to {top:g} m, the opening is not within the wall")  # fmt: skip
+            raise InputError(f"the opening with its head, x = {left:g} to {right:g} m and y = "
+                             f"{bottom:g} to {top:g} m, is not within the wall")  # fmt: skip
 
     @property
     def springing(self) -> float:

@@ -46,7 +46,7 @@ def add_study(parser: argparse.ArgumentParser) -> None:
         command.set_defaults(act=_run_command, part=act, slurm=False, dask="")
         if name == "status":
             continue
-        command.add_argument("-o", "--output", type=Path, metavar="TABLE", help="as .nc or .zarr")
+        command.add_argument("-o", "--output", type=Path, metavar="TABLE", help=".nc or .zarr file")
         command.add_argument("--report", action="store_true", help="write a report as one page")
         command.add_argument("-w", "--workers", type=WORKERS, help="processes (one per processor)")
         command.add_argument("-q", "--quiet", action="store_true", help="no progress bar")

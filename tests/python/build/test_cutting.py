@@ -209,7 +209,7 @@ BAD = {
     "distribution": (
         lambda: JointSet(angle=0, spacing=1, spacing_distribution="gauss"), "= 'gauss' must be",
     ),
-    "deviation": (lambda: JointSet(angle=0, spacing=1, angle_deviation=3), "has no deviation"),
+    "deviation": (lambda: JointSet(angle=0, spacing=1, angle_deviation=3), "angle_deviation: omit"),
     "negative seed": (lambda: Voronoi(size=1, seed=-1), "seed"),
     "crossing outline": (lambda: Region(outline=[0, 0, 1, 1, 1, 0, 0, 1]), "crosses or touches"),
     "two points": (lambda: Region(outline=[0, 0, 1, 1]), "at least 3"),

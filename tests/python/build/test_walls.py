@@ -116,7 +116,7 @@ def test_ties_and_both_programs(tmp_path, native, same_bits):
     ("openings", "values", "words"),
     [
         ([DOOR | {"wall": "fence"}], {}, "'fence' is not the name of a &masonry_wall"),
-        ([DOOR | {"left": 4.5}], {}, "'door': with its head from x = 4.2 to 5.8 m"),
+        ([DOOR | {"left": 4.5}], {}, "'door': the opening with its head, x = 4.2 to 5.8 m"),
         ([DOOR | {"height": 3.0}], {}, "is not within the wall"),
         ([DOOR, DOOR | {"name": "gate", "left": 1.2}], {}, "'door' and 'gate'"),
         ([DOOR | {"head": "arch", "rise": 0.6}], {}, "above half of the width"),

@@ -127,6 +127,6 @@ def draw_lengths(share, distribution: str, mean: float, deviation: float) -> np.
 def check_distribution(name: str, distribution: str, mean: float, deviation: float) -> None:
     """Raise InputError for a deviation or mean that the distribution does not permit."""
     if distribution in ("constant", "exponential") and deviation:
-        raise InputError(f"{name}_deviation: a distribution {distribution!r} has no deviation")
+        raise InputError(f"{name}_deviation: omit it for the distribution {distribution!r}")
     if distribution in ("log-normal", "exponential") and not mean > 0:
-        raise InputError(f"{name} = {mean:g} must be positive for a distribution {distribution!r}")
+        raise InputError(f"{name} = {mean:g} must be positive for distribution {distribution!r}")
