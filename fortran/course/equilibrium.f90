@@ -664,7 +664,7 @@ contains
          ' of the weight'
       if (equilibrium%doubt > doubtful_share) words = words//'; but forces up to '// &
          short_text(equilibrium%doubt)//' of the weight of block '// &
-         block_name(simulation, equilibrium%doubtful)//' count as balanced: it may slide '// &
+         block_name(simulation, equilibrium%doubtful)//' count as balanced: it may still slide '// &
          '(reduce force_tolerance or normal_stiffness of &contact)'
       if (equilibrium%unexplained > 0) words = words//'; but '// &
          penetration_text(simulation, equilibrium%unexplained)//': a vertex lies between two edges'

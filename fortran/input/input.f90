@@ -339,7 +339,7 @@ contains
                if (motion%stops .and. .not. motion%curve%ends_at_rest) call input_error(error, &
                   group, 'base_motion_'//merge('x', 'y', axis == 1)//': a body force '// &
                   'cannot stop the base at the end of the record: leave out after_end of '// &
-                  '&motion '//quoted(trim(motion%name))//', or apply it to supports')
+                  '&motion '//quoted(trim(motion%name))//', or apply this motion to supports')
             end associate
          end do
       end associate

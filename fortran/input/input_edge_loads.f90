@@ -115,7 +115,7 @@ contains
          if (abs(along(2)) < least_slope*norm2(along)) call input_error(error, group, &
             'added_mass is for upstream faces; the edge from ('//position_text(load%ends(:, 1, k) &
             + model%origin)//') to ('//position_text(load%ends(:, 2, k) + model%origin)// &
-            ') is too flat: give it a &traction without added_mass')
+            ') is too flat: give this edge a &traction without added_mass')
       end do
    end subroutine set_reservoir
 

@@ -51,7 +51,7 @@ contains
       if (own /= '') pieces = pieces_on_side(model%blocks, pieces, trim(own))
       if (allocated(line)) pieces = pieces_along(model%blocks, pieces, line)
       if (size(pieces) == 0) call input_error(error, group, &
-         'no edge of the outline is selected; it excludes edges that another block touches')
+         'no edge of the outline is selected; edges that touch another block are excluded')
    end subroutine choose_edges
 
    !> Convert a polyline to the engine's coordinates.

@@ -351,7 +351,7 @@ contains
          associate (water => model%edge_loads(load), group => groups(at(load)))
             if (water%kind == load_uniform) cycle
             if (.not. has_no_channel(model, load)) call input_error(error, group, &
-               'it acts on joints, whose pressure is given by &flow; set acts_on = ''faces''')
+               '&flow determines the pressure in joints; set acts_on = ''faces''')
             if (water%kind /= load_level .and. any(abs(water%normal - 1.0_wp) > 0.0_wp)) &
                call input_error(error, group, &
                'scale cannot be used together with &flow')

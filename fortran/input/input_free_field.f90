@@ -150,13 +150,13 @@ contains
                if (any(model%stages(k)%removed(block))) call input_error(error, &
                   groups(g), 'stage '//quoted(trim(model%stages(k)%name))// &
                   ' removes blocks of the column that is the free field at the '//trim(side)// &
-                  ' side: excavate farther from it')
+                  ' side: excavate farther from this side')
             end do
             do k = 1, size(model%edge_loads)
                if (share_number(block, model%edge_loads(k)%piece%block)) call input_error(error, &
                   groups(g), 'a load on edges acts on the '// &
                   'free-field column at the '//trim(side)//' side, which cannot have '// &
-                  'loads: leave out its blocks')
+                  'loads: leave out the blocks of the column')
             end do
          end associate
       end do

@@ -49,7 +49,7 @@ contains
          if (b > 0) call input_error(error, groups(outlines%source(b)), 'body '// &
             quoted(trim(outlines%body(b)))//': edges of block '//to_text(b)//' and block '// &
             to_text(other)//' are closer than a tenth of a cell but do not coincide: '// &
-            'cells that share a face must have it at the same position')
+            'the vertices of a shared face must be equal in both cells')
       end associate
    end subroutine weld_cells
 

@@ -167,7 +167,7 @@ contains
 
       text = '; give more mechanisms or a narrower damping_band'
       if (2.0_wp*pi*beyond*damping%band(2) > limit) text = '; the time step permits mechanisms '// &
-         'only up to '//to_text(limit/(2.0_wp*pi))//' Hz, but the band needs them up to '// &
+         'only up to '//to_text(limit/(2.0_wp*pi))//' Hz, but the band needs mechanisms up to '// &
          to_text(beyond*damping%band(2))//' Hz: give a smaller time_step, a lower end of '// &
          "damping_band, or integration = 'midpoint'"
    end function fit_advice

@@ -139,7 +139,7 @@ contains
             to_text(column%last)//' s')
       else if (column%values%count > 1 .and. abs(step - column%step) > even*column%step) then
          call fail_at(reader, 'the time '//to_text(time)//' s is '//to_text(step)// &
-            ' s after the time before it, not '//to_text(column%step)// &
+            ' s after the preceding time, not '//to_text(column%step)// &
             ' s: the times are not evenly spaced, or have too few digits')
       end if
       column%last = time

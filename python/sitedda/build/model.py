@@ -336,7 +336,7 @@ class Model(Groups):
             if (count := len(group._values.get("values", ()))) > _LONGEST:
                 raise InputError(
                     f"motion {group.name!r} has {count} values, more than the limit of {_LONGEST} "
-                    "in an input; use write(file), which writes them to a separate file"
+                    "in an input; use write(file), which writes the values to a separate file"
                 )
         return self._to_text()
 

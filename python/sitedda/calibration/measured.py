@@ -149,7 +149,7 @@ class Observations:
             shapes.append(shape / np.linalg.norm(shape) if named else shape)
             number.append(one.mode - 1 if one.mode or named else i)
         if len({n for n in number if n >= 0}) < sum(n >= 0 for n in number):
-            raise InputError("two measured modes match the same mode of the model: number them")
+            raise InputError("two measured modes match the same mode of the model: number both")
         return cls(modes, rows, shapes, np.array(number))
 
     @property

@@ -188,7 +188,7 @@ def ffmpeg() -> str:
         return importlib.import_module("imageio_ffmpeg").get_ffmpeg_exe()
     except (ImportError, RuntimeError) as trouble:
         raise MissingLibrary(
-            "an MP4 needs ffmpeg: install it, or pip install 'sitedda[movie]'; or write a .gif"
+            "an MP4 needs ffmpeg: install ffmpeg, or pip install 'sitedda[movie]'; or write a .gif"
         ) from trouble
 
 

@@ -126,7 +126,7 @@ def bars_of(scene: Scene) -> list[Part]:
     heads, *rows = bars.rows()
     parts: list[Part] = [Table(heads, rows, "How accurate are the results?")]
     if bars.bands:
-        words = "Results of the twins over time; in each, a block is displaced by 1e-9 of its size."
+        words = "Results of the twins over time; each twin displaces one block by 1e-9 of its size."
         parts.append(Picture(bars.draw(), words, "bands"))
     return parts
 

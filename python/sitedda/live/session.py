@@ -336,7 +336,7 @@ class Session:
             raise InputError("there is no model; open one first")
         if what in ("report", "movie", "output"):
             if self.run is None or self.run.result is None:
-                raise InputError(f"a run must end before its {what} is saved; stop it, or wait")
+                raise InputError(f"a run must end before its {what} is saved; stop or wait")
             self.tell({"kind": "saving", "what": what})
         threading.Thread(
             target=self._save_and_report, args=(what, target), name="save", daemon=True

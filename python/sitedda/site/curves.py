@@ -42,7 +42,7 @@ class SoilCurves:
         arrays = [np.array(values, dtype=float) for values in given]
         strain, reduction, damping = arrays
         if strain.ndim != 1 or strain.size < 2 or any(a.shape != strain.shape for a in arrays):
-            raise ValueError("strain, reduction and damping must have one length, 2 or more")
+            raise ValueError("strain, reduction and damping must have equal lengths of at least 2")
         if not (np.all(strain > 0) and np.all(np.diff(strain) > 0) and np.all(np.isfinite(strain))):
             raise ValueError("strain must be positive and increasing")
         good = (reduction > 0) & (reduction <= 1)

@@ -201,7 +201,7 @@ def _reference_motion(history: xr.Dataset, axis: str) -> tuple[NDArray[np.float6
             felt = boundary.incoming_acceleration.sel(axis=axis).values
             return factor * felt, words.format(name)
     raise ValueError(
-        "no wave enters the model from outside: it needs free-field sides, or a boundary of "
+        "no wave enters the model from outside: add free-field sides, or a boundary of "
         "kind = 'compliant' with a motion"
     )
 

@@ -367,7 +367,7 @@ def _check_supported(scene: Scene) -> None:
         law = str(group.get("law", "coulomb")).strip()
         if law not in _LAWS:
             words = ", ".join(map(repr, _LAWS))
-            raise InputError(f"joint {name!r} has the law {law!r}: it must be one of {words}")
+            raise InputError(f"joint {name!r} has the law {law!r}: the law must be one of {words}")
         for peak in ("friction_angle", "cohesion", "tensile_strength"):
             given = group.get(peak, 0.0)
             left = group.get(f"residual_{peak}", given if peak == "friction_angle" else 0.0)

@@ -482,7 +482,7 @@ def _find_warnings(mechanism: Mechanism | None, model: Model) -> str:
         )
     if mechanism and yielding(model):
         said.append(
-            "large cells overestimate the strength: compare the factor with that for cells of half "
-            "the size"
+            "large cells overestimate the strength: compare with the factor for cells of half the "
+            "size"
         )
     return "; ".join(said)

@@ -153,7 +153,7 @@ def synthetic(
                          "first")  # fmt: skip
     if periods[0] < 4 * time_step or periods[1] > duration / 2:
         raise InputError(f"periods {periods} s cannot be fitted with a time step of {time_step:g} "
-                         f"s and a duration of {duration:g} s: keep them above 4 time steps and "
+                         f"s and a duration of {duration:g} s: keep periods above 4 time steps and "
                          "below half the duration")  # fmt: skip
     grid = np.geomspace(*periods, _PERIODS)
     if callable(spectrum):

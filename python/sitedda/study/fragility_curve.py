@@ -252,7 +252,7 @@ def _horizon_warning(table, quantity: str) -> str:
     name = titled(quantity)[0]
     if decided is None:
         return (f"the horizon of {name}, after which values are random samples, is unknown; "
-                "a study with task = 'accuracy' computes it")  # fmt: skip
+                "a study with task = 'accuracy' computes this horizon")  # fmt: skip
     beyond, known = int((decided < table["end_s"]).sum()), int(decided.notnull().sum())
     if beyond == 0:
         return ""

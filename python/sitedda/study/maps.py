@@ -135,8 +135,8 @@ def bands(table, quantity: str, dim: str = "sample") -> Bands:
     values = table[quantity]
     rest = [name for name in values.dims if name != dim]
     if dim not in values.dims or len(rest) != 1:
-        raise InputError(f"{quantity} has the dimensions {values.dims}; required are {dim!r} and "
-                         "one more")  # fmt: skip
+        raise InputError(f"{quantity} has the dimensions {values.dims}; give {dim!r} and "
+                         "one other dimension")  # fmt: skip
     samples = values.transpose(dim, rest[0]).values
     samples = samples[np.all(np.isfinite(samples), axis=1)]
     if not len(samples):

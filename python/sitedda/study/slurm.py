@@ -157,7 +157,7 @@ class Slurm:
             if (name := option.lstrip("-").partition("=")[0]) not in _HARMLESS:
                 raise InputError(
                     f"options: --{name} may name a file to write or execute, or the script sets "
-                    "it; use this option on the command line of sbatch"
+                    "this option; give it on the command line of sbatch"
                 )
         return found
 

@@ -252,7 +252,7 @@ class _Bracket:
         least, most = min(results), max(results)
         where = f"for {trials.parameter} from {low:g} to {high:g} ({len(results)} runs)"
         if most - least <= _FLAT * max(abs(least), abs(most)):
-            words = f"{trials.name} does not depend on {trials.parameter}; it is {least:g} {where}"
+            words = f"{trials.name} does not depend on {trials.parameter}: it is {least:g} {where}"
             return trials.failure("flat", words)
         side = "above" if trials.target > most else "below"
         words = (f"{trials.name} is between {least:g} and {most:g} {where}; the target "

@@ -148,9 +148,9 @@ ORIGINAL = {"contact_rules": "original", "force_tolerance": None}
          "dynamic_factor of &control must be 1"),
         ("free_field", {}, lambda m: m["joint"][0](**STIFF),
          "give the edges at the sides another joint"),
-        ("free_field", {}, lambda m: m.traction(side="top", normal=1e3), "leave out its blocks"),
+        ("free_field", {}, lambda m: m.traction(side="top", normal=1e3), "leave out the blocks"),
         ("free_field", {"duration": None},
-         lambda m: m.stage("dig", remove="b_0_2", duration=0.1), "excavate farther from it"),
+         lambda m: m.stage("dig", remove="b_0_2", duration=0.1), "excavate farther from this side"),
     ],
 )  # fmt: skip
 def test_what_a_free_field_does_not_go_with_is_refused(sides, values, change, words):

@@ -104,8 +104,8 @@ def split_network(network: Network, tolerance: float, rigid: bool = False) -> Ne
         if not len(events[0]) and len(network.nodes) == before:
             return network
     raise InputError(
-        f"corners within {tolerance:g} m of each other cannot be merged, because others would "
-        "then be as close; choose a smaller least_edge"
+        f"corners within {tolerance:g} m of each other cannot be merged, because other "
+        "corners would then be as close; choose a smaller least_edge"
     )
 
 

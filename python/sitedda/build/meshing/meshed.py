@@ -159,7 +159,7 @@ def _bodies_of_mesh(mesh: Mesh, pieces: Sequence[Piece]) -> Iterator[tuple[str, 
         return
     for i in members:
         if not pieces[i].name:
-            raise InputError(f"{what} = {patterns!r} matches a block without a name; name it")
+            raise InputError(f"{what} = {patterns!r} matches a block that lacks a name; name it")
         yield _check_name(pieces[i].name), [i]
 
 
