@@ -59,7 +59,7 @@ def add_study(parser: argparse.ArgumentParser) -> None:
                     help=f"file with the {TLS[part]} for a scheduler with TLS")  # fmt: skip
             command.add_argument("--slurm", action="store_true", help="write and submit a script")
         if name != "collect":
-            command.add_argument("--program", default="", help="path of sitedda-native on nodes")
+            command.add_argument("--program", default="", help="sitedda-native on compute nodes")
 
 
 def completed(words: list[str]) -> list[str]:

@@ -377,8 +377,8 @@ def _print_address(server: LiveServer, entrance: Path) -> None:
         )
     if not server.guard.address.startswith(f"http://{LOOPBACK}"):
         print(
-            "warning: other machines can connect to this server, without encryption: anyone who "
-            "reads the traffic can run models and write files in the working folder as you",
+            "warning: other machines can connect to this server, without encryption: anyone "
+            "who reads the traffic can run models and write files here with your permissions",
             file=sys.stderr,
         )
     print("Ctrl-C ends the server; the next server continues the model and its run", flush=True)

@@ -53,7 +53,7 @@ class Motion:
                 raise ValueError("an array of accelerations needs time_step")
             series = np.array(motion, dtype=float)
         if series.ndim != 1 or series.size < 2:
-            raise ValueError(f"a motion needs one row of at least 2 samples, not {series.shape}")
+            raise ValueError(f"a motion needs a row of 2 or more samples, not shape {series.shape}")
         if not np.all(np.isfinite(series)):
             where = int(np.flatnonzero(~np.isfinite(series))[0])
             raise ValueError(f"sample {where} of the motion is {series[where]}")
