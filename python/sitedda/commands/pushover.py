@@ -51,7 +51,7 @@ def _run_pushover(options: argparse.Namespace) -> int:
     if options.limits:
         limits = limit_analysis(options.file, direction=(options.sense, 0.0), changes=changes)
         print(f"limit analysis: {limits.lower.factor:.4g} without dilation (lowest of "
-              f"{limits.starts} starts), {limits.upper.factor:.4g} with")  # fmt: skip
+              f"{limits.starts} starts), {limits.upper.factor:.4g} with dilation")  # fmt: skip
     picture = save_picture(found.draw(limits), picture, [options.file], dpi=130)
     print(f"picture: {picture}")
     table = write(picture.with_suffix(".csv"), found.to_csv(), OWN_TABLE, [options.file])

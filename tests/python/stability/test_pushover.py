@@ -21,7 +21,7 @@ def test_the_command_prints_draws_and_writes_the_curve(tmp_path, main):
     done = main.ok("pushover", "tower.nml", "--point", "top", "--steps", "20", "--limits",
                    "--displacement", "0.1", folder=tmp_path)  # fmt: skip
     assert "peak: horizontal load over the weight 0.25" in done.stdout
-    assert "0.25 without dilation (lowest of 3 starts), 0.25 with" in done.stdout
+    assert "0.25 without dilation (lowest of 3 starts), 0.25 with dilation" in done.stdout
     assert (tmp_path / "tower_pushover.png").exists()
     head, *rows = (tmp_path / "tower_pushover.csv").read_text().splitlines()
     assert head.startswith("displacement (m),largest (m),factor (1)")
