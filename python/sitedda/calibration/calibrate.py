@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
+from scipy.special import softmax
 
 from ..base.arguments import COUNT, NOT_NEGATIVE, positive
 from ..base.errors import InputError
@@ -24,7 +24,7 @@ _SAME = 1e-3  # relative difference of frequencies between a family and its mode
 _TRIALS = 12  # largest number of values at which the contacts that gravity closes are found
 _REFERENCE = {"control.settle": False}  # change after which all touching contacts are closed
 _ROUNDS = 6  # largest number of bases
-_FAR, _WIDE, _ALIKE, _FEW = 2.0, 0.8, 0.95, 0.2  # limits of warnings, see `_find_warnings`
+_FAR, _WIDE, _ALIKE, _FEW = 2.0, 0.8, 0.9, 0.2  # limits of warnings, see `_find_warnings`
 SILENT = ("small vibrations do not determine friction, cohesion, tensile strength and joint "
           "opening: their uncertainty is unchanged")  # fmt: skip
 
@@ -204,16 +204,16 @@ def calibrate(
     mean, deviation = np.log(prior).mean(1), np.log(prior[:, 1] / prior[:, 0]) / (2 * BAND)
     centre = dict(zip(unknowns, np.exp(mean).tolist(), strict=True))
     *_, points = matrices(model, contacts, changes | centre)
-    observations = Observations.of(list(seen), points)
+    observations = Observations(seen, points)
     if discrepancy is None:
         mean = np.append(mean, np.log(_DISCREPANCY[0]))
         deviation = np.append(deviation, _DISCREPANCY[1])
     else:
         NOT_NEGATIVE.check("discrepancy", discrepancy)
     count = len(prior)
-    fit = _fit_contacts(model, tuple(unknowns), observations, mean, deviation, discrepancy, seed,
-                        contacts, changes)  # fmt: skip
-    posterior, (peaks, error), shown = fit.posterior, fit.peaks, fit.shown
+    terms = observations, mean, deviation, discrepancy
+    posterior, peaks, error, shown, note = _fit_contacts(model, tuple(unknowns), terms, seed,
+                                                         contacts, changes)  # fmt: skip
     peak = peaks[0][0]
     best = posterior.values(peak)[:count]
     drawn, weights, *evidence = posterior.weighted(peaks, seed)
@@ -223,10 +223,8 @@ def calibrate(
         weights = None
     low, median, high = np.quantile(posterior.values(drawn)[:, :count], (0.05, 0.5, 0.95), axis=0,
                                     method="inverted_cdf", weights=weights)  # fmt: skip
-    values, level = posterior.values(picked), discrepancy
-    if level is None:
-        level = float(np.median(values[:, -1]))
-    values = values[:, :count]
+    values = posterior.values(picked)[:, :count]
+    level = float(np.median(posterior.discrepancies(picked)))
     squares, y, chosen = posterior.solved(np.vstack([peak, picked]), shapes=False)
     frequencies = np.sqrt(np.take_along_axis(squares, chosen, 1)) / (2 * np.pi)
     bounds = np.percentile(frequencies[1:], (5, 95), axis=0)
@@ -241,38 +239,30 @@ def calibrate(
         seen, chosen[0] + 1, frequencies[0], bounds[0], bounds[1],
         np.array(off), np.array(macs), shown, evidence[0], evidence[1], error, (),
     )  # fmt: skip
-    doubts = _find_warnings(found, peak, deviation, evidence[2], sampler)
-    if fit.changed > _SAME:
-        doubts = (f"gravity closes contacts that depend on the unknowns"
-                  f"{': all touching contacts are assumed closed' if fit.all_closed else ''}. This "
-                  f"changes frequencies of the best model by up to {100 * fit.changed:.2g} %",
-                  *doubts)  # fmt: skip
-    return replace(found, doubts=doubts)
+    return replace(found, doubts=note + _find_warnings(found, peak, deviation, evidence[2],
+                                                       sampler))  # fmt: skip
 
 
-class _Fit(NamedTuple):
-    """A posterior whose family has the contacts of the best model, as far as these are found."""
-
-    posterior: Posterior
-    peaks: tuple  # peaks of the posterior, and the error of their search
-    shown: Modes  # of the best model
-    changed: float  # largest relative difference of frequencies between family and best model
-    all_closed: bool  # all touching contacts are assumed closed
-
-
-def _fit_contacts(
-    model, unknowns, observations, mean, deviation, discrepancy, seed, contacts, changes
-) -> _Fit:
+def _fit_contacts(model, unknowns, terms, seed, contacts, changes) -> tuple:
     """Move the centre of the family until gravity closes the contacts of its best model.
 
     Steps are at most one prior deviation; a step is halved where the family is not linear. If it
     is not linear at the centre of the priors, all touching contacts are assumed closed.
+
+    Returns
+    -------
+    posterior, peaks, error
+        See `_find_peaks`.
+    shown : Modes
+        Of the best model.
+    note : tuple of str
+        Warning if frequencies of the family and of the best model differ.
     """
-    count, all_closed = len(unknowns), False
-    z, step = np.zeros(count), np.zeros(count)
+    _, mean, deviation, _ = terms
+    z, step, closed = 0 * mean, 0 * mean, ""
     for trial in range(_TRIALS):
-        middle = np.exp(mean[:count] + (z + step) * deviation[:count])
-        at = dict(zip(unknowns, middle.tolist(), strict=True))
+        middle = np.exp(mean + (z + step) * deviation)
+        at = dict(zip(unknowns, middle.tolist(), strict=False))
         try:
             family = family_of(model, at, contacts, changes)
         except InputError:  # such as contacts without force, which any change opens or closes
@@ -281,20 +271,24 @@ def _fit_contacts(
             if trial:
                 step /= 2
                 continue
-            family, all_closed = family_of(model, at, "closed", changes | _REFERENCE), True
+            family = family_of(model, at, "closed", changes | _REFERENCE)
+            closed = ": all touching contacts are assumed closed"
         z = z + step
-        posterior = Posterior(family, observations, mean, deviation, discrepancy)
-        posterior, peaks, error = _find_peaks(posterior, seed)
+        posterior, peaks, error = _find_peaks(Posterior(family, *terms), seed)
         peak = peaks[0][0]
-        best = dict(zip(unknowns, posterior.values(peak)[:count].tolist(), strict=True))
+        best = dict(zip(unknowns, posterior.values(peak).tolist(), strict=False))
         squares, _, (numbers,) = posterior.solved(peak[None])
         frequency = np.sqrt(squares[0, numbers]) / (2 * np.pi)
         shown = modes(model, int(numbers.max()) + 1, contacts, changes | best)
         changed = float(abs(shown.frequency[numbers] / frequency - 1).max())
-        if all_closed or changed < _SAME:
+        if changed < _SAME:
+            return posterior, peaks, error, shown, ()
+        if closed:
             break
-        step = np.clip(peak[:count] - z, -1, 1)
-    return _Fit(posterior, (peaks, error), shown, changed, all_closed)
+        step = np.clip(peak - z, -1, 1)
+    note = (f"gravity closes contacts that depend on the unknowns{closed}. This changes "
+            f"frequencies of the best model by up to {100 * changed:.2g} %")  # fmt: skip
+    return posterior, peaks, error, shown, (note,)
 
 
 def odds(calibrations: Mapping[str, Calibration]) -> dict[str, float]:
@@ -305,9 +299,8 @@ def odds(calibrations: Mapping[str, Calibration]) -> dict[str, float]:
     calibrations : mapping of Calibration
         By the name of the hypothesis; each with its own model or unknowns.
     """
-    logs = np.array([one.evidence for one in calibrations.values()])
-    weights = np.exp(logs - logs.max())
-    return dict(zip(calibrations, (weights / weights.sum()).tolist(), strict=True))
+    weights = softmax([one.evidence for one in calibrations.values()])
+    return dict(zip(calibrations, weights.tolist(), strict=True))
 
 
 def _find_peaks(posterior: Posterior, seed: int) -> tuple[Posterior, list[tuple], float]:

@@ -11,7 +11,7 @@ eigenvalues of Xᵀ Kᵢ X.  All matrices here are those of y in x = W y with W�
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy import linalg, sparse
@@ -24,7 +24,7 @@ _NO_STIFFNESS = 1e-12  # ω² below this fraction of the largest entry: rigid mo
 _EQUAL = 1e-8  # relative difference of ω² that counts as round-off
 _STEP = 1e-4  # relative change of an unknown, small so that few contacts change
 _LINEAR = 1e-3  # largest relative curvature of K: settled contacts move by micrometres
-_FREE = 12  # number of modes in the search of motions without stiffness
+_FREE = 12  # largest number of motions without stiffness
 
 
 @dataclass(frozen=True)
@@ -39,26 +39,22 @@ class Family:
         Kᵢ, 1/s² for one unit of the unknown.
     points : ndarray, shape (2 points, n)
         Displacements x and y of the measured points in turn.
-    free : int
-        Motions without stiffness, which `modes` leaves out.
     """
 
     fixed: np.ndarray
     parts: list
     points: np.ndarray
-    free: int = 0
 
     def stiffness(self, theta):
         """Return K at unknowns of shape (unknowns,)."""
         return sum((t * part for t, part in zip(theta, self.parts, strict=True)), self.fixed)
 
     def modes(self, theta, count: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the lowest ω² (rad²/s²), ascending, and modes y as columns."""
-        stiffness, wanted = self.stiffness(theta), self.free + count
-        size = stiffness.shape[0]
-        if size <= _DENSE:
-            dense = stiffness.toarray() if sparse.issparse(stiffness) else stiffness
-            squares, y = linalg.eigh(dense, subset_by_index=(0, min(wanted, size) - 1))
+        """Return the lowest ω² (rad²/s²) that have stiffness, ascending, and modes y as columns."""
+        stiffness, wanted = self.stiffness(theta), count + _FREE
+        if isinstance(stiffness, np.ndarray):
+            last = min(wanted, len(stiffness)) - 1
+            squares, y = linalg.eigh(stiffness, subset_by_index=(0, last))
         else:
             from scipy.sparse.linalg import eigsh
 
@@ -66,7 +62,8 @@ class Family:
             squares, y = eigsh(stiffness.tocsc(), wanted, sigma=-shift)
             order = np.argsort(squares)
             squares, y = squares[order], y[:, order]
-        return squares[self.free :], y[:, self.free :]
+        first = np.searchsorted(squares, _NO_STIFFNESS * abs(stiffness).max())
+        return squares[first : first + count], y[:, first : first + count]
 
     def slopes(self, squares: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return derivatives of ω², shape (unknowns, modes), and of modes y by eq. 2.
@@ -142,10 +139,7 @@ def family_of(model, unknowns: Mapping, contacts="auto", changes=None) -> Family
     fixed = w.T @ base @ w - sum(t * part for t, part in zip(theta, parts, strict=True))
     if fixed.shape[0] <= _DENSE:
         fixed, parts = fixed.toarray(), [part.toarray() for part in parts]
-    family = Family(fixed, parts, (points @ w).toarray())
-    squares, _ = family.modes(theta, _FREE)
-    nothing = _NO_STIFFNESS * abs(family.stiffness(theta)).max()
-    return replace(family, free=int(np.sum(squares < nothing)))
+    return Family(fixed, parts, (points @ w).toarray())
 
 
 def _unit_mass(mass: sparse.csr_array) -> sparse.csr_array:

@@ -112,30 +112,25 @@ def _mode_of(row: dict[str, float]) -> MeasuredMode:
     return MeasuredMode(shape=shape, **values)
 
 
-@dataclass(frozen=True)
 class Observations:
     """Measured modes as arrays, related to the points of a model.
 
     Attributes
     ----------
-    modes : list of MeasuredMode
+    modes : sequence of MeasuredMode
     rows : list of ndarray of int
         Rows of `Family.points` of the components of each shape; empty: no shape.
     shapes : list of ndarray
         The shapes, of unit length.
     number : ndarray of int
         Modes of the model from 0; −1: by the shape.
+    count : int
+        Number of model modes among which the measured modes are sought.
     """
 
-    modes: list[MeasuredMode]
-    rows: list[np.ndarray]
-    shapes: list[np.ndarray]
-    number: np.ndarray
-
-    @classmethod
-    def of(cls, modes: list[MeasuredMode], points: list[str]) -> Observations:
+    def __init__(self, modes: Sequence[MeasuredMode], points: list[str]):
         """Find the points of shapes in a model; raise InputError if a point is missing."""
-        rows, shapes, number = [], [], []
+        self.modes, self.rows, self.shapes, number = modes, [], [], []
         for i, one in enumerate(modes):
             for name in one.shape:
                 if name[:-2] not in points:
@@ -145,15 +140,11 @@ class Observations:
             shape = np.array(list(named.values()))
             if named and not np.any(shape):
                 raise InputError(f"the shape of mode {i + 1} is zero")
-            rows.append(np.array([2 * points.index(n[:-2]) + (n[-1] == "y") for n in named], int))
-            shapes.append(shape / np.linalg.norm(shape) if named else shape)
+            rows = [2 * points.index(n[:-2]) + (n[-1] == "y") for n in named]
+            self.rows.append(np.array(rows, dtype=int))
+            self.shapes.append(shape / np.linalg.norm(shape) if named else shape)
             number.append(one.mode - 1 if one.mode or named else i)
         if len({n for n in number if n >= 0}) < sum(n >= 0 for n in number):
             raise InputError("two measured modes match the same mode of the model: number both")
-        return cls(modes, rows, shapes, np.array(number))
-
-    @property
-    def count(self) -> int:
-        """Return the number of model modes among which the measured modes are sought."""
-        spare = 3 if np.any(self.number < 0) else 0
-        return max(int(self.number.max()) + 1, len(self.modes)) + spare
+        self.number = np.array(number)
+        self.count = max(max(number) + 1, len(modes)) + (3 if min(number) < 0 else 0)

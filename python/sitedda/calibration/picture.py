@@ -33,7 +33,7 @@ def draw_calibration(model, found: Calibration, changes=None, contacts: str = "a
         scene = Scene.of(simulation)
         *_, points, names = matrices(simulation, contacts)
     places = np.array([(one["x"], one["y"]) for one in scene.points()])
-    seen = Observations.of(list(found.measured), names)
+    seen = Observations(found.measured, names)
     for panel, j in zip(figure.axes, order, strict=False):
         shape = found.modes.shapes[found.number[j] - 1]
         scale = REACH * scene.size / np.linalg.norm(shape[:, :2], axis=1).max()

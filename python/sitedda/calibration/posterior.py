@@ -31,8 +31,8 @@ _PRIOR, _STARTS = 200, 5  # draws of the prior, and starts of the search of peak
 _MOST, _LOWEST = 8, 7.0  # kept peaks: largest number, and largest difference to the highest in ln p
 _FARTHEST = 8.0  # search range in standard deviations of the prior
 _LARGEST = 200.0  # bound on ln θ, so that the stiffnesses of extreme draws are finite
-_DRAWS = 2000  # draws per round of the integral of the evidence
-_WIDER = 3.0  # width of the wider proposal of a peak over the other one
+_DRAWS = 3000  # draws per round of the integral of the evidence
+_BROAD = 0.3  # fraction of draws from the proposal that is as wide as the prior
 _FREEDOM = 6  # degrees of freedom of the proposals, whose tails are wider than Gaussian
 _ROUNDS, _LEAST = 6, 1e-12  # rounds that fit the proposals; least weight of a draw in a fit
 _ENOUGH = 0.5  # effective fraction of draws at which the adaptation ends
@@ -79,11 +79,12 @@ class Posterior:
         squares = np.maximum(squares, 1e-30)
         chosen = np.tile(self.seen.number, (len(z), 1))
         if np.any(self.seen.number < 0):
-            for one, s, shapes, d in zip(chosen, squares, y, self._discrepancy(z), strict=True):
+            for one, s, shapes, d in zip(chosen, squares, y, self.discrepancies(z), strict=True):
                 self._match_modes(one, s, shapes, d)
         return squares, y, chosen
 
-    def _discrepancy(self, z: np.ndarray) -> np.ndarray:
+    def discrepancies(self, z: np.ndarray) -> np.ndarray:
+        """Return δ at rows of z."""
         return np.broadcast_to(
             self.values(z)[:, -1] if self.discrepancy is None else self.discrepancy, len(z)
         )
@@ -128,7 +129,7 @@ class Posterior:
 
     def _weigh_errors(self, z, squares, y, chosen) -> np.ndarray:
         """Return `residuals` from modes at rows of z."""
-        delta, rows, found = self._discrepancy(z), np.arange(len(z)), [z.T]
+        delta, rows, found = self.discrepancies(z), np.arange(len(z)), [z.T]
         for j, one in enumerate(self.seen.modes):
             off = np.log(2 * np.pi * one.frequency) - np.log(squares[rows, chosen[:, j]]) / 2
             errors = [(off[None], one.deviation / one.frequency, 1)]
@@ -189,9 +190,9 @@ class Posterior:
         """Return draws, weights, ln of the integral of p, its error, and effective fraction.
 
         Importance sampling draws from a mixture of multivariate t distributions: one about each
-        peak, given by z and covariance, and a wider one that covers its surroundings.  If few
-        draws have weight, p is not Gaussian, and the mixture is fitted to the weighted draws
-        (population Monte Carlo: Cappé et al. 2008).
+        peak, given by z and covariance, and one as wide as the prior, which finds what those miss
+        where modes cross.  If few draws have weight, p is not Gaussian, and the mixture is fitted
+        to the weighted draws (population Monte Carlo: Cappé et al. 2008).
 
         Raises
         ------
@@ -199,8 +200,8 @@ class Posterior:
             If p is not finite, or far narrower along some unknowns than along others.
         """
         generator = np.random.default_rng(seed)
-        parts = [(z, f**2 * covariance) for z, covariance in peaks for f in (1.0, _WIDER)]
-        shares = np.tile([0.75, 0.25], len(peaks)) / len(peaks)
+        parts = [*peaks, (0 * self.mean, np.eye(self.mean.size))]
+        shares = np.append(np.full(len(peaks), (1 - _BROAD) / len(peaks)), _BROAD)
         best = (0.0,)
         trouble = ConvergenceError("the probability of the measured modes cannot be integrated: "
                                    "check their deviations, and narrow the ranges")  # fmt: skip

@@ -170,20 +170,23 @@ def identify(
         values, rate = decimate(values, every, ftype="fir", axis=0), rate / every
     rows = int(np.clip(_PERIODS * rate / low, -(-order // count) + 1, max(_WIDEST // count, 4)))
     poles = _stable_poles(values, rate, rows, min(order, rows * count), (low, high))
+    shapes, scatter = (np.reshape(one, (-1, poles.Fn.size)) for one in (poles.Phi, poles.Phi_std))
     modes = []
-    for f, s, zeta, deviation, shape, scatter in poles:
-        turned = (shape * np.exp(-1j * np.angle(np.sum(shape**2)) / 2)).real
+    for i in np.argsort(poles.Fn):
+        turn = np.exp(-1j * np.angle(np.sum(shapes[:, i] ** 2)) / 2)
+        turned = (shapes[:, i] * turn).real
         length = np.linalg.norm(turned)
-        spread = float(np.sqrt(np.mean(np.abs(scatter) ** 2)) / length)
+        spread = np.sqrt(np.mean(np.abs(scatter[:, i]) ** 2)) / length
         modes.append(MeasuredMode(
-            float(f), float(s), dict(zip(found.names, (turned / length).tolist(), strict=True)),
-            max(spread, _LEAST), damping=float(zeta), damping_deviation=float(deviation),
+            float(poles.Fn[i]), float(poles.Fn_std[i]),
+            dict(zip(found.names, (turned / length).tolist(), strict=True)),
+            max(float(spread), _LEAST), 0, float(poles.Xi[i]), float(poles.Xi_std[i]),
         ))  # fmt: skip
-    return sorted(modes, key=lambda one: one.frequency)
+    return modes
 
 
-def _stable_poles(values, rate: float, rows: int, order: int, band) -> list[tuple]:
-    """Return frequency, damping and shape of stable poles, each with its deviation."""
+def _stable_poles(values, rate: float, rows: int, order: int, band):
+    """Return the stable poles with deviations, a `ClusteringResult` of pyOMA2."""
     with contextlib.redirect_stderr(io.StringIO()), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
@@ -203,10 +206,7 @@ def _stable_poles(values, rate: float, rows: int, order: int, band) -> list[tupl
         except (IndexError, ValueError):  # raised if there is no pole, or one
             raise InputError(f"no mode is stable between {band[0]:g} and {band[1]:g} Hz: give a "
                              "longer record, a wider band or another order") from None  # fmt: skip
-    one = method.result.clustering_results["modes"]
-    shapes = np.reshape(one.Phi, (-1, one.Fn.size)).T
-    scatter = np.reshape(one.Phi_std, (-1, one.Fn.size)).T
-    return list(zip(one.Fn, one.Fn_std, one.Xi, one.Xi_std, shapes, scatter, strict=True))
+    return method.result.clustering_results["modes"]
 
 
 def horizontal_over_vertical(

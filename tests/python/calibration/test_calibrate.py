@@ -153,7 +153,7 @@ def test_probability_of_errors_and_shapes():
     family = family.reduced(family.modes(np.array(list(MEDIANS.values())), 8)[1])
     mean, z = np.log([*MEDIANS.values(), 0.02]), np.array([0.1, -0.2, 0.3, 0.05, 0.4])
     *_, names = matrices(column())
-    posterior = Posterior(family, Observations.of(modes, names), mean, np.ones(5), None)
+    posterior = Posterior(family, Observations(modes, names), mean, np.ones(5), None)
     squares, y = family.modes(np.exp(mean + z)[:4], 5)
     wanted, delta = norm.logpdf(z).sum(), 0.02 * np.exp(0.4)
     for one, k in zip(modes, posterior.solved(z[None])[2][0], strict=True):
@@ -190,7 +190,7 @@ def test_probability_where_modes_cross():
     found = calibrate(model, modes, priors, discrepancy=0.0)
     mean, spread = np.log(list(priors.values())).mean(1), np.log(3) / 1.6449
     family = family_of(model, dict(zip(priors, np.exp(mean), strict=True)))
-    posterior = Posterior(family, Observations.of(modes, []), mean, np.full(4, spread), 0.0)
+    posterior = Posterior(family, Observations(modes, []), mean, np.full(4, spread), 0.0)
     z = np.random.default_rng(0).standard_normal((20000, 4))
     prior = -np.sum(z**2, axis=1) / 2 - 2 * np.log(2 * np.pi)
     weights = np.exp(posterior.log(z) - prior)
