@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from test_nonlinear_site import noise
 
 import sitedda
 from sitedda import Column, HalfSpace, InputError, Layer
@@ -141,17 +142,8 @@ STRENGTHS = (0.05, 0.4, 1.5, 5.0)  # m/s², peaks of the records: strains of 0.0
 
 def outcrops(record):
     """Four motions of peak 1: a part of a record, a pulse, a sweep, and noise; and their steps."""
-    time = STEP * np.arange(2000)
-    noise = np.fft.rfft(np.random.default_rng(1).normal(size=time.size))
-    frequency = np.fft.rfftfreq(time.size, STEP)
-    noise *= frequency**2 / (1 + frequency**2) / (1 + (frequency / 12) ** 4)
-    window = np.sin(np.pi * time / time[-1]) ** 2
-    parts = (
-        record.acceleration.values[400:2400],
-        ricker(2.0, time.size, 1.5),
-        sweep(),
-        window * np.fft.irfft(noise),
-    )
+    parts = (record.acceleration.values[400:2400], ricker(2.0, 2000, 1.5), sweep(),
+             noise(STEP, 2000, 12.0))  # fmt: skip
     step = float(record.time[1] - record.time[0])
     return [(p / abs(p).max(), step if i == 0 else STEP) for i, p in enumerate(parts)]
 
