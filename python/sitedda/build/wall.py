@@ -12,6 +12,7 @@ import numpy as np
 from ..base.errors import InputError
 from ..input import schema
 from .cutting.distributions import uniform
+from .cutting.rings import Rings
 from .masonry import MOST_BLOCKS, rectangle
 
 _BONDS = {"running": (1.0, 0.5), "header": (0.5, 0.25), "rubble": (1.0, 0.5)}
@@ -115,7 +116,7 @@ class Opening(schema.OpeningValues):
             stone = _left_part(whole, middle, -ray)
             sign = 1.0 if side == "right" else -1.0
             stone = _left_part(stone, end, np.array([0.0, -sign]))
-            if len(stone) > 2 and _polygon_area(stone) > 1e-6 * _polygon_area(whole):
+            if len(stone) > 2 and np.divide(*Rings.of([stone, whole]).areas()) > 1e-6:
                 found.append((f"{self.name}_{side}", stone))
         return found
 
@@ -268,12 +269,6 @@ def _left_part(polygon: np.ndarray, place: np.ndarray, along: np.ndarray) -> np.
             share = side[i] / (side[i] - side[j])
             found.append(polygon[i] + share * (polygon[j] - polygon[i]))
     return np.array(found).reshape(-1, 2)
-
-
-def _polygon_area(polygon: np.ndarray) -> float:
-    """Return the area of a polygon, shape (n, 2), counter-clockwise."""
-    x, y = (polygon - polygon[0]).T
-    return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
 
 
 def _distinct_levels(levels: list[float], least: float) -> list[float]:

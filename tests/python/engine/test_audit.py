@@ -96,7 +96,10 @@ def test_penalty_bounds(file, stiffness, verdict, advice):
 
 
 def test_bonds_that_break_between_steps_give_the_springs_nothing():
-    """Masonry on springs under sudden weight: contact springs gained 288 kJ/m between steps."""
+    """In masonry on springs under sudden weight, contact springs gained 288 kJ/m between steps.
+
+    Beside the arch, a stone has an edge of 8 mm; its other end, 6 mm apart, took over the bond.
+    """
     model = sitedda.Model(time_step=5e-4, integration="theta", analysis="plane_strain",
                           gravity=(0.0, -9.81), steps=44)  # fmt: skip
     model.material("rock", density=1779.4, young_modulus=3.762e8, poisson_ratio=0.024)
@@ -109,7 +112,9 @@ def test_bonds_that_break_between_steps_give_the_springs_nothing():
                   rise=0.249)  # fmt: skip
     model.boundary("bed", "springs", side="bottom", blocks="base*", stiffness_per_area=3.42e9)
     with sitedda.Simulation(model) as run:
-        run.advance(44)
+        run.advance(10)
+        assert abs(run.energies["geometric"]) < 1e-3 * abs(run.energies["gravity"])
+        run.advance(34)
         assert run.counts["broken"] > 20
         assert abs(run.energies["geometric"]) < 1e-6 * run.energies["strain"]
         assert abs(run.energies["balance"]) < 1e-9 * run.energies["strain"]

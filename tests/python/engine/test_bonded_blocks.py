@@ -67,22 +67,3 @@ def test_lateral_pressure_makes_the_sample_stronger(tmp_path):
         strength.append(history.joint_normal_force.values.max() / 0.05)
     least = 10e6 * np.tan(np.radians(45 + 15)) ** 2  # what friction of 30° alone adds
     assert strength[1] > strength[0] + 0.5 * least
-
-
-def test_of_two_vertices_the_nearer_continues_a_bond(write_input):
-    """Beside an arch a stone has an edge of 8 mm: its other end took over the bond, 6 mm apart."""
-    text = """&control time_step = 0.0005, steps = 10, gravity = 0, -9.81, integration = 'theta',
-       analysis = 'plane_strain' /
-    &material name = 'rock', density = 1779.4, young_modulus = 3.762e8, poisson_ratio = 0.024 /
-    &joint name = 'j', law = 'mohr_coulomb', friction_angle = 59.6, cohesion = 6.98e3,
-       residual_friction_angle = 31.6, weakening_slip = 0.00342, dilation_angle = 2.2,
-       tensile_strength = 1.79e4 /
-    &layers name = 'base', left = -1, bottom = -0.5, width = 7.44, thickness = 0.5 /
-    &masonry_wall width = 5.44, height = 3.7, courses = 10, stone = 0.76, seed = 10 /
-    &opening name = 'door', left = 2.06, bottom = 0.8, width = 1.0, height = 1.09, head = 'arch',
-       rise = 0.249 /
-    &boundary kind = 'springs', side = 'bottom', blocks = 'base*', stiffness_per_area = 3.42e9 /
-    """
-    history = sitedda.run(write_input(text), output=False).history
-    given = abs(history.energy_geometric.values).max()
-    assert given < 1e-3 * abs(history.energy_gravity.values).max()

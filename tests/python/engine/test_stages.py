@@ -444,49 +444,6 @@ def test_a_changed_joint_lets_a_slab_slide(write_input):
     assert float(np.hypot(*moved)) == pytest.approx(0.5 * pull * 0.1**2, rel=0.03)
 
 
-# --- How gravity comes on ------------------------------------------------------------------------
-
-
-def shaken_slope(ramp: float) -> list:
-    """The slope, shaken for 1.5 s after a static stage, or after `ramp` seconds of dynamics."""
-    t = np.arange(0.0, 1.0, 0.01)
-    quake = 4.0 * np.sin(6.0 * np.pi * t) * np.sin(np.pi * t) ** 2
-    first = {"name": "ramp", "duration": ramp} if ramp else {"name": "rest", "kind": "static"}
-    groups = changed(slope(), "control", settle=None, steps=None)
-    for name, values in groups:
-        if name == "fixed_point":
-            values["motion_x"] = "quake"
-    groups.insert(
-        3,
-        group(
-            "motion", name="quake", quantity="acceleration", time_step=0.01, values=quake.tolist()
-        ),
-    )
-    shake = {"name": "shake", "duration": 1.5, "motions": "quake", "zero_displacements": True}
-    return [*groups[:-1], ("stage", first), ("stage", shake), groups[-1]]
-
-
-def shaken_by(file, ramp: float) -> np.ndarray:
-    """Final displacement of the crest; gravity grows for the first 80 % of the ramp."""
-    with sitedda.Simulation(file) as run:
-        steps = round(ramp / 1e-3)
-        for step in range(0, steps, 10):
-            share = min(1.0, (step + 10) / (0.8 * steps))
-            run.gravity = (0.0, -GRAVITY * share**2 * (3.0 - 2.0 * share))
-            run.advance(10)
-        while not run.advance(500):
-            pass
-        return run.point_motions[0, 0]
-
-
-def test_how_gravity_came_on_is_forgotten_by_the_shaken_slope(write_input):
-    """A static stage, and gravity that grows slowly, lead to the same displacement."""
-    rest = shaken_by(write_input(shaken_slope(0.0)), 0.0)
-    ramp = shaken_by(write_input(shaken_slope(1.0)), 1.0)
-    assert np.linalg.norm(rest) > 0.05
-    assert np.linalg.norm(ramp - rest) < 0.01 * np.linalg.norm(rest)
-
-
 # --- What stages add -----------------------------------------------------------------------------
 
 

@@ -174,7 +174,8 @@ def gravity_ramp(short: bool) -> Outcome:
             found.append(float(slip[-1]))
     axes[0].set(xlabel="time, s", ylabel="slip of the crest, m")
     rest, grown = (float(np.mean(found)) for found in slips.values())
-    rows = [relative("mean slip of the crest after a ramp, and after rest", rest, grown, 0.1, "m")]
+    words = "mean slip of the crest after a ramp, and after rest"
+    rows = [relative(words, rest, grown, 0.01 if short else 0.1, "m")]
     words = [[begin, *(f"{slip:.4f}" for slip in found)] for begin, found in slips.items()]
     head = ["gravity", *(f"φ {38.0 + offset:g}°" for offset in offsets)]
     return Outcome(rows, figure, [Table("Slip of the crest, m", head, words)])
