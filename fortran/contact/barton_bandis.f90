@@ -16,7 +16,7 @@ module dda_barton_bandis
    private
    public :: barton_bandis_type, new_barton_bandis, closure_of_joint
 
-   real(wp), parameter :: steepest = 70.0_wp      !< angle of the shear strength, degrees
+   real(wp), parameter :: steepest = 70.0_wp      !< largest angle of the shear strength, degrees
    real(wp), parameter :: most_stress = 100.0_wp  !< stress at the end of the hyperbola over JCS
    real(wp), parameter :: small = 1.0e-2_wp       !< x/V_m below which a series is more accurate
    real(wp), parameter :: mega = 1.0e6_wp, milli = 1.0e-3_wp
@@ -41,7 +41,7 @@ module dda_barton_bandis
 
 contains
 
-   !> Create the law of a joint material, without its stiffness.
+   !> Create the law of a joint material, but do not set its stiffness.
    pure type(barton_bandis_type) function new_barton_bandis(joint) result(law)
       type(joint_type), intent(in) :: joint  !< checked input
 

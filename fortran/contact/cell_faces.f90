@@ -13,8 +13,8 @@ module dda_cell_faces
    private
    public :: find_faces, find_gap, part_cells
 
-   real(wp), parameter :: same_place = 1.0e-6_wp  !< tolerance over the smaller radius
-   real(wp), parameter :: near = 0.1_wp  !< largest gap of joined cells over the smaller radius
+   real(wp), parameter :: same_place = 1.0e-6_wp  !< distance tolerance over the smaller radius
+   real(wp), parameter :: near = 0.1_wp  !< largest gap of joined cells, over the smaller radius
 
 contains
 
@@ -51,7 +51,7 @@ contains
    !> Store the pairs of cells as one list for each first cell.
    subroutine store_joined_pairs(blocks, joined)
       type(blocks_type), intent(inout) :: blocks  !< gets the lists
-      integer, intent(in) :: joined(:,:)          !< [2, pairs] first < second
+      integer, intent(in) :: joined(:,:)          !< [2, pairs] cells of each pair, first < second
       integer, allocatable :: order(:)
 
       call counting_sort(blocks%n, joined(1, :), blocks%joined_first, order)
@@ -84,11 +84,11 @@ contains
       call store_joined_pairs(blocks, joined(:, :n))
    end subroutine part_cells
 
-   !> .true. if a path of faces connects two cells.
+   !> .true. if a path through intact faces connects two cells.
    pure logical function is_path_of_faces(first, holding, start, face, pair)
       type(blocks_type), intent(in) :: first  !< blocks with the lists of all initially joined cells
       type(weld_type), intent(in) :: holding(:)  !< intact faces
-      integer, intent(in) :: start(:), face(:)   !< start of each cell in `face`; faces by cells
+      integer, intent(in) :: start(:), face(:)   !< start of each cell in `face`; its faces
       integer, intent(in) :: pair(2)             !< two joined cells
       integer, parameter :: most = 64            !< largest number of cells of a path
       integer :: list(most), at, found, k, next
@@ -113,7 +113,7 @@ contains
       end do
    end function is_path_of_faces
 
-   !> .true. if two cells were joined at the start.
+   !> .true. if two cells were joined at the start of the run.
    pure logical function were_joined(first, a, b)
       type(blocks_type), intent(in) :: first  !< blocks with the lists of all initially joined cells
       integer, intent(in) :: a, b             !< cells
@@ -124,11 +124,11 @@ contains
       end associate
    end function were_joined
 
-   !> Append the faces of two cells.
+   !> Append the faces that two cells share.
    subroutine add_faces(blocks, a, b, welds, n)
       type(blocks_type), intent(in) :: blocks  !< blocks at the start
       integer, intent(in) :: a, b              !< cells of a body
-      type(weld_type), allocatable, intent(inout) :: welds(:)  !< entries 1 … n count
+      type(weld_type), allocatable, intent(inout) :: welds(:)  !< entries 1 … n are used
       integer, intent(inout) :: n              !< number of faces
       type(weld_type), allocatable :: more(:)
       real(wp) :: small, low, high
@@ -173,7 +173,7 @@ contains
    end subroutine find_overlap
 
    !> Find two joined cells with free edges that face each other across a gap; 0 if there are none.
-   !> Such a missed face would be a crack that neither welds nor contacts can close.
+   !> Such a gap without a face would be a crack across which neither welds nor contacts act.
    pure subroutine find_gap(blocks, a, b)
       type(blocks_type), intent(in) :: blocks  !< blocks with `joined` and inner edges
       integer, intent(out) :: a, b             !< cells of a body

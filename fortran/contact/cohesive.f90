@@ -22,7 +22,7 @@ module dda_cohesive
    private
    public :: cohesive_type, new_cohesive, spent_bounds
 
-   integer, parameter :: spent_bounds(2) = [4, 5] !< columns of bounds of the dissipated energy
+   integer, parameter :: spent_bounds(2) = [4, 5] !< columns of both bounds of the dissipated energy
 
    real(wp), parameter :: nothing = 1.0e-6_wp  !< smaller fractions of the strength count as zero
    integer, parameter :: most_steps = 60       !< iterations of Newton's method (monotone)
@@ -32,7 +32,7 @@ module dda_cohesive
       real(wp) :: friction = 0.0_wp   !< tan φ
       real(wp) :: strengths(2) = 0.0_wp  !< T, c, Pa
       real(wp) :: energies(2) = 0.0_wp   !< G_I, G_II, N/m
-      logical :: exponential = .false.   !< softening
+      logical :: exponential = .false.   !< softening is exponential; else linear
    contains
       procedure :: strength
       procedure :: reduced_strengths
@@ -52,7 +52,7 @@ module dda_cohesive
 
 contains
 
-   !> Create the law of a joint material, without its stiffness.
+   !> Create the law of a joint material, but do not set its stiffness.
    pure type(cohesive_type) function new_cohesive(joint) result(law)
       type(joint_type), intent(in) :: joint  !< checked input
 
@@ -93,7 +93,7 @@ contains
 
       !> Message if a fracture energy does not exceed the elastic energy at the strength.
       pure function brittle_text(name, energy, strength, stiffness) result(words)
-         character(len=*), intent(in) :: name                !< variable of the energy
+         character(len=*), intent(in) :: name  !< name of the fracture energy in the input
          real(wp), intent(in) :: energy, strength, stiffness !< N/m, Pa, Pa/m
          character(len=:), allocatable :: words
 
@@ -141,8 +141,8 @@ contains
    !> Damage at an opening and a slip, never less than the earlier damage.
    pure real(wp) function damage(law, opening, slip, before)
       class(cohesive_type), intent(in) :: law  !< law of the joint
-      real(wp), intent(in) :: opening, slip    !< m; negative: closed
-      real(wp), intent(in) :: before           !< damage so far
+      real(wp), intent(in) :: opening, slip    !< m; opening < 0: closed
+      real(wp), intent(in) :: before           !< damage before
       type(mixture_type) :: mixture
       real(wp) :: left
 
@@ -157,11 +157,11 @@ contains
       damage = max(before, 1.0_wp - left/mixture%measure)
    end function damage
 
-   !> Fracture energy, N/m, dissipated between two damages in the mode of an opening and a slip.
+   !> Fracture energy, N/m, dissipated while damage grows, in the mode of an opening and a slip.
    pure real(wp) function spent(law, opening, slip, from, to)
       class(cohesive_type), intent(in) :: law  !< law of the joint
       real(wp), intent(in) :: opening, slip    !< m
-      real(wp), intent(in) :: from, to         !< damage
+      real(wp), intent(in) :: from, to         !< damage before and after
       type(mixture_type) :: mixture
 
       spent = 0.0_wp

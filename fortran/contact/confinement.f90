@@ -15,7 +15,7 @@ module dda_confinement
    private
    public :: confine_contacts
 
-   real(wp), parameter :: touching = 1.0e-6_wp    !< largest gap of touching edges over their length
+   real(wp), parameter :: touching = 1.0e-6_wp    !< largest gap of touching edges, over edge length
 
 contains
 
@@ -25,7 +25,7 @@ contains
       type(blocks_type), intent(in) :: blocks         !< blocks in their first state
       type(laws_type), intent(in) :: laws             !< laws of the joints
       real(wp), intent(in) :: gradient(:,:)           !< [2,blocks] ∂σx/∂y and ∂σy/∂y, Pa/m
-      integer, intent(out) :: crushed  !< a contact whose law cannot exert its force, else 0
+      integer, intent(out) :: crushed  !< contact whose law cannot reach the force, else 0
       real(wp) :: traction(2), normal, length, closure
       integer :: c
 

@@ -30,8 +30,8 @@ module dda_contact
    integer, parameter :: is_carried = 3     !< impact law: one of the two blocks is struck
    integer, parameter :: is_lifted = 4      !< impact law: opened, retains part of the force
 
-   integer, parameter :: usual_variables = 60  !< arrays of a list, at first
-   integer, parameter :: spare = 64         !< one spare place per 64 contacts is allocated
+   integer, parameter :: usual_variables = 60  !< initial number of variables in a copy
+   integer, parameter :: spare = 64  !< memory for one more contact per 64 contacts is allocated
 
    !> List of contacts as structure of arrays; entries 1 … n are used.
    type :: contacts_type
@@ -43,7 +43,7 @@ module dda_contact
       ! unsaved, set before it is used: gap_change, slip_change
       integer :: n = 0
       ! Identity
-      integer, allocatable :: vertex(:)    !< touching vertex; edge of a point between corners
+      integer, allocatable :: vertex(:)    !< touching vertex; for a point between corners, its edge
       integer, allocatable :: edge(:)          !< touched edge, given by its first vertex
       integer, allocatable :: corner(:)        !< vertex of a contact of two corners, else 0
       integer, allocatable :: block_v(:)       !< block that owns the vertex
@@ -74,15 +74,15 @@ module dda_contact
       ! History and linearised normal force, only in models with joint laws
       logical :: with_laws = .false.
       real(wp), allocatable :: length(:)       !< tributary length, m; 0: not yet set
-      integer, allocatable :: point(:)   !< number in the overlap, see dda_contact_points; 0: corner
+      integer, allocatable :: point(:)   !< number in the overlap (dda_contact_points); 0: corner
       real(wp), allocatable :: fraction(:)  !< position of a point as a fraction of the edge, else 0
-      real(wp), allocatable :: share(:)     !< fraction of the stiffness of a contact, 1 at a corner
+      real(wp), allocatable :: share(:)     !< fraction of k_n and k_s; 1 in joints with two points
       real(wp), allocatable :: memory(:,:)     !< [columns,n] memory of the joint laws
-      real(wp), allocatable :: begins(:)       !< initial memory of a contact without history
-      real(wp), allocatable :: was_weakened(:) !< bonded at the start of the step
+      real(wp), allocatable :: begins(:)  !< [columns] initial memory of a contact without history
+      real(wp), allocatable :: was_weakened(:) !< column `weakened` at the start of the step
       !> [2,n] slopes: of the normal force −dN/dgap, and of the shear force if sticking, N/m
       real(wp), allocatable :: tangent(:,:)
-      real(wp), allocatable :: line(:,:)       !< [2,n] tangent forces at zero gap and stretch, N/m
+      real(wp), allocatable :: line(:,:)  !< [2,n] tangent forces at zero gap, zero stretch, N/m
       !> [2,n] rise per unit of slip of a sliding contact that slip lifts: assumed value; value in
       !> K̂.  The normal force acts along gap − rise × slip; `slide_force` is the remaining friction
       real(wp), allocatable :: tilt(:,:)
@@ -96,7 +96,7 @@ module dda_contact
       ! Damping and impacts, only in models with such joints
       logical :: with_damping = .false.
       integer, allocatable :: damping(:)  !< not_damped, is_damped, … (see above)
-      real(wp), allocatable :: rate(:,:)       !< [2,n] initial rates of gap and slip, m/s
+      real(wp), allocatable :: rate(:,:)       !< [2,n] rates of gap and slip at the start, m/s
       real(wp), allocatable :: lead(:)         !< lead, s: the spring acts at gap + lead × rate
       real(wp), allocatable :: spring_gap(:)   !< gap + lead × rate at the start of the step, m
       real(wp), allocatable :: static_force(:) !< normal force without impacts, N/m
@@ -173,7 +173,7 @@ module dda_contact
    !> Operation that copies some contacts from one list, and then places the copies in another.
    type, extends(operation_type) :: copy_type
       integer, allocatable :: list(:)  !< contacts to copy; not allocated: place the copies
-      integer :: n = 0                 !< variables so far
+      integer :: n = 0                 !< number of variables copied or placed so far
       type(variable_type), allocatable :: copied(:)
    contains
       procedure :: apply => copy_variable

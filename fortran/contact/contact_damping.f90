@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Dashpots and impact law: action of an unbonded contact in a step if its joint has a `restitution`
+!> Dashpots and impact law of unbonded contacts in a step, if their joint has a `restitution`
 !> or a `damping`.
 !>
-!> Each makes the gap and the stretch that act on the springs an affine function of the true ones,
+!> Both make the gap and the stretch that act on the springs affine functions of the true values,
 !>
 !>     acting gap = gap₀ + gain·(gap₁ − gap₀) + shift ,   N = max(0, −k_n × acting gap) ,
 !>
@@ -28,7 +28,7 @@ module dda_contact_damping
    public :: losses_type, damp_contacts, find_static_forces, strike, carry, lift, is_approached, &
       softness_of, spring_energy, losses_of
 
-   !> a closing contact with less penetration, over the approach in a step, has just touched
+   !> ratio of penetration to approach in a step below which a closing contact has just touched
    real(wp), parameter :: just_touched = 0.25_wp
    !> stiffness of the impact law over M/(χΔt²), the inverse of the relative velocity error
    real(wp), parameter :: rigidity = 1.0e5_wp
@@ -225,7 +225,7 @@ contains
          + inverse_mass_along(blocks%inertia(:, contacts%block_e(c)), rows%normal_e)
    end function softness_of
 
-   !> Inverse of the effective mass of one block, for rigid motions.
+   !> Inverse of the effective mass of one block for rigid motions, 1/kg per metre.
    pure real(wp) function inverse_mass_along(inertia, row) result(softness)
       real(wp), intent(in) :: inertia(4)  !< see `blocks_type`
       real(wp), intent(in) :: row(6)      !< ∂gap/∂q

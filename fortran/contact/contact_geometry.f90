@@ -58,7 +58,7 @@ contains
       end do
    end subroutine set_contacts
 
-   !> Set the geometry of contact c between an edge and a material point of another edge, `vertex`.
+   !> Set the geometry of contact c between an edge and a material point of the edge `vertex`.
    pure subroutine set_point(contacts, c, blocks, fraction)
       type(contacts_type), intent(inout) :: contacts  !< list of contacts
       integer, intent(in) :: c                        !< number of the contact

@@ -13,7 +13,7 @@ module dda_contact_gradients
    public :: rows_type, acting_rows, add_forces, find_rows, &
       measure_contacts, measure_range, relative_motion, set_gradient, normal_row, shear_row
 
-   !> Rows of a contact in the coordinates of its blocks: one for displacements, one for forces.
+   !> Gradients of gap and slip of a contact in the coordinates q of its two blocks.
    type :: rows_type
       real(wp) :: normal_v(6)  !< ∂gap/∂q of the vertex block
       real(wp) :: normal_e(6)  !< −∂gap/∂q of the edge block
@@ -53,7 +53,7 @@ contains
       end associate
    end subroutine find_rows
 
-   !> Rows for the forces of contact c in K̂, tilted if slip lifts the contact.
+   !> Compute the rows for the forces of contact c in K̂, tilted if slip lifts the contact.
    pure subroutine acting_rows(contacts, c, rows)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c                     !< number of the contact

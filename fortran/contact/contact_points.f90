@@ -7,7 +7,7 @@
 !> hundredth of its length.  A new point begins with the history of the nearest contact of its
 !> overlap, which keeps the stress continuous.
 !>
-!> Where an edge continues in a straight line, the overlap ends without a corner and has a point.
+!> If an edge continues in a straight line, the overlap ends there without a corner, at a point.
 module dda_contact_points
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -20,14 +20,14 @@ module dda_contact_points
    private
    public :: point_list_type, add_points, move_points
 
-   real(wp), parameter :: same = 1.0e-2_wp  !< smaller moves, over the overlap, are ignored
+   real(wp), parameter :: same = 1.0e-2_wp  !< moves below this fraction of the overlap are ignored
 
    !> A list of contacts with its points, before their geometry is computed.
    type :: point_list_type
       integer :: n = 0                                   !< contacts
       integer :: pair = 1  !< first contact of the near pair being processed
       type(candidate_type), allocatable :: candidate(:)  !< [n]
-      integer, allocatable :: point(:)                   !< [n] 0: corner
+      integer, allocatable :: point(:)                   !< [n] number in the overlap; 0: corner
       real(wp), allocatable :: fraction(:)  !< [n] position as a fraction of the edge
    end type point_list_type
 
@@ -188,12 +188,12 @@ contains
       end do
    end subroutine move_points
 
-   !> Copy a history from the nearest contact of the same overlap with a history.
+   !> Copy the history of the nearest contact that has one and belongs to the same overlap.
    pure subroutine copy_nearest_history(contacts, c, blocks, laws, matched)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       integer, intent(in) :: c                        !< point without a history
       type(blocks_type), intent(in) :: blocks         !< present geometry
-      type(laws_type), intent(in) :: laws             !< memory of the contacts
+      type(laws_type), intent(in) :: laws             !< laws of the joints and their columns
       logical, intent(in) :: matched(:)               !< [n] contacts with a history
       real(wp) :: apart, least
       integer :: k, nearest, step

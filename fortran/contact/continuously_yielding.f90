@@ -36,7 +36,7 @@ module dda_continuously_yielding
 
 contains
 
-   !> Create the law of a joint material, without its stiffness.
+   !> Create the law of a joint material, but do not set its stiffness.
    pure type(continuously_yielding_type) function new_continuously_yielding(joint) result(law)
       type(joint_type), intent(in) :: joint  !< checked input
 
@@ -98,7 +98,7 @@ contains
       type(joint_state_type), intent(in) :: state           !< state at the start of the step
       real(wp), intent(in) :: normal_force                  !< ≥ 0, N/m
       real(wp), intent(in) :: stretch  !< stretch of the shear spring without slip, m
-      real(wp), intent(out) :: shear_force, tangent         !< N/m; ≥ 0, N/m per m
+      real(wp), intent(out) :: shear_force, tangent         !< N/m; tangent ≥ 0, N/m per m
       real(wp) :: k_s, bound, slip, direction, share, ratio, left
 
       shear_force = 0.0_wp

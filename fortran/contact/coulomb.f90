@@ -39,7 +39,7 @@ module dda_coulomb
 
 contains
 
-   !> Create the law of a joint material, without its stiffness.
+   !> Create the law of a joint material, but do not set its stiffness.
    pure type(coulomb_type) function new_coulomb(joint) result(law)
       type(joint_type), intent(in) :: joint  !< checked input
 

@@ -17,7 +17,7 @@ module dda_crossings
    public :: most_across, find_crossings, part_corners, forget_parted
 
    integer, parameter :: most_across = 3        !< most corners opposite a vertex (six triangles)
-   real(wp), parameter :: touching = 1.0e-6_wp  !< gap or overlap that counts as zero over length
+   real(wp), parameter :: touching = 1.0e-6_wp  !< largest zero gap or overlap, over length
 
 contains
 

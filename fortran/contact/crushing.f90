@@ -30,12 +30,12 @@ module dda_crushing
       procedure :: state_after_slip
       procedure :: lift
       procedure :: reduced_strengths
-      procedure, private :: most
+      procedure, private :: limit
    end type crushing_type
 
 contains
 
-   !> Create the law of a joint material, without its stiffness.
+   !> Create the law of a joint material, but do not set its stiffness.
    pure type(crushing_type) function new_crushing(joint) result(law)
       type(joint_type), intent(in) :: joint  !< checked input
 
@@ -50,12 +50,12 @@ contains
    end function new_crushing
 
    !> Largest normal force after the plastic closure so far, N/m.
-   pure real(wp) function most(law, state)
+   pure real(wp) function limit(law, state)
       class(crushing_type), intent(in) :: law      !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
 
-      most = law%compressive*state%length*max(0.0_wp, 1.0_wp - state%memory(crushed)/law%last)
-   end function most
+      limit = law%compressive*state%length*max(0.0_wp, 1.0_wp - state%memory(crushed)/law%last)
+   end function limit
 
    !> Normal force at a closure, N/m.
    pure real(wp) function normal_force(law, state, closure) result(force)
@@ -63,7 +63,7 @@ contains
       type(joint_state_type), intent(in) :: state  !< state of the contact
       real(wp), intent(in) :: closure              !< m
 
-      force = min(law%initial_spring(state)*closure, law%most(state))
+      force = min(law%initial_spring(state)*closure, law%limit(state))
    end function normal_force
 
    !> Slope of the normal force, N/m.
@@ -73,7 +73,7 @@ contains
       real(wp), intent(in) :: closure              !< m
 
       tangent = law%initial_spring(state)
-      if (tangent*closure > (1.0_wp + round_off)*law%most(state)) tangent = 0.0_wp
+      if (tangent*closure > (1.0_wp + round_off)*law%limit(state)) tangent = 0.0_wp
    end function tangent
 
    !> Closure at a normal force, m; infinite at the strength.
@@ -83,7 +83,7 @@ contains
       real(wp), intent(in) :: force                !< compression positive, N/m
 
       closure = huge(1.0_wp)
-      if (force < law%most(state)) closure = force/law%initial_spring(state)
+      if (force < law%limit(state)) closure = force/law%initial_spring(state)
    end function closure
 
    !> Potential of the normal force, J per metre of thickness.
@@ -93,8 +93,8 @@ contains
       real(wp), intent(in) :: closure              !< m
       real(wp) :: elastic
 
-      elastic = min(closure, law%most(state)/law%initial_spring(state))
-      energy = 0.5_wp*law%initial_spring(state)*elastic**2 + law%most(state)*(closure - elastic)
+      elastic = min(closure, law%limit(state)/law%initial_spring(state))
+      energy = 0.5_wp*law%initial_spring(state)*elastic**2 + law%limit(state)*(closure - elastic)
    end function stored
 
    !> Update the state after a step: add the slip to its path and the plastic closure to p.
@@ -108,7 +108,7 @@ contains
       after = state
       after%memory(slip_path) = state%memory(slip_path) + abs(slip)
       after%memory(crushed) = state%memory(crushed) + max(0.0_wp, state%closure &
-         - state%memory(crushed) - law%most(state)/law%initial_spring(state))
+         - state%memory(crushed) - law%limit(state)/law%initial_spring(state))
    end function state_after_slip
 
    !> Distance, m, by which plastic closure lowers the contact.

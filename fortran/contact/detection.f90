@@ -21,7 +21,7 @@ module dda_detection
    private
    public :: detection_type, prepare_detection, measure_depths, detect_contacts, tolerance_of
 
-   integer, parameter :: spare = 64  !< one spare place per 64 contacts is allocated
+   integer, parameter :: spare = 64  !< memory for one more contact per 64 contacts is allocated
    real(wp), parameter :: corner_share = 0.05_wp  !< size of a corner over its shorter edge
    real(wp), parameter :: straight = cos(3.0_wp*pi/180.0_wp)  !< edges are straight up to 3°
 
@@ -46,7 +46,7 @@ module dda_detection
       integer, allocatable :: across(:,:)
       !> [edges of a thread's chunk of probes]: a probe has at most one contact per edge
       type(candidate_type), allocatable :: candidate(:)
-      integer :: listed = 0              !< number of contacts of the last large list
+      integer :: listed = 0              !< number of contacts in the last large list
    end type detection_type
 
 contains

@@ -20,8 +20,8 @@ module dda_entrance
    real(wp), parameter :: parallel_sine = sin(parallel_angle)
    real(wp), parameter :: same_direction = cos(2*parallel_angle)
    real(wp), parameter :: opposite = -cos(parallel_angle)
-   real(wp), parameter :: tie = 1.0e-9_wp         !< equal depths differ by less, over corner size
-   real(wp), parameter :: same_place = 1.0e-6_wp  !< smallest overlap over the corner size
+   real(wp), parameter :: tie = 1.0e-9_wp  !< largest difference of equal depths, over corner size
+   real(wp), parameter :: same_place = 1.0e-6_wp  !< smallest overlap, over corner size
 
    !> A vertex beside an edge.
    type :: choice_type
@@ -83,7 +83,7 @@ contains
       integer, intent(in) :: v, w                  !< vertices of two blocks
       real(wp), intent(in) :: tolerance, travel    !< m, see `is_glancing`
       type(corners_type), intent(out) :: corners   !< result
-      integer, parameter :: before(4) = [3, 3, 1, 1], after(4) = [4, 4, 2, 2]  !< of the vertex
+      integer, parameter :: before(4) = [3, 3, 1, 1], after(4) = [4, 4, 2, 2]  !< edges at vertex
       logical, parameter :: at_end(4) = [.true., .false., .true., .false.]  !< corner at edge end
       real(wp) :: along(4, 2), from(4, 2), length(4)
       logical :: past_end(4)
@@ -187,7 +187,7 @@ contains
       other = 0
    end function other_end
 
-   !> .true. if a parallel edge has its foot nearer to the edge than choice i.
+   !> .true. if a choice parallel to choice i has less overshoot of its foot than choice i.
    pure logical function is_superseded(corners, admissible, i, small)
       type(corners_type), intent(in) :: corners  !< choices
       logical, intent(in) :: admissible(4)       !< choices that may be the entrance
@@ -203,9 +203,9 @@ contains
       end do
    end function is_superseded
 
-   !> Mark the glancing choices that cannot be the entrance.  If some choices are neither glancing
-   !> nor deep, these are the choices with other directions; otherwise, choices that are approached
-   !> faster.
+   !> Mark the glancing choices that cannot be the entrance.  If a choice is neither glancing nor
+   !> deep, glancing choices with other directions are excluded; else the glancing choices that are
+   !> approached faster.
    pure function excluded_choices(blocks, corners, tolerance)  ! total
       type(blocks_type), intent(in) :: blocks    !< present geometry and velocities
       type(corners_type), intent(in) :: corners  !< choices

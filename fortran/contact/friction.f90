@@ -23,7 +23,7 @@ module dda_friction
       slip_counts, bond_length_of, multiplier_of, friction_bound, slide_response, closed_springs, &
       same_branch, start_force
 
-   real(wp), parameter :: round_off = 1.0e-9_wp  !< smaller slip, over the stretch, is ignored
+   real(wp), parameter :: round_off = 1.0e-9_wp  !< slip, over stretch, that is ignored
 
    !> Stiffness of all contacts and strength of each joint material.
    type :: laws_type
@@ -47,8 +47,8 @@ module dda_friction
       logical :: cohesive = .false.             !< some law has bonds with damage
       integer, allocatable :: points(:)         !< [joints] contacts of an overlap: 2, 3, 5, 9 or 17
       logical :: pointed = .false.              !< a joint has more than two contact points
-      type(column_type), allocatable :: columns(:) !< initial memory of a contact
-      type(law_slot_type), allocatable :: slot(:)  !< [joints]
+      type(column_type), allocatable :: columns(:) !< variables that laws store per contact
+      type(law_slot_type), allocatable :: slot(:)  !< [joints] law of each joint
    end type laws_type
 
 contains
@@ -346,14 +346,14 @@ contains
          end if
          contacts%state(c) = contacts%trial_state(c)
          if (laws%curved) then
-            if (creeps(contacts, laws, c, stretch)) contacts%state(c) = contact_slide
+            if (slip_is_inelastic(contacts, laws, c, stretch)) contacts%state(c) = contact_slide
          end if
          contacts%stretch(c) = stretch
       end do
    end subroutine accept_contacts_range
 
    !> .true. if most of the slip of contact c is inelastic; its shear force is then a curve.
-   pure logical function creeps(contacts, laws, c, stretch)
+   pure logical function slip_is_inelastic(contacts, laws, c, stretch)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c         !< number of the contact
@@ -361,12 +361,12 @@ contains
       real(wp) :: inelastic
 
       inelastic = contacts%slip(c) - (stretch - contacts%stretch(c))
-      creeps = laws%slot(contacts%joint(c))%law%flows .and. contacts%trial_state(c) &
+      slip_is_inelastic = laws%slot(contacts%joint(c))%law%flows .and. contacts%trial_state(c) &
          /= contact_open .and. abs(inelastic) > max(0.5_wp*abs(contacts%slip(c)), &
          round_off*abs(stretch))
-   end function creeps
+   end function slip_is_inelastic
 
-   !> .true. if the inelastic slip of contact c is included in its law.
+   !> .true. if the inelastic slip of contact c changes the state of its law.
    pure logical function slip_counts(contacts, laws, c)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts

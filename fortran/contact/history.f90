@@ -19,7 +19,7 @@ module dda_history
    private
    public :: history_type, prepare_history, inherit
 
-   real(wp), parameter :: same_direction = cos(atan(1.0_wp))  !< 45°
+   real(wp), parameter :: same_direction = cos(atan(1.0_wp))  !< change of direction < 45°
    !> change of the gap, over the penetration, if vertex and edge exchange roles
    real(wp), parameter :: slack = 0.1_wp
 
@@ -35,7 +35,7 @@ module dda_history
       logical, allocatable :: transferred(:) !< [old contacts] has a successor
       logical, allocatable :: matched(:)     !< [new contacts] has a predecessor
       integer :: n_unmatched = 0
-      !> positions, ascending, at which the two lists differ
+      !> positions at which the two lists differ, ascending
       integer, allocatable :: unmatched(:)
    end type history_type
 
@@ -77,7 +77,7 @@ contains
       if (begun) call reject_deep_contacts(new, history)
    end subroutine inherit
 
-   !> Copy the histories of contacts (most) with the same position in both lists; start the others.
+   !> Copy histories of contacts with the same position in both lists, and initialise the others.
    subroutine transfer_in_place(new, old, history, begun)
       type(contacts_type), intent(inout) :: new     !< receives history
       type(contacts_type), intent(in) :: old        !< list of the last step
@@ -209,7 +209,7 @@ contains
       distance_change = abs(new%gap(c) - (old%new_gap(o) + old%offset(o)))
    end function distance_change
 
-   !> Subtract the offsets from the gaps, which then count from zero force.
+   !> Subtract the offsets from the gaps, so that the normal force is zero at zero gap.
    pure subroutine subtract_offsets(new, history)
       type(contacts_type), intent(inout) :: new  !< distances become gaps
       type(history_type), intent(in) :: history  !< index of the unmatched contacts
@@ -222,7 +222,7 @@ contains
       end do
    end subroutine subtract_offsets
 
-   !> Initialise a contact without history.
+   !> Initialise contact c, which has no history.
    pure subroutine start_contact(new, c, touching, begun)
       type(contacts_type), intent(inout) :: new  !< list with geometry
       integer, intent(in) :: c                   !< contact
@@ -302,7 +302,7 @@ contains
             else if (same_edge) then
                if (old%vertex(o) == new%vertex(c) .and. old%edge(o) == new%edge(c)) found = o
             else if (.not. history%transferred(o)) then
-               if (succeeds(new, c, old, o, history%largest_jump)) found = o
+               if (can_replace(new, c, old, o, history%largest_jump)) found = o
             end if
             link = history%next(link)
          end do
@@ -320,21 +320,21 @@ contains
 
    !> .true. if new contact c can replace old contact o: both have the same two blocks, about the
    !> same distance, and the same direction.
-   pure logical function succeeds(new, c, old, o, largest_jump)
+   pure logical function can_replace(new, c, old, o, largest_jump)
       type(contacts_type), intent(in) :: new, old  !< lists
       integer, intent(in) :: c, o                  !< new and old contact
-      real(wp), intent(in) :: largest_jump         !< change of the distance, m
+      real(wp), intent(in) :: largest_jump         !< largest change of the distance, m
       real(wp) :: facing
 
       facing = dot_product(new%normal(:, c), old%normal(:, o))
-      succeeds = .false.
+      can_replace = .false.
       if (distance_change(new, c, old, o) > largest_jump) return
       if (new%block_v(c) == old%block_v(o) .and. new%block_e(c) == old%block_e(o)) then
-         succeeds = facing > same_direction
+         can_replace = facing > same_direction
       else if (new%block_v(c) == old%block_e(o) .and. new%block_e(c) == old%block_v(o)) then
-         succeeds = -facing > same_direction
+         can_replace = -facing > same_direction
       end if
-   end function succeeds
+   end function can_replace
 
    !> Offset, m, of a contact that replaces an old contact.
    !> The old offset is used unless it would at once compress the spring much more.

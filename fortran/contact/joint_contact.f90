@@ -3,8 +3,8 @@
 !> iteration.
 !>
 !> The line N = N₀ − k g is tangent to the law at a closure.  If the joint closes more than the line
-!> predicted, the next line is the tangent at the closure whose force is that of the line, otherwise
-!> at the computed closure: Newton's method for compliance or for stiffness, each if it is monotone.
+!> predicted, the next tangent is taken at the closure that has the force of the line, else at the
+!> computed closure.  This is Newton's method for compliance or stiffness, whichever is monotone.
 module dda_joint_contact
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
@@ -17,7 +17,7 @@ module dda_joint_contact
       centre_shift, opens_at_centre, slip_lifts, most_closings
 
    integer, parameter :: most_closings = 8 !< after more closings in a step, contacts first slide
-   real(wp), parameter :: first_share = 0.5_wp  !< first force over the force of the initial spring
+   real(wp), parameter :: first_share = 0.5_wp  !< first assumed force over initial spring force
 
 contains
 
@@ -95,7 +95,7 @@ contains
    end function closure_of
 
    !> .true. if slip in this step lifts contact c.
-   !> It does not in the step in which the contact closes, because the normal force would jump.
+   !> In the step in which the contact closes, slip does not lift it: the normal force would jump.
    pure logical function slip_lifts(contacts, law, c)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       class(joint_law_type), intent(in) :: law     !< law of the contact

@@ -74,12 +74,12 @@ module dda_joint_law
       logical :: curved = .false.            !< the normal force is not linear in the closure
       logical :: dilates = .false.           !< slip lifts the contact
       logical :: crushes = .false.           !< plastic closure lowers the contact
-      logical :: has_centre = .false.        !< slip away from zero net slip and back differ
-      !> its forces have a convex potential if friction bounds are frozen
+      logical :: has_centre = .false.        !< slip from and towards zero net slip differ
+      !> the forces have a convex potential if friction bounds are frozen
       logical :: convex = .true.
       logical :: flows = .false.             !< the shear force is a curve of slip, see `flow`
       logical :: cohesive = .false.   !< a bond parallel to the contact is damaged gradually
-      integer :: points = 2                  !< contact points of an overlap, if not given
+      integer :: points = 2                  !< default number of contact points of an overlap
       !> memory in addition to the shared columns; unused entries have no name
       type(column_type) :: own(most_own) = column_type('')
       integer :: columns = 0                     !< columns of memory, including the shared ones
@@ -273,7 +273,7 @@ contains
       type(joint_state_type), intent(in) :: state         !< state at the start of the step
       real(wp), intent(in) :: normal_force                !< ≥ 0, N/m
       real(wp), intent(in) :: stretch  !< stretch of the shear spring without slip, m
-      real(wp), intent(out) :: shear_force, tangent       !< N/m; ≥ 0, N/m per m
+      real(wp), intent(out) :: shear_force, tangent       !< N/m; tangent ≥ 0, N/m per m
 
       tangent = law%shear_spring(state)
       shear_force = tangent*stretch

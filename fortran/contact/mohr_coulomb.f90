@@ -38,7 +38,7 @@ module dda_mohr_coulomb
 
 contains
 
-   !> Create the law of a joint material, without its stiffness.
+   !> Create the law of a joint material, but do not set its stiffness.
    pure type(mohr_coulomb_type) function new_mohr_coulomb(joint) result(law)
       type(joint_type), intent(in) :: joint  !< checked input
 

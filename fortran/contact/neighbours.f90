@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Neighbour search: near pairs of blocks by a grid of cells in O(n), then probes of each pair.
 !>
-!> A probe is a convex vertex with the edges of another block within a search distance.  This
-!> exceeds the contact distance by a margin: the list is valid until a vertex has moved by half of
-!> it.
+!> A probe is a convex vertex with the edges of another block within a search distance.  The search
+!> distance exceeds the contact distance by a margin; the list is valid until a vertex has moved by
+!> half of the margin.
 module dda_neighbours
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, is_convex
@@ -13,7 +13,7 @@ module dda_neighbours
    private
    public :: neighbours_type, find_neighbours, find_near_pairs, find_corners
 
-   !> limit of near pairs of a small model; large models may have 100 pairs per block
+   !> largest number of near pairs in a small model; large models may have 100 pairs per block
    integer, parameter :: most_pairs = 1000000
 
    !> Near pairs and probes.
@@ -321,7 +321,7 @@ contains
    !> Find the convex ends of each probe's edges that are near its vertex, in the order of the
    !> edges.
    !>
-   !> Vertices farther apart than twice the unused reach cannot touch before the next search.
+   !> Vertices farther apart than twice `reach − travel` cannot touch before the next search.
    subroutine find_corners(neighbours, blocks)
       type(neighbours_type), intent(inout) :: neighbours  !< probes; corners are replaced
       type(blocks_type), intent(in) :: blocks             !< present geometry

@@ -39,7 +39,7 @@ module dda_plesha
 
 contains
 
-   !> Create the law of a joint material, without its stiffness.
+   !> Create the law of a joint material, but do not set its stiffness.
    pure type(plesha_type) function new_plesha(joint) result(law)
       type(joint_type), intent(in) :: joint  !< checked input
 

@@ -42,7 +42,7 @@ module dda_rate_state
 
 contains
 
-   !> Create the law of a joint material, without its stiffness.
+   !> Create the law of a joint material, but do not set its stiffness.
    pure type(rate_state_type) function new_rate_state(joint) result(law)
       type(joint_type), intent(in) :: joint  !< checked input
 
@@ -68,7 +68,7 @@ contains
       character(len=:), allocatable, intent(out) :: wrong  !< error message, blank if none
 
       wrong = ''
-      if (.not. joint%state_distance > 0.0_wp) joint%state_distance = 1.0_wp  ! without effect
+      if (.not. joint%state_distance > 0.0_wp) joint%state_distance = 1.0_wp  ! no effect if b = 0
       if (.not. joint%reference_velocity > 0.0_wp) &
          joint%reference_velocity = joint%threshold_velocity
       if (.not. joint%initial_age > 0.0_wp) &
@@ -122,7 +122,7 @@ contains
       type(joint_state_type), intent(in) :: state    !< state at the start of the step
       real(wp), intent(in) :: normal_force           !< ≥ 0, N/m
       real(wp), intent(in) :: stretch                !< stretch of the shear spring without slip, m
-      real(wp), intent(out) :: shear_force, tangent  !< N/m; ≥ 0, N/m per m
+      real(wp), intent(out) :: shear_force, tangent  !< N/m; tangent ≥ 0, N/m per m
       real(wp) :: k_s, sticking, direct, slow, u, slope
 
       k_s = law%shear_spring(state)

@@ -18,7 +18,7 @@ module dda_tributary
    public :: contact_overlap, set_lengths
 
    real(wp), parameter :: same = 1.0e-2_wp  !< smaller relative changes are ignored
-   real(wp), parameter :: least = 1.0e-9_wp       !< least length of a contact over the edge length
+   real(wp), parameter :: least = 1.0e-9_wp       !< least length of a contact, over edge length
 
 contains
 
