@@ -25,7 +25,7 @@ module dda_block_matrix
       real(wp), allocatable :: lower(:,:,:)    !< [6,6,entries] block (row, column)
    end type block_matrix_type
 
-   integer, parameter :: parallel_from = 500   !< least number of block rows for threads
+   integer, parameter :: parallel_from = 500   !< least number of block rows to use threads
 
 contains
 
@@ -208,7 +208,7 @@ contains
       norm = sqrt(norm)
    end function terms_of_product
 
-   !> Set a row to B x.
+   !> Compute row = B x.
    pure subroutine multiply_block(b, x, row)
       real(wp), intent(in) :: b(6, 6), x(6)  !< B and x
       real(wp), intent(out) :: row(6)  !< product
@@ -216,7 +216,7 @@ contains
       row = b(:, 1)*x(1) + b(:, 2)*x(2) + b(:, 3)*x(3) + b(:, 4)*x(4) + b(:, 5)*x(5) + b(:, 6)*x(6)
    end subroutine multiply_block
 
-   !> Add B x to a row.
+   !> Compute row = row + B x.
    pure subroutine add_product(b, x, row)
       real(wp), intent(in) :: b(6, 6), x(6)  !< B and x
       real(wp), intent(inout) :: row(6)  !< sum
@@ -225,7 +225,7 @@ contains
          + b(:, 6)*x(6))
    end subroutine add_product
 
-   !> Add Bᵀ x to a row.
+   !> Compute row = row + Bᵀ x.
    pure subroutine add_transposed_product(b, x, row)
       real(wp), intent(in) :: b(6, 6), x(6)  !< B and x
       real(wp), intent(inout) :: row(6)  !< sum

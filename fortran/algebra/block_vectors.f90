@@ -43,7 +43,7 @@ contains
       end do
    end subroutine multiply_and_add
 
-   !> y = x
+   !> Compute y = x.
    subroutine copy_vector(n, x, y)
       integer, intent(in) :: n            !< number of block rows
       real(wp), intent(in) :: x(6, n)     !< vector

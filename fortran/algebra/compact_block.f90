@@ -11,7 +11,7 @@ module dda_compact_block
 
 contains
 
-   !> Extract the 11 numbers of such a block.
+   !> Extract the 11 numbers of a 6×6 block.
    pure function compact(block) result(numbers)
       real(wp), intent(in) :: block(6, 6)  !< symmetric block with uncoupled translations
       real(wp) :: numbers(compact_size)
@@ -34,7 +34,7 @@ contains
       block(3:6, 6) = [numbers(5), numbers(8), numbers(10:11)]
    end subroutine expand
 
-   !> Product of the block and a vector.
+   !> Compute the product y of the block and a vector x.
    pure subroutine multiply_compact(numbers, x, y)
       real(wp), intent(in) :: numbers(compact_size)  !< values from `compact`
       real(wp), intent(in) :: x(6)   !< any vector

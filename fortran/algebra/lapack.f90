@@ -7,7 +7,7 @@ module dda_lapack
    public :: dgemm, sgemm, dposv, dpotrf, dtrsm, zsysv
 
    interface
-      !> C = alpha op(A) op(B) + beta C, double precision.
+      !> Compute C = alpha op(A) op(B) + beta C in double precision.
       subroutine dgemm(transa, transb, m, n, k, alpha, a, lda, b, ldb, beta, c, ldc)
          import :: wp
          character(len=1), intent(in) :: transa, transb  !< 'N' or 'T'
@@ -17,7 +17,7 @@ module dda_lapack
          real(wp), intent(inout) :: c(ldc, *)  !< [m,n] C
       end subroutine dgemm
 
-      !> C = alpha op(A) op(B) + beta C, single precision.
+      !> Compute C = alpha op(A) op(B) + beta C in single precision.
       subroutine sgemm(transa, transb, m, n, k, alpha, a, lda, b, ldb, beta, c, ldc)
          import :: sp
          character(len=1), intent(in) :: transa, transb  !< 'N' or 'T'

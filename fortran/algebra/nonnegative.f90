@@ -44,7 +44,7 @@ contains
       end do
    end subroutine nonnegative_least_squares
 
-   !> Solve the normal equations of the unknowns of a set; set other unknowns to zero.
+   !> Solve the normal equations of the free unknowns; set the other unknowns to zero.
    subroutine solve_for_set(normal, right, free, x)
       real(wp), intent(in) :: normal(:,:), right(:)  !< AᵀA, Aᵀb
       logical, intent(in) :: free(:)                 !< unknowns of the set

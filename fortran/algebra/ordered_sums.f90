@@ -38,7 +38,7 @@ contains
       last_of = int(p*int(n, long)/pieces(n))
    end function last_of
 
-   !> Range of n rows that this thread processes.
+   !> Find the range of the n rows that this thread processes.
    subroutine share_of_thread(n, first, last)
       integer, intent(in) :: n             !< number of rows
       integer, intent(out) :: first, last  !< first and last index

@@ -31,7 +31,7 @@ contains
    !> Add the change k u uᵀ, u = (a, −b) in two block rows.
    pure subroutine add_change(changes, block_a, a, block_b, b, k)
       type(rank_one_type), intent(inout) :: changes  !< list of changes
-      integer, intent(in) :: block_a, block_b  !< number of block rows
+      integer, intent(in) :: block_a, block_b  !< numbers of the block rows
       !> parts of u, and stiffness, N/m; negative for a removed term
       real(wp), intent(in) :: a(6), b(6), k
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> 6×6 matrices.
+!> Inversion of 6×6 matrices.
 module dda_small_matrix
    use dda_kinds, only: wp
    implicit none

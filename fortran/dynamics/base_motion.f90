@@ -29,7 +29,7 @@ module dda_base_motion
    integer, parameter :: base_kinds = base_outcrop  !< number of the last kind
 
    real(wp), parameter :: surface_factor = 2.0_wp !< ratio of free-surface motion to the upward wave
-   real(wp), parameter :: same = 1.0e-9_wp  !< rounding error of direction vectors over their length
+   real(wp), parameter :: same = 1.0e-9_wp  !< rounding error of a direction vector, over its length
 
    !> The base and its motion at the present time.
    type :: base_type
@@ -45,7 +45,7 @@ module dda_base_motion
 
 contains
 
-   !> Set the base of a model; displacements count from the present time.
+   !> Set the base of a model; displacements are measured from the present time.
    subroutine begin_base(base, model, blocks, time)
       type(base_type), intent(out) :: base       !< base of the model
       type(model_type), intent(in) :: model      !< model of the run
@@ -230,7 +230,7 @@ contains
       end do
    end function motion_at
 
-   !> .true. if motions act on the model; reports then name the reference of their values.
+   !> .true. if motions act on the model; reports then name the reference motion.
    pure logical function counts_from_motion(base, model)
       type(base_type), intent(in) :: base        !< base of the model
       type(model_type), intent(in) :: model      !< model of the run

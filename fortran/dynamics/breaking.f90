@@ -5,7 +5,7 @@
 !> replaces the face and begins with the tractions of all three points.  The triangles of the face
 !> are added to their cells.  No force changes, because the stress difference of triangle and cell
 !> becomes an initial stress, which decreases with the damage of the joint.  When the bond has
-!> failed and the face is open, its edges become sides with contacts, as of other blocks.  The
+!> failed and the face is open, its two edges become outer edges, which can have contacts.  The
 !> energy of these changes is the term `breaking` of the energy budget.
 module dda_breaking
    use dda_kinds, only: wp
@@ -189,7 +189,7 @@ contains
       simulation%model%welds(i)%state = weld_open
    end subroutine separate_face
 
-   !> Update the area of each cell that is not part of triangles of faces.
+   !> Update the part of each cell's area that is outside the triangles of its faces.
    !> If faces have opened, update sides, joints and neighbours too.
    subroutine update_cell_areas(simulation, opened)
       type(simulation_type), intent(inout) :: simulation  !< between two steps

@@ -21,7 +21,7 @@ module dda_contact_assembly
    private
    public :: assemble_contacts, assemble_terms, add_to_rows
 
-   integer, parameter :: rows_from = 500   !< smallest number of block rows for threads
+   integer, parameter :: rows_from = 500   !< smallest number of block rows to use threads
 
 contains
 
@@ -257,8 +257,8 @@ contains
    pure subroutine add_to_row(system, b, normal_force, normal, shear_force, shear)
       type(system_type), intent(inout) :: system  !< equations of the step
       integer, intent(in) :: b            !< block
-      real(wp), intent(in) :: normal_force, normal(6)  !< on block, N/m; gradient of the gap
-      real(wp), intent(in) :: shear_force, shear(6)    !< on block, N/m; gradient of the slip
+      real(wp), intent(in) :: normal_force, normal(6)  !< force, N/m; gradient of the gap
+      real(wp), intent(in) :: shear_force, shear(6)    !< force, N/m; gradient of the slip
 
       call add_forces(system%rhs(:, b), normal_force, normal, shear_force, shear)
       system%contact_terms%dirty(b) = max(system%contact_terms%dirty(b), is_dirty_force)

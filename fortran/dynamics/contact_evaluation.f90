@@ -21,8 +21,8 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
       real(wp), intent(inout) :: largest   !< largest force so far, N/m
-      real(wp), intent(out) :: residual    !< largest difference to the assumed forces, N/m
-      logical, intent(in), optional :: measured  !< .true.: gaps and slips are known at d
+      real(wp), intent(out) :: residual    !< largest difference from the assumed forces, N/m
+      logical, intent(in), optional :: measured  !< .true.: gaps and slips at d are already computed
       logical :: measures
       integer :: p
 

@@ -35,7 +35,7 @@ module dda_contact_terms
    !> Terms of the contacts that must be assembled, or passed to the solver.
    type :: contact_terms_type
       logical :: rebuild = .true.             !< contacts or linear part are new
-      logical :: other_matrix = .true.        !< K̂ has changed since the last call
+      logical :: other_matrix = .true.        !< K̂ has changed since the solver was last renewed
       integer, allocatable :: dirty(:)        !< [blocks] parts that must be assembled again
       integer, allocatable :: changed(:)      !< [contacts] parts that have changed
       !> springs and forces depend only on the state if a contact neither slides nor is bonded

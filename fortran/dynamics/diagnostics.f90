@@ -126,14 +126,14 @@ contains
       type(simulation_type), intent(in) :: simulation            !< a run and its state
       type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< warnings are added
 
-      call doubt_strain(simulation, doubts)
-      call doubt_depth(simulation, doubts)
+      call add_strain_warning(simulation, doubts)
+      call add_penetration_warning(simulation, doubts)
       call add_doubts(doubts, bending_doubts(simulation))
-      call doubt_memory(simulation, doubts)
+      call add_memory_warnings(simulation, doubts)
    end subroutine doubt_state
 
    !> Add warnings if variables of joint laws exceed their limits.
-   pure subroutine doubt_memory(simulation, doubts)
+   pure subroutine add_memory_warnings(simulation, doubts)
       type(simulation_type), intent(in) :: simulation            !< a run and its state
       type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< warnings may be added
       real(wp) :: worst
@@ -149,10 +149,10 @@ contains
                short_text(columns(k)%limit)//': '//trim(columns(k)%advice))
          end do
       end associate
-   end subroutine doubt_memory
+   end subroutine add_memory_warnings
 
    !> Add a warning on the largest strain, if it is too large.
-   pure subroutine doubt_strain(simulation, doubts)
+   pure subroutine add_strain_warning(simulation, doubts)
       type(simulation_type), intent(in) :: simulation            !< a run and its state
       type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< a warning may be added
 
@@ -162,10 +162,10 @@ contains
             ' % at t = '//short_text(most%time)//' s; small-strain theory holds up to '// &
             short_text(100*most_strain)//' %')
       end associate
-   end subroutine doubt_strain
+   end subroutine add_strain_warning
 
    !> Add a warning on the largest penetration relative to the smaller block, if it is too large.
-   pure subroutine doubt_depth(simulation, doubts)
+   pure subroutine add_penetration_warning(simulation, doubts)
       type(simulation_type), intent(in) :: simulation            !< a run and its state
       type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< a warning may be added
 
@@ -177,7 +177,7 @@ contains
             short_text(most%time)//' s, '//short_text(100*most%value)// &
             ' % of the size of the smaller block, limit '//short_text(100*deepest)//' %')
       end associate
-   end subroutine doubt_depth
+   end subroutine add_penetration_warning
 
    !> Energy residual due to rounding of positions, J/m.  It is the sum of the work of the weight
    !> along the rounding errors of all steps, the work of the noise of contact forces along the

@@ -234,7 +234,7 @@ contains
    end subroutine add_contact
 
    !> Add the energies of one contact under a joint law.
-   !> Friction includes the whole work of the shear force, because this also does work of dilation.
+   !> Friction includes the work that lifts the contact, which `total(5)` contains as a gain.
    pure subroutine add_joint_contact(total, contacts, laws, c)
       real(wp), intent(inout) :: total(5)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step

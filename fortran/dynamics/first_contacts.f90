@@ -134,7 +134,7 @@ contains
       first%found = found
    end subroutine add_movement
 
-   !> Find the largest slip, opening, and sum bound of both for contacts begin … end.
+   !> Find the largest slip, the largest opening and a bound on their sum, for contacts begin … end.
    pure subroutine scan_movements(first, blocks, begin, end, most)
       type(first_contacts_type), intent(in) :: first  !< initially touching contacts
       type(blocks_type), intent(in) :: blocks         !< blocks in their present state

@@ -6,7 +6,7 @@
 !> map of bounds is continuous; it is bounded because frozen friction only dissipates.  By Brouwer's
 !> theorem the map has a fixed point, the solution with friction, for any coefficient of friction.
 !>
-!> If a larger normal force increases the slip resistance and this increases the normal force, the
+!> If a larger normal force increases the slip resistance, which increases the normal force, the
 !> plain iteration diverges from one fixed point, often by 0.1 % per pass, towards another one at
 !> which contacts lock.  Changes of the bounds that keep their direction and do not decrease are
 !> therefore extrapolated; other changes that do not decrease are damped.
@@ -20,8 +20,8 @@ module dda_friction_bounds
 
    real(wp), parameter :: same_way = 0.99_wp !< least cosine of the angle between equal directions
    real(wp), parameter :: stretch = 4.0_wp  !< growth of the extrapolation factor per pass
-   real(wp), parameter :: shorter = 0.5_wp  !< change of `share` if the difference does not decrease
-   real(wp), parameter :: longer = 1.2_wp     !< change of `share` if the difference decreases
+   real(wp), parameter :: shorter = 0.5_wp  !< factor of `share` if the difference does not decrease
+   real(wp), parameter :: longer = 1.2_wp     !< factor of `share` if the difference decreases
 
    !> Iteration of the bounds; a difference is the change of all bounds in a pass.
    type :: bounds_type

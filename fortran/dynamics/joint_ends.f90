@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Warnings on bending of bonded joints with two contact points.  They are three times as stiff and
-!> strong in bending as a joint with linear stress, and results do not show this error.
+!> Warnings on bending of bonded joints with two contact points.  Such joints are three times as
+!> stiff and strong in bending as a joint with linear stress, and results do not show this error.
 !>
 !> If two contacts, each with half of an overlap, have the stresses σ ± s, a linear stress of the
 !> same moment is σ ± 3 s at the ends.

@@ -85,7 +85,7 @@ contains
       end do
    end subroutine renew_lines
 
-   !> Remove the assumed friction from the lines of dilating contacts; contact c does not dilate.
+   !> Remove assumed friction from the lines of dilating contacts, and the dilation of contact c.
    pure subroutine drop_friction(contacts, laws, c)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts

@@ -141,7 +141,7 @@ contains
       end do
    end function kinetic_energy_range
 
-   !> Upper bound on the displacement of any vertex by d, m.
+   !> Upper bound on the displacement of any vertex due to d, m.
    real(wp) function farthest_move(blocks, d) result(move)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates

@@ -39,7 +39,7 @@ module dda_line_search
 
    !> largest number of trial lengths; as many bisections reduce the interval to rounding errors
    integer, parameter :: most_steps = digits(1.0_wp)
-   !> slope that counts as zero over the first slope or its increase
+   !> largest slope that counts as zero, over the first slope or its increase
    real(wp), parameter :: zero_slope = 1.0e-2_wp
 
 contains
@@ -202,7 +202,7 @@ contains
       end do
    end subroutine measure_changes_range
 
-   !> Sum the slopes of contacts in the same branch at both ends, and clear their changes.
+   !> Sum the slopes of contacts in the same branch at both ends, and set their changes to zero.
    subroutine sum_linear(contacts, laws, linear)
       type(contacts_type), intent(inout) :: contacts  !< contacts after `measure_changes`
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts

@@ -57,8 +57,8 @@ contains
 
    !> .true. if the model can be divided into regions.
    !> Only contacts may couple its blocks, the last regions must have reduced the residual, and the
-   !> states that change must be enough for a new factorisation, but not too many.  With bonds that
-   !> may break, walls of 1,000 bricks take 1.2 to 1.7 times the time.
+   !> states that change must be enough for a new factorisation, but not too many.  In models with
+   !> intact bonds, no region is used: walls of 1,000 bricks would take 1.2 to 1.7 times as long.
    pure logical function can_be_divided(iteration, system, contacts)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       type(system_type), intent(in) :: system  !< equations of the step
@@ -169,8 +169,8 @@ contains
       integer, allocatable :: order(:)
       logical :: converged
 
-      call copy_blocks(system, blocks, part)
-      call take_contacts(system, contacts, list, v, e, part, part_contacts, order)
+      call copy_region_equations(system, blocks, part)
+      call copy_region_contacts(system, contacts, list, v, e, part, part_contacts, order)
       part_iteration%max_iterations = few_solves
       part_iteration%relative_tolerance = 0.0_wp
       part_iteration%noise = iteration%tolerance
@@ -189,7 +189,7 @@ contains
    end subroutine iterate_region
 
    !> Copy the equations of a region without contacts; one more block represents all fixed blocks.
-   subroutine copy_blocks(system, blocks, part)
+   subroutine copy_region_equations(system, blocks, part)
       type(system_type), intent(in) :: system  !< system of the whole model
       integer, intent(in) :: blocks(:)         !< blocks of the region
       type(system_type), intent(out) :: part   !< system of the region, without pattern
@@ -215,10 +215,10 @@ contains
          end do
          part%constant(:, held) = compact(rigid)
       end associate
-   end subroutine copy_blocks
+   end subroutine copy_region_equations
 
    !> Copy the contacts of a region sorted by pairs, fixed blocks last, and set the pattern of K̂.
-   subroutine take_contacts(system, contacts, list, v, e, part, own, order)
+   subroutine copy_region_contacts(system, contacts, list, v, e, part, own, order)
       type(system_type), intent(in) :: system  !< system of the whole model
       type(contacts_type), intent(inout) :: contacts  !< contacts of the whole model, unchanged
       integer, intent(in) :: list(:)  !< contacts of the region
@@ -248,7 +248,7 @@ contains
          end associate
       end do
       call allocate_pairs(part, own, held)
-   end subroutine take_contacts
+   end subroutine copy_region_contacts
 
    !> Number the pairs of blocks in contact, and allocate K̂ for them.
    subroutine allocate_pairs(part, own, held)

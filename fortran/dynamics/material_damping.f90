@@ -80,7 +80,7 @@ contains
       if (.not. has_memory(blocks)) return
       !$omp parallel do schedule(static) if (blocks%n >= parallel_from)
       do b = 1, blocks%n
-         call keep_memory(blocks, step, b, d(4:6, b))
+         call update_memory(blocks, step, b, d(4:6, b))
       end do
    end subroutine keep_memories
 
@@ -99,7 +99,7 @@ contains
       end associate
    end subroutine add_damping_matrix
 
-   !> Part due to damping of the factor of the elastic matrix of block b in K̂.
+   !> Return the damping part of the factor by which K̂ contains the elastic matrix of block b.
    pure real(wp) function damping_factor(blocks, step, b) result(factor)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step      !< the present step
@@ -217,7 +217,7 @@ contains
    end function energy_of_block
 
    !> Update ζ_l of block b at the end of a step, before its strains are updated.
-   pure subroutine keep_memory(blocks, step, b, d)
+   pure subroutine update_memory(blocks, step, b, d)
       type(blocks_type), intent(inout) :: blocks  !< blocks at the start of the step
       type(step_type), intent(in) :: step         !< the present step
       integer, intent(in) :: b                    !< number of the block
@@ -232,7 +232,7 @@ contains
                + following(damping, l, step%time_step)*d)
          end do
       end associate
-   end subroutine keep_memory
+   end subroutine update_memory
 
    !> Change of ζ of block b within the step at constant strain, 2h/(1 + h) (Y e₀ − ζ).
    pure function relaxation_change(blocks, damping, b, l, time_step)

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Pattern of the matrix of a run: near pairs of blocks, and blocks that elements couple.
 !>
-!> The terms of the elements state their couplings; if the pattern lacks one, it is renewed.
+!> The pattern is renewed if it lacks a pair of blocks that the terms of the elements couple.
 module dda_matrix_pattern
    use dda_errors, only: error_type, error_solver, fail
    use dda_linear_solver, only: analyse
@@ -23,7 +23,7 @@ contains
    end subroutine set_pattern_of_run
 
    !> Renew the pattern if elements couple other blocks.
-   !> A resumed run has the pattern of its elements, and must have the same one for the same bits.
+   !> A resumed run sets its pattern from its elements; bit-identical results need the same pattern.
    subroutine fit_pattern(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
 

@@ -29,7 +29,7 @@ module dda_maxima
 
 contains
 
-   !> Store a value if it is larger than the present one.
+   !> Store a value if it is larger than the stored one.
    pure subroutine take(largest, value, time, who)
       type(largest_type), intent(inout) :: largest  !< largest value so far
       real(wp), intent(in) :: value        !< value, in its own unit
@@ -152,7 +152,7 @@ contains
       if (any(most(1, :n) > largest(of_penetration)%value) .or. &
          any(most(2, :n) > square_to_exceed(largest(of_contact_force))) .or. &
          any(most(3, :n) > largest(of_penetration_ratio)%value)) &
-         call take_contacts(largest, contacts, size_of, time)
+         call update_contact_maxima(largest, contacts, size_of, time)
    end subroutine add_contacts
 
    !> Square of the largest value so far, for comparison with squares of new values.
@@ -190,7 +190,7 @@ contains
    end subroutine scan_contacts
 
    !> Update the maxima with the values of each contact.
-   pure subroutine take_contacts(largest, contacts, size_of, time)
+   pure subroutine update_contact_maxima(largest, contacts, size_of, time)
       type(largest_type), intent(inout) :: largest(:)  !< [maxima] largest values so far
       type(contacts_type), intent(in) :: contacts      !< contacts of the last step
       real(wp), intent(in) :: size_of(:)   !< [blocks] square root of the area, m
@@ -207,6 +207,6 @@ contains
                + contacts%shear_force(c)**2), time, who)
          end associate
       end do
-   end subroutine take_contacts
+   end subroutine update_contact_maxima
 
 end module dda_maxima

@@ -42,15 +42,15 @@ module dda_open_close
    !> limit of iterations with frozen bounds over the limit with free bounds: frozen bounds converge
    !> slowly but reliably, in some 200 iterations for a wall of 120 bricks at Δt = 20 ms
    integer, parameter :: patience = 8
-   real(wp), parameter :: least_share = 0.1_wp  !< smaller differences over tolerance: no new line
-   integer, parameter :: most_friction_solves = 60   !< most solutions at fixed states
+   real(wp), parameter :: least_share = 0.1_wp  !< no new line below this difference/tolerance
+   integer, parameter :: most_friction_solves = 60   !< largest number of solutions at fixed states
    real(wp), parameter :: loose = 1.0e-2_wp  !< relative residual of all but the final solution
-   real(wp), parameter :: friction_share = 0.2_wp !< reduction of slide force differences till then
+   real(wp), parameter :: friction_share = 0.2_wp !< ratio to reduce slide-force differences by
    !> successive short steps before all sliding contacts retain stiffness: 2 would need 1.3 times as
    !> many factorisations in walls under gravity; with 8, static stages would not converge
    integer, parameter :: most_overshoots = 4
    real(wp), parameter :: near_whole = 0.9_wp  !< α above which a step has not overshot
-   real(wp), parameter :: many_changes = 0.05_wp     !< more changes, over contacts, will overshoot
+   real(wp), parameter :: many_changes = 0.05_wp     !< changes/contacts that cause overshoot
    !> first retained fraction of a secant shear stiffness, and its factor per iteration
    real(wp), parameter :: retained_share = 0.3_wp
    real(wp), parameter :: first_retained = 0.01_wp   !< first `retained` of all sliding contacts
@@ -197,7 +197,7 @@ contains
 
       call begin_iteration(iteration, contacts)
       converged = .false.
-      if (allocated(contacts%held_bound)) then  ! decreasing energy
+      if (allocated(contacts%held_bound)) then  ! the energy must decrease
          call evaluate(iteration, system, contacts, laws)
          call adopt_states(iteration, contacts, laws, changed)
       end if
@@ -263,7 +263,7 @@ contains
       iteration%retained = 0.0_wp
       iteration%reduction = 0.0_wp
       iteration%short_steps = 0
-      iteration%worst = 0  ! not a number in the last list
+      iteration%worst = 0  ! numbers of the last list are invalid
       contacts%close_count(:contacts%n) = 0
       contacts%retained(:contacts%n) = 0.0_wp
    end subroutine begin_iteration
@@ -294,7 +294,7 @@ contains
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      logical, intent(out), optional :: measured  !< gaps and slips are known at d
+      logical, intent(out), optional :: measured  !< gaps and slips at d are already computed
 
       call lap(system%watch, phase_iterate)
       call update_contact_terms(system%contact_terms, contacts, laws)
@@ -314,7 +314,7 @@ contains
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       logical, intent(in) :: exactly  !< satisfy the tolerance at once
-      logical, intent(in) :: measured  !< gaps and slips are known at d
+      logical, intent(in) :: measured  !< gaps and slips at d are already computed
       integer, intent(out) :: diverged  !< see `solve_friction`
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: pass
@@ -346,7 +346,7 @@ contains
       type(system_type), intent(in) :: system  !< equations of the step, solved
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      logical, intent(in), optional :: measured  !< .true.: gaps and slips are known at d
+      logical, intent(in), optional :: measured  !< .true.: gaps and slips at d are already computed
       real(wp) :: largest
 
       largest = iteration%weight
@@ -542,7 +542,7 @@ contains
 
       call break_bonds(iteration, contacts, laws, broken)
       converged = broken == 0
-      if (converged) call tighten(iteration, contacts, converged)
+      if (converged) call update_multipliers(iteration, contacts, converged)
       if (converged .and. laws%cohesive) &
          call renew_damage(contacts, laws, iteration%passes, converged)
    end subroutine check_strength
@@ -565,9 +565,9 @@ contains
       end do
    end subroutine break_bonds
 
-   !> Uzawa's iteration of the augmented Lagrangian, if there is a penetration tolerance: set
-   !> multipliers to the contact forces until no closed contact penetrates or opens by more.
-   subroutine tighten(iteration, contacts, converged)
+   !> Set the multipliers of the augmented Lagrangian to the contact forces (Uzawa's iteration) if a
+   !> closed contact penetrates or opens by more than the penetration tolerance, if one is given.
+   subroutine update_multipliers(iteration, contacts, converged)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       logical, intent(out) :: converged  !< no multiplier has changed
@@ -583,7 +583,7 @@ contains
          if (.not. contacts%bonded(c)) &
             contacts%multiplier(c) = max(0.0_wp, contacts%normal_force(c))
       end do
-   end subroutine tighten
+   end subroutine update_multipliers
 
    !> Adopt the states that follow from the laws, and count the changes.
    subroutine adopt_states(iteration, contacts, laws, changed)
@@ -618,7 +618,7 @@ contains
       integer :: c
 
       do c = first, last
-         call retain(iteration, contacts, laws, by_contact, c)
+         call retain_stiffness(iteration, contacts, laws, by_contact, c)
          if (contacts%state(c) == contact_open .and. contacts%trial_state(c) /= contact_open) &
             contacts%close_count(c) = contacts%close_count(c) + 1
       end do
@@ -644,7 +644,7 @@ contains
    !> overshoot.  An opening contact retains a fraction of its spring for one iteration.  A sliding
    !> contact retains a fraction of the secant stiffness to its bound, which decreases in each
    !> iteration.
-   pure subroutine retain(iteration, contacts, laws, by_contact, c)
+   pure subroutine retain_stiffness(iteration, contacts, laws, by_contact, c)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -667,7 +667,7 @@ contains
          contacts%retained_at(c) = merge(contacts%slip(c), contacts%new_gap(c), &
             state == contact_slide)
       end associate
-   end subroutine retain
+   end subroutine retain_stiffness
 
    !> Ratio of the shear force of a sliding contact to the force of its spring without slip.
    pure real(wp) function secant_share(contacts, laws, c) result(share)

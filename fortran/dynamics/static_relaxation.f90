@@ -120,9 +120,9 @@ contains
          iteration%iterations = i
          iteration%reduction = loose
          call impose_forces(contacts)
-         call correct(iterates, i, iteration, system, solver, contacts, laws, error)
+         call compute_next(iterates, i, iteration, system, solver, contacts, laws, error)
          if (allocated(error)) exit
-         if (force_of(iterates%correction, laws) <= iteration%tolerance) exit
+         if (force_of_correction(iterates%correction, laws) <= iteration%tolerance) exit
          call accelerate(iterates%memory, iterates%x, iterates%image)
          system%d = reshape(iterates%x/iterates%scale, shape(system%d))
          call evaluate(iteration, system, contacts, laws)
@@ -171,7 +171,7 @@ contains
    !> Compute the next d with S, and store the present d if its correction is the smallest so far.
    !> The first iterate, d = 0, is never stored.  The last iterate is stored even if its correction
    !> is up to `ascent` times the smallest one, because its slip is closer to the solution.
-   subroutine correct(iterates, i, iteration, system, solver, contacts, laws, error)
+   subroutine compute_next(iterates, i, iteration, system, solver, contacts, laws, error)
       type(iterate_type), intent(inout) :: iterates  !< iterates of the step
       integer, intent(in) :: i  !< number of the iteration
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
@@ -185,7 +185,7 @@ contains
       d = system%d
       call solve_assumed(iteration, system, solver, contacts, laws, error)
       if (allocated(error)) return
-      if (i == 1) call scale_by(iterates, system%matrix)
+      if (i == 1) call set_scales(iterates, system%matrix)
       iterates%x = iterates%scale*reshape(d, [size(d)])
       iterates%image = iterates%scale*reshape(system%d, [size(d)])
       iterates%correction = inner_product(size(d, 2), iterates%image - iterates%x, &
@@ -195,24 +195,24 @@ contains
       iterates%least = iterates%correction
       iterates%best = d
       if (i == 1) iterates%best = system%d
-   end subroutine correct
+   end subroutine compute_next
 
    !> Compute square roots of the diagonal of S, which scale translations, rotations and strains.
-   subroutine scale_by(iterates, matrix)
+   subroutine set_scales(iterates, matrix)
       type(iterate_type), intent(inout) :: iterates  !< iterates of the step
       type(block_matrix_type), intent(in) :: matrix  !< matrix S
       integer :: b, j
 
       iterates%scale = [((sqrt(matrix%diagonal(j, j, b)), j=1, 6), b=1, matrix%n)]
-   end subroutine scale_by
+   end subroutine set_scales
 
    !> Contact force that corresponds to a correction, N/m.
-   pure real(wp) function force_of(correction, laws) result(force)
+   pure real(wp) function force_of_correction(correction, laws) result(force)
       real(wp), intent(in) :: correction   !< correction, J/m
       type(laws_type), intent(in) :: laws  !< stiffness of the contacts
 
       force = sqrt(correction*laws%normal_stiffness)
-   end function force_of
+   end function force_of_correction
 
    !> Accept the stored increment d, and compute the work of the unbalanced forces.
    subroutine accept_best(iterates, iteration, system, contacts, laws)
@@ -226,7 +226,7 @@ contains
 
       system%d = iterates%best
       call evaluate(iteration, system, contacts, laws)
-      iteration%converged = force_of(iterates%least, laws) <= nearly*iteration%tolerance
+      iteration%converged = force_of_correction(iterates%least, laws) <= nearly*iteration%tolerance
       if (iteration%converged) then
          call check_strength(iteration, contacts, laws, strong)
          iteration%converged = strong

@@ -15,7 +15,7 @@ module dda_step_solution
    use dda_contact_assembly, only: assemble_terms
    use dda_contact_evaluation, only: add_assumed_forces
    use dda_errors, only: error_type
-   use dda_linear_solver, only: renew, solver_type, solve, solve_change, solve_kept
+   use dda_linear_solver, only: renew, solver_type, solve, solve_change, reuse_factor
    use dda_rank_one, only: forget_changes
    use dda_stopwatch, only: lap, phase_factorise, phase_solve
    use dda_system, only: multiply_diagonal, system_type
@@ -40,9 +40,9 @@ contains
       type(solver_type), intent(inout) :: solver              !< linear solver
       type(contacts_type), intent(inout), target :: contacts  !< contacts of this step
       type(error_type), allocatable, intent(out) :: error     !< allocated on failure
-      real(wp), intent(in) :: reduction  !< tolerance as a fraction of the first residual
+      real(wp), intent(in) :: reduction  !< sufficient fraction of the first residual
       real(wp), intent(in), optional :: change(:,:)  !< [6,n] change of f̂ since the last solve, N
-      logical, intent(out), optional :: measured  !< gaps and slips are known at d
+      logical, intent(out), optional :: measured  !< gaps and slips at d are already computed
       logical :: done
 
       done = .false.
@@ -92,7 +92,7 @@ contains
          allocated(contacts%imposed_spring)) return
       equations%system => system
       equations%contacts => contacts
-      call solve_kept(solver, equations, system%d, done)
+      call reuse_factor(solver, equations, system%d, done)
    end subroutine solve_unassembled
 
    !> Assemble K̂ and f̂, and renew the solver if K̂ has changed.

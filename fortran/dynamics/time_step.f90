@@ -37,7 +37,7 @@ module dda_time_step
 
    real(wp), parameter :: shrink = 0.3_wp, recover = 1.3_wp  !< factors of an adaptive Δt
    integer, parameter :: most_attempts = 40                  !< largest number of attempts per step
-   integer, parameter :: most_rounds = 60  !< most rounds of bolt states or Newton's method
+   integer, parameter :: most_rounds = 60  !< most rounds of element states or Newton's method
    integer, parameter :: most_searches = 3  !< most searches with the same Δt
 
 contains
@@ -64,12 +64,12 @@ contains
             call record_move(simulation, move)
             if (.not. is_too_far(simulation, move)) exit
          end if
-         call retry(simulation, attempt, searches, move, error)
+         call prepare_retry(simulation, attempt, searches, move, error)
          if (allocated(error)) return
       end do
       call lap(simulation%system%watch, phase_iterate)
       call accept_columns(simulation, error)
-      call accept(simulation)
+      call accept_solution(simulation)
       if (.not. allocated(error)) call check_state(simulation, error)
       call lap(simulation%system%watch, phase_update)
    end subroutine advance
@@ -106,14 +106,14 @@ contains
                simulation%system%d, changed)
             if (changed == 0) exit
          end do
-         if (round > most_rounds) call fail(error, error_convergence, unsettled(simulation))
+         if (round > most_rounds) call fail(error, error_convergence, unconverged_text(simulation))
          counters%iterations = counters%iterations + simulation%iteration%iterations
          counters%most_iterations = max(counters%most_iterations, simulation%iteration%iterations)
       end associate
    end subroutine solve_step
 
-   !> Name the iteration that has not converged in a step.
-   pure function unsettled(simulation) result(words)
+   !> Return a text on the iteration that has not converged in a step.
+   pure function unconverged_text(simulation) result(words)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       character(len=:), allocatable :: words
       integer :: block
@@ -123,7 +123,7 @@ contains
          ' rounds'
       if (block > 0) words = 'the stress of the material law does not converge in block '// &
          to_text(block)
-   end function unsettled
+   end function unconverged_text
 
    !> Solve the step for the free-field columns, and pass the solutions to the sides of the model.
    !> In statics the columns are already in equilibrium.
@@ -173,7 +173,7 @@ contains
 
       if (simulation%resting) return
       do i = 1, column_count(simulation)
-         call accept(column_of(simulation, i))
+         call accept_solution(column_of(simulation, i))
          call check_state(column_of(simulation, i), error)
          call name_column(simulation, i, error)
          if (allocated(error)) return
@@ -248,10 +248,10 @@ contains
    !>
    !> In statics a step beyond the maximum displacement is shortened, because the list of contacts
    !> is valid only near the positions at the start of the step.
-   subroutine retry(simulation, attempt, searches, move, error)
+   subroutine prepare_retry(simulation, attempt, searches, move, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       integer, intent(in) :: attempt  !< number of the attempt
-      integer, intent(inout) :: searches  !< most searches with the same Δt
+      integer, intent(inout) :: searches  !< searches with the same Δt; in statics, attempts
       real(wp), intent(in) :: move  !< upper bound of vertex displacements, m
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=:), allocatable :: reason
@@ -279,10 +279,10 @@ contains
       end if
       ! The next attempt starts from the contacts of the last accepted step.
       call exchange_lists(simulation)
-   end subroutine retry
+   end subroutine prepare_retry
 
    !> Accept the solution of the step as the new state.
-   subroutine accept(simulation)
+   subroutine accept_solution(simulation)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       real(wp) :: path
 
@@ -311,7 +311,7 @@ contains
          call move_clock(simulation, end_time(step))
       end associate
       if (.not. simulation%resting) call break_faces(simulation)
-   end subroutine accept
+   end subroutine accept_solution
 
    !> Count broken bonds and steps with unconverged damage or bounds; after the first step, also
    !> changes of states.

@@ -10,8 +10,8 @@ module dda_block_graph
    type :: block_graph_type
       integer :: n = 0                     !< number of vertices (block rows)
       integer, allocatable :: start(:)     !< [n+1] first neighbour of each vertex
-      integer, allocatable :: neighbour(:) !< [2 entries] other row of each coupling, ascending
-      integer, allocatable :: entry(:)     !< [2 entries] lower block of each coupling
+      integer, allocatable :: neighbour(:) !< [2 × entries] other row of each coupling, ascending
+      integer, allocatable :: entry(:)     !< [2 × entries] lower block of each coupling
    end type block_graph_type
 
 contains
@@ -40,7 +40,7 @@ contains
 
    !> Remove couplings from a graph, such as those of zero blocks.
    pure subroutine drop_uncoupled(coupled, graph)
-      logical, intent(in) :: coupled(:)               !< [entries] couplings that are kept
+      logical, intent(in) :: coupled(:)               !< [entries] couplings that remain
       type(block_graph_type), intent(inout) :: graph  !< graph of all couplings
       integer :: v, e, first, kept
 

@@ -54,7 +54,7 @@ contains
       permuted(order) = [(k, k=1, graph%n)]
       allocate (clusters%parent(graph%n), clusters%rows(graph%n))
       call count_rows(graph, order, permuted, clusters%parent, clusters%rows)
-      call gather_columns(graph%n, clusters)
+      call merge_clusters(graph%n, clusters)
       call number_fronts(graph%n, order, clusters, tree)
    end subroutine tree_of_fronts
 
@@ -87,7 +87,7 @@ contains
    end subroutine count_rows
 
    !> Merge child clusters into the columns of their parents if that reduces the cost.
-   pure subroutine gather_columns(n, clusters)
+   pure subroutine merge_clusters(n, clusters)
       integer, intent(in) :: n  !< number of block rows
       type(clusters_type), intent(inout) :: clusters  !< clusters; changed by the merger
       integer :: k, child, later
@@ -110,7 +110,7 @@ contains
          end do
          if (clusters%parent(k) > 0) call add_child(clusters, k, clusters%parent(k))
       end do
-   end subroutine gather_columns
+   end subroutine merge_clusters
 
    pure logical function is_cheaper_merged(clusters, child, k)
       type(clusters_type), intent(in) :: clusters  !< clusters of the tree
@@ -128,9 +128,9 @@ contains
    pure real(wp) function front_cost(columns, rows)
       integer, intent(in) :: columns  !< block columns to eliminate
       integer, intent(in) :: rows     !< block rows, with pivot rows
-      real(wp), parameter :: per_front = 8.0_wp      ! calls, loops
-      real(wp), parameter :: per_panel_block = 1.0_wp ! clear, fill, scale
-      real(wp), parameter :: per_update_block = 1.5_wp ! write, then add to the parent
+      real(wp), parameter :: per_front = 8.0_wp      ! cost of calls and loops
+      real(wp), parameter :: per_panel_block = 1.0_wp ! cost to clear, fill and scale
+      real(wp), parameter :: per_update_block = 1.5_wp ! cost to write and add to the parent
       real(wp) :: c, u
 
       c = real(columns, wp)

@@ -42,7 +42,7 @@ module dda_front_plan
       integer, allocatable :: position(:)  !< [rows] positions of these rows in the parent's front
       !> [rows] end of the contiguous range of each row, as a position in the front
       integer, allocatable :: run_end(:)
-      !> [fronts] number of first rows that are pivots of the parent
+      !> [fronts] number of leading rows that are pivots of the parent
       integer, allocatable :: inside(:)
       integer, allocatable :: entry_start(:) !< [n+1] start of each column in `entry`
       integer, allocatable :: entry(:)     !< [entries] number of the block; negative if transposed
@@ -414,10 +414,10 @@ contains
       update_length = update_length + 6*ld
    end function update_length
 
-   !> Position of a block column of an update.
+   !> Find the position of a block column in an update.
    pure subroutine locate_column(rows, column, before, ld, skipped)
       integer, intent(in) :: rows, column    !< block rows of the update; column of the update
-      integer(long), intent(out) :: before   !< values before the column
+      integer(long), intent(out) :: before   !< number of values before the column
       integer, intent(out) :: ld, skipped  !< length of the column; omitted block rows above
       integer :: bands
 

@@ -89,7 +89,7 @@ contains
    !> Find the existing term with the same u, apart from changes of geometry; 0 if there is none.
    pure integer function find_term(terms, block, u)
       type(rank_one_type), intent(in) :: terms  !< terms in W
-      integer, intent(in) :: block(2)  !< number of block rows
+      integer, intent(in) :: block(2)  !< numbers of the two block rows
       real(wp), intent(in) :: u(6, 2)  !< u to search for
       integer :: i
 
@@ -140,7 +140,7 @@ contains
       low%n = filled
    end subroutine order_terms
 
-   !> Factorise C = T D Tᵀ; fail if a pivot does not have the sign of its term.
+   !> Factorise C = T D Tᵀ; fail if the sign of a pivot differs from that of its term.
    pure subroutine factorise_capacity(low, done)
       type(low_rank_type), intent(inout) :: low  !< update of the factor
       logical, intent(out) :: done  !< .false.: the matrix must be factorised

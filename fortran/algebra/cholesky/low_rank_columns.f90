@@ -210,7 +210,7 @@ contains
       front_vector(:, under + 6*below + 1:) = 0.0_sp
    end subroutine gather_front
 
-   !> x = T x for a panel of columns, T lower triangular with zeros above.
+   !> Compute x = T x for a panel of columns; T is lower triangular, with zeros above the diagonal.
    pure subroutine multiply_triangle(t, x)
       real(sp), intent(in) :: t(packed_rows, 6)  !< one packed panel
       real(sp), intent(inout) :: x(vector_width, 6)  !< [width, 6] rows of W
@@ -224,7 +224,7 @@ contains
       end do
    end subroutine multiply_triangle
 
-   !> y = y − A x for a panel of columns, A one packed panel of L.
+   !> Compute y = y − A x for a panel of columns; A is one packed panel of L.
    pure subroutine subtract_panel(a, x, y)
       real(sp), intent(in) :: a(packed_rows, 6), x(vector_width, 6)  !< A and x
       real(sp), intent(inout) :: y(vector_width, packed_rows)  !< y

@@ -98,7 +98,7 @@ contains
       filled = 0
       do v = 1, graph%n
          if (mark(v) > 0) cycle
-         call breadth_first(graph, peripheral_vertex(graph, v), mark, list, filled, last_level)
+         call append_connected(graph, peripheral_vertex(graph, v), mark, list, filled, last_level)
       end do
       allocate (order(graph%n))
       order = list(graph%n:1:-1)
@@ -118,7 +118,7 @@ contains
       do
          mark = 0
          filled = 0
-         call breadth_first(graph, candidate, mark, list, filled, last_level)
+         call append_connected(graph, candidate, mark, list, filled, last_level)
          depth = mark(list(filled))
          if (depth <= deepest) exit
          deepest = depth
@@ -130,7 +130,7 @@ contains
    end function peripheral_vertex
 
    !> Append all vertices connected to a vertex, level by level, in ascending degree.
-   pure subroutine breadth_first(graph, from, mark, list, filled, last_level)
+   pure subroutine append_connected(graph, from, mark, list, filled, last_level)
       type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
       integer, intent(in) :: from  !< number of the vertex
       integer, intent(inout) :: mark(:)    !< [n] level of each vertex, 1 for `from`; 0: not reached
@@ -160,7 +160,7 @@ contains
          end associate
          head = head + 1
       end do
-   end subroutine breadth_first
+   end subroutine append_connected
 
    !> Number of couplings of a block row.
    elemental integer function degree(graph, v)

@@ -2,8 +2,8 @@
 !> Packed panels, the storage of the factor: a few rows by six columns each, in the order of a
 !> solve.
 !>
-!> For each pivot block column of a front: the inverse of its pivot block and the pivot rows below;
-!> then, column by column, the rows below the front.  Zeros fill each part to whole panels.  A solve
+!> Each pivot block column of a front has the inverse of its pivot block and the pivot rows below;
+!> the rows below the front follow, column by column.  Zeros fill up whole panels.  A solve
 !> then reads memory sequentially, at full bandwidth.
 module dda_packed_panels
    implicit none

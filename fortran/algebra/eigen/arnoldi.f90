@@ -40,7 +40,7 @@ module dda_arnoldi
    end type iteration_type
 
    integer, parameter :: least_basis = 20
-   !> most restarts times size, if above 100 restarts; static models need few restarts
+   !> restarts × size allowed beyond 100 restarts (3,000 at most); static models need few
    real(wp), parameter :: affordable = 5.0e6_wp
 
 contains

@@ -37,7 +37,7 @@ module dda_eigen
       integer(long) :: products = 0           !< number of applications of the operator
    end type eigenpairs_type
 
-   !> S = G⁻¹KG⁻ᵀ
+   !> The operator S = G⁻¹KG⁻ᵀ.
    type, extends(operator_type) :: scaled_stiffness_type
       type(block_matrix_type) :: matrix
    contains

@@ -17,7 +17,7 @@ module dda_mass_factor
    !> G and G⁻¹, lower triangles.
    type :: mass_factor_type
       real(wp), allocatable :: g(:,:,:)        !< [6,6,n] G
-      real(wp), allocatable :: inverse(:,:,:)  !< [6,6,n] G
+      real(wp), allocatable :: inverse(:,:,:)  !< [6,6,n] G⁻¹
    end type mass_factor_type
 
 contains

@@ -25,7 +25,7 @@ module dda_anderson
 
 contains
 
-   !> Forget all iterations.
+   !> Discard the stored iterations.
    pure subroutine forget(memory)
       type(anderson_type), intent(inout) :: memory  !< memory of the acceleration
 

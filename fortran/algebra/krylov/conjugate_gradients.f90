@@ -13,7 +13,7 @@ module dda_conjugate_gradients
    private
    public :: preconditioner_type, workspace_type, make_workspace, iterate_to_solution
 
-   integer, parameter :: trusted = 10  !< iterations with an accurate updated residual
+   integer, parameter :: trusted = 10  !< iterations for which the updated residual is accurate
    real(wp), parameter :: drift = 10.0_wp          !< accepted ratio of true to updated residual
 
    !> An approximate inverse of the matrix.

@@ -43,7 +43,7 @@ module dda_abstract_solver
       procedure(solve_system), deferred :: solve
       procedure :: renew_shifted => keep_error
       procedure :: correct => correct_nothing
-      procedure :: solve_kept => solve_nothing
+      procedure :: reuse_factor => solve_nothing
       procedure :: serialise => serialise_nothing
    end type linear_solver_type
 
@@ -103,7 +103,7 @@ contains
       done = .false.
    end subroutine correct_nothing
 
-   !> Solve with the values of an earlier matrix; default: not possible.
+   !> Solve with the factor of an earlier matrix; default: not possible.
    subroutine solve_nothing(self, equations, x, convergence, done)
       class(linear_solver_type), intent(inout) :: self  !< the solver
       class(equations_type), intent(in) :: equations    !< equations with nearly the same matrix

@@ -37,7 +37,7 @@ module dda_factor_solver
       procedure :: analyse
       procedure :: renew
       procedure :: solve
-      procedure :: solve_kept
+      procedure :: reuse_factor
       procedure :: serialise
    end type factor_solver_type
 
@@ -126,7 +126,7 @@ contains
    end subroutine refine_assembled
 
    !> Refine x with the factor of an earlier matrix; discard a factor that is not accurate enough.
-   subroutine solve_kept(self, equations, x, convergence, done)
+   subroutine reuse_factor(self, equations, x, convergence, done)
       class(factor_solver_type), intent(inout) :: self  !< the solver
       class(equations_type), intent(in) :: equations    !< equations with nearly the same matrix
       real(wp), intent(inout), contiguous :: x(:,:)  !< [6,n] first guess, becomes the solution, m
@@ -139,7 +139,7 @@ contains
          call refine(self, equations, x, convergence)
       end if
       done = self%kept
-   end subroutine solve_kept
+   end subroutine reuse_factor
 
    !> Residual of equations with an assembled matrix.
    subroutine residual(self, x, r)

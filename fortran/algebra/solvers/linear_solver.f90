@@ -26,7 +26,7 @@ module dda_linear_solver
    implicit none
    private
    public :: solver_type, choose_solver, analyse, set_method, renew, weigh_loads, &
-      record_rigid_terms, solve, solve_change, solve_kept, work_done, solver_names, is_solver_name
+      record_rigid_terms, solve, solve_change, reuse_factor, work_done, solver_names, is_solver_name
 
    integer, parameter :: small = 60               !< most blocks for which `auto` is `direct`
    !> largest number of Jacobi iterations that cost no more than a solve with a lagged factor
@@ -39,7 +39,7 @@ module dda_linear_solver
    !> most factors with a larger diagonal for one pattern: loose solves with such a factor omit soft
    !> modes, which is acceptable in a few steps, but not in a whole stage
    integer, parameter :: most_shifted = 2
-   !> largest ‖r‖/‖|K| |x|‖ after a solve: x is then exact for a matrix within rounding errors of K
+   !> largest ‖r‖/‖|K| |x|‖ for which x is exact for a matrix within rounding errors of K
    real(wp), parameter :: rounding_of_product = 4*epsilon(1.0_wp)
 
    !> The active solver and counts of its work.
@@ -167,8 +167,8 @@ contains
       solver%active%factors = 0
    end subroutine count_factors
 
-   !> Set the loads of the next right-hand sides; residuals may be as large as their rounding
-   !> errors.
+   !> Set the loads of the next right-hand sides; residuals may reach the rounding errors of the
+   !> loads.
    subroutine weigh_loads(solver, load)
       type(solver_type), intent(inout) :: solver  !< solver and counts
       real(wp), intent(in) :: load(:,:)  !< [6,n] loads, N
@@ -178,7 +178,7 @@ contains
    end subroutine weigh_loads
 
    !> Record that the matrix and b contain terms that make blocks rigid.
-   !> These far exceed the forces, so a residual relative to b would not resolve the forces.
+   !> Such terms far exceed the forces, so a residual relative to b would not resolve the forces.
    pure subroutine record_rigid_terms(solver)
       type(solver_type), intent(inout) :: solver  !< solver and counts
 
@@ -222,7 +222,7 @@ contains
    end subroutine solve
 
    !> Solve K x = b with an earlier factor of nearly the same K, if there is one.
-   subroutine solve_kept(solver, equations, x, done)
+   subroutine reuse_factor(solver, equations, x, done)
       type(solver_type), intent(inout) :: solver      !< solver and counts
       class(equations_type), intent(in) :: equations  !< K x = b
       real(wp), intent(inout), contiguous :: x(:,:)   !< [6,n] first guess, becomes the solution, m
@@ -232,17 +232,17 @@ contains
       done = .false.
       if (.not. allocated(solver%active)) return
       convergence%scale = solver%loads
-      call solver%active%solve_kept(equations, x, convergence, done)
+      call solver%active%reuse_factor(equations, x, convergence, done)
       if (.not. done) return
       solver%solves = solver%solves + 1
       solver%last_iterations = solver%active%iterations
       solver%iterations = solver%iterations + solver%last_iterations
       solver%exact = .true.
-   end subroutine solve_kept
+   end subroutine reuse_factor
 
    !> Update x after a change of b that is small or needs little accuracy.
-   !> This takes one preconditioner application if the last solve with this matrix did, else a
-   !> solve.
+   !> One preconditioner application suffices if it did in the last solve with this matrix; else a
+   !> solve is required.
    subroutine solve_change(solver, matrix, b, change, x, error, reduction)
       type(solver_type), intent(inout) :: solver  !< solver and counts
       type(block_matrix_type), intent(in) :: matrix  !< matrix of the last `renew` and solve

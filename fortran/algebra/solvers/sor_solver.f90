@@ -15,7 +15,7 @@ module dda_sor_solver
    integer, parameter :: patience = 1000        !< sweeps in which `progress` is required
    real(wp), parameter :: progress = 0.1_wp     !< reduction of the residual
    real(wp), parameter :: omega = 1.5_wp        !< relaxation factor of the original DDA
-   real(wp), parameter :: diverged = 1.0e30_wp  !< least residual of divergence
+   real(wp), parameter :: diverged = 1.0e30_wp  !< residual at which the iteration diverges
 
    !> Inverse diagonal blocks, as of `jacobi`, with another iteration.
    type, extends(jacobi_solver_type) :: sor_solver_type
@@ -25,8 +25,8 @@ module dda_sor_solver
 
 contains
 
-   !> Sweep until ‖r‖ ≤ accuracy·‖b‖, the requested reduction is reached, or convergence is slow: at
-   !> the rounding error, or without convergence (such as if the matrix is not definite).
+   !> Sweep until ‖r‖ ≤ accuracy·‖b‖, the requested reduction is reached, or convergence is slow,
+   !> because of rounding errors or because the matrix is not definite.
    subroutine solve(self, matrix, b, x, convergence)
       class(sor_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< K̂
