@@ -8,7 +8,7 @@
 !>
 !> In static stages springs fix the edges.  At the end of these stages, the reactions of the springs
 !> become constant forces on the blocks, and the dashpots begin to act.  A remaining unbalanced
-!> force would move the model forever, because only dashpots restrain it; it is therefore added to
+!> force would move the model forever, because only dashpots restrain it; the force is added to
 !> the reactions.
 module dda_absorbing
    use dda_kinds, only: wp

@@ -94,7 +94,7 @@ contains
       end do
    end function added_masses
 
-   !> Row nᵀT of a point.
+   !> Row nᵀT of a point (T: `shape_matrix` of dda_blocks).
    pure function normal_row(point, blocks) result(row)
       type(wet_point_type), intent(in) :: point  !< point of a face
       type(blocks_type), intent(in) :: blocks    !< blocks in their present state
@@ -104,7 +104,7 @@ contains
          point%reference))
    end function normal_row
 
-   !> Append the terms of mass.
+   !> Append a mass term for each wet point.
    subroutine add_linear_terms(self, blocks, step, terms)
       class(added_mass_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state

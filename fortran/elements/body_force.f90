@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Body force per unit mass at t₀ + θΔt: gravity, and in the frame of the base its acceleration.
+!> Body force per unit mass at t₀ + θΔt: gravity minus, in the frame of the base, its acceleration.
 module dda_body_force
    use dda_kinds, only: wp
    use dda_baseline, only: step_acceleration
@@ -25,7 +25,7 @@ module dda_body_force
 
 contains
 
-   !> Base acceleration, m/s²; zero in static stages.
+   !> Return the negative base acceleration, m/s²; zero in static stages.
    pure function base_force(base_motion, motions, step) result(force)
       integer, intent(in) :: base_motion(2)       !< motions of the base in x and y; 0: none
       type(motion_type), intent(in) :: motions(:)  !< prescribed motions

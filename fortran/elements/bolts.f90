@@ -201,7 +201,7 @@ contains
    end function is_active
 
    !> Append a spring for each elastic component.
-   !> Other components keep their place in the list, without stiffness: the pattern is constant.
+   !> Other components have a term without stiffness, so that the pattern is constant.
    subroutine add_linear_terms(self, blocks, step, terms)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
@@ -220,22 +220,22 @@ contains
             term%coefficient = merge(self%bolt(i)%stiffness(c), 0.0_wp, self%mode(c, i) == elastic)
             call add_term(terms, term)
          end do
-         do c = 1, curvatures(self, i)
+         do c = 1, curvature_count(self, i)
             call add_term(terms, curvature_term(self, i, c, blocks))
          end do
       end do
    end subroutine add_linear_terms
 
    !> Number of springs across bolt i due to its tension: one per leg and per point, if it is tense.
-   pure integer function curvatures(self, i)
+   pure integer function curvature_count(self, i)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i  !< number of the element
 
-      curvatures = merge(0, 2*point_count(self, i) - 1, self%bolt(i)%grouted)
-   end function curvatures
+      curvature_count = merge(0, 2*point_count(self, i) - 1, self%bolt(i)%grouted)
+   end function curvature_count
 
    !> Spring j across bolt i: j = 1 … n for its points, then for its n − 1 legs.
-   !> The spring of a point acts only on the rotation of its block, and is no support.
+   !> The spring of a point acts only on the rotation of its block, and does not count as a support.
    pure type(linear_term_type) function curvature_term(self, i, j, blocks) result(term)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, j  !< number of the element; spring
@@ -288,7 +288,7 @@ contains
       integer :: j
 
       energy = 0.0_wp
-      do j = 1, curvatures(self, i)
+      do j = 1, curvature_count(self, i)
          term = curvature_term(self, i, j, blocks)
          energy = energy + 0.5_wp*term%coefficient*stretch_of(term, d)**2
       end do

@@ -20,7 +20,7 @@ module dda_broken_faces
 
 contains
 
-   !> Forces on the deformations of whole face i in the present state.
+   !> Forces on the deformations of intact face i in the present state.
    pure function face_force(elements, i, blocks) result(force)
       type(elements_type), intent(in) :: elements  !< elements of the model
       integer, intent(in) :: i                     !< number of the face
@@ -39,7 +39,7 @@ contains
       end do
    end function face_force
 
-   !> Forces of the points of whole face i on its deformations in the present state.
+   !> Forces of the points of intact face i on its deformations in the present state.
    pure function force_of_points(points, i, blocks) result(force)
       class(material_points_type), intent(in) :: points  !< elements of this kind
       integer, intent(in) :: i                           !< number of the face
@@ -58,7 +58,7 @@ contains
       end do
    end function force_of_points
 
-   !> Tractions at the points of whole face i due to forces, and their largest ratio to the
+   !> Tractions at the points of intact face i due to forces, and the largest ratio to the
    !> strength.
    pure subroutine face_strength(elements, i, force, traction, ratio)
       type(elements_type), intent(in) :: elements         !< elements of the model

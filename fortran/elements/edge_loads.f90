@@ -24,7 +24,7 @@ module dda_edge_loads
    !> All loads on edges of a model.
    type, extends(element_type) :: edge_loads_type
       type(edge_load_type), allocatable :: load(:)
-      logical :: frozen = .false.       !< loads have their values at `time`
+      logical :: frozen = .false.       !< loads are constant, with their values at `time`
       real(wp) :: time = 0.0_wp         !< s
    contains
       procedure :: add_force

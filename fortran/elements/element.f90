@@ -83,7 +83,7 @@ contains
       real(wp), intent(in) :: d(:,:)                !< [6,blocks] increments of the coordinates
    end subroutine accept_nothing
 
-   !> Prepare a step or the forces in equilibrium: linearise at an increment; default: do nothing.
+   !> Linearise at an increment, for a step or for forces in equilibrium; default: do nothing.
    subroutine prepare_nothing(self, blocks, step, d)
       class(element_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks       !< blocks at the start of the step

@@ -91,7 +91,7 @@ contains
       if (allocated(before)) call inherit_states(elements, before, blocks)
    end subroutine set_elements
 
-   !> Laws of faces that break, by joint; blank for joints that cannot replace a face.
+   !> Laws of faces that break, one per joint; unset for joints that cannot replace a face.
    function crack_laws(model) result(laws)
       type(model_type), intent(in) :: model  !< model with joints
       type(crack_law_type) :: laws(size(model%joints))
@@ -146,7 +146,7 @@ contains
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       integer :: i
 
-      terms%n = 0  ! keeps its memory
+      terms%n = 0  ! the allocated memory is reused
       do i = 1, size(elements%kind)
          call elements%kind(i)%element%add_linear_terms(blocks, step, terms)
       end do
@@ -228,7 +228,7 @@ contains
       type(elements_type), intent(in) :: elements  !< prepared for the step
       type(blocks_type), intent(in) :: blocks      !< blocks at the start of the step
       type(step_type), intent(in) :: step          !< the present step
-      real(wp), intent(in) :: from(:,:), to(:,:)   !< [6,blocks]
+      real(wp), intent(in) :: from(:,:), to(:,:)   !< [6,blocks] increments
       real(wp), intent(in) :: share                !< fraction of the path, 0 … 1
       integer :: i
 

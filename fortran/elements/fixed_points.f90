@@ -16,7 +16,7 @@ module dda_fixed_points
    private
    public :: fixed_points_type, new_fixed_points, new_spring_beds, reaction_of
 
-   real(wp), parameter :: stiffest = 1.0e10_wp  !< most stiffness over mass in K̂ (6 digits left)
+   real(wp), parameter :: stiffest = 1.0e10_wp  !< largest stiffness/mass in K̂; leaves 6 digits
 
    !> All fixed points of a model.
    type, extends(spring_element_type) :: fixed_points_type
@@ -39,7 +39,7 @@ contains
       type(fixed_point_type), intent(in) :: points(:)  !< [points]
       type(motion_type), intent(in) :: motions(:)  !< prescribed motions
       real(wp), intent(in) :: stiffness  !< default stiffness, N/m per metre
-      real(wp), intent(in) :: time       !< time, s
+      real(wp), intent(in) :: time       !< time from which they act, s
       integer :: i
 
       allocate (self%point, source=points)

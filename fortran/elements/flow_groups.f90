@@ -26,7 +26,7 @@ module dda_flow_groups
 
    !> fraction of the conductance of channels above the water table in steady flow
    real(wp), parameter :: of_air = 1.0e-3_wp
-   !> rounds of the search for the water table in which nodes may become wet again; the next end it
+   !> rounds of the search for the water table in which dry nodes may become wet; in later ones none
    integer, parameter :: free_rounds = 30
    real(wp), parameter :: rounding = 1.0e-9_wp  !< rounding of potentials over the largest one
 
@@ -132,7 +132,7 @@ contains
       call add_conductances(network, conductance, fixed, place, owner, groups)
       do g = 1, size(groups)
          call set_rows(network, fixed, groups(g))
-         call factorise(groups(g))
+         call factorise_group(groups(g))
       end do
    end subroutine set_springs
 
@@ -177,7 +177,7 @@ contains
    end subroutine set_rows
 
    !> Factorise M = L Lᵀ, and compute G = B L⁻ᵀ.
-   pure subroutine factorise(group)
+   pure subroutine factorise_group(group)
       type(group_type), intent(inout) :: group  !< group with M and B; becomes L and G
       integer :: n, info
 
@@ -185,7 +185,7 @@ contains
       call dpotrf('L', n, group%factor, n, info)
       if (size(group%spring) > 0) call dtrsm('R', 'L', 'T', 'N', 6*size(group%block), n, &
          1.0_wp, group%factor, n, group%spring, 6*size(group%block))
-   end subroutine factorise
+   end subroutine factorise_group
 
    !> Append the springs; fixed nodes have springs without stiffness, so that the pattern is
    !> constant.
@@ -216,7 +216,7 @@ contains
       end do
    end subroutine add_springs
 
-   !> Append the spring of a node with n blocks, if these are at least two.
+   !> Append the spring of a node with n blocks, unless it is only one.
    pure subroutine add_spring(network, node, stiffness, n, block, row, terms)
       type(network_type), intent(in) :: network  !< network of the model
       integer, intent(in) :: node                !< number of the node
@@ -306,7 +306,7 @@ contains
    !> Find the heads of steady flow in a group; without a known pressure there is no flow.
    !>
    !> Water exists only below the water table: a channel with both nodes above it conducts little
-   !> (residual flow, Desai 1976).  Where the search cycles, nodes above the water table stay there.
+   !> (residual flow, Desai 1976).  If the search cycles, dry nodes remain dry in later rounds.
    pure subroutine find_steady_heads(network, group, fixed, source, conductance, head)
       type(network_type), intent(in) :: network   !< network of the model
       type(group_type), intent(in) :: group       !< component of the network

@@ -24,7 +24,7 @@ module dda_flow_network
       logical, allocatable :: absent(:)        !< [channels] an adjacent block is removed
       !> [nodes+1] first row of each node in B; [rows] block of each row
       integer, allocatable :: first(:), block(:)
-      real(wp), allocatable :: row(:,:)        !< [6,rows] ∂V/∂q, m³ and metre of thickness
+      real(wp), allocatable :: row(:,:)        !< [6,rows] ∂V/∂q per metre of thickness
       integer, allocatable :: row_of(:,:,:)  !< [sides,ends,channels] row of node and block in B
       real(wp), allocatable :: aperture(:,:)   !< [ends,channels] m
       real(wp), allocatable :: conductance(:)  !< [channels] m²/(Pa s)

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Water flow in joints, solved together with the motion of the blocks in a step.
 !>
-!> Balance of the water of a node in a step: its inflow fills the opening of joints and the storage,
-!> and flows out:
+!> Water balance of a node in a step: the inflow fills opening joints and the storage, or flows
+!> out:
 !>
 !>     Bᵀd + S Δp + Δt H (p₁ + γy) − Δt Q = Δw ,
 !>
@@ -40,7 +40,7 @@ module dda_joint_flow
    !> number of output values of a node and of a channel
    integer, parameter :: node_columns = columns_of(in_flow_nodes)
    integer, parameter :: channel_columns = columns_of(in_flow_channels)
-   !> rounds in which all nodes may change state; later only one may, which terminates (Murty 1974)
+   !> rounds in which all nodes may change state; later one node per round, which ends (Murty 1974)
    integer, parameter :: free_rounds = 15
    real(wp), parameter :: rounding = 1.0e-12_wp !< rounding of pressures and volumes
 
@@ -52,7 +52,7 @@ module dda_joint_flow
       real(wp) :: time = 0.0_wp               !< s
       real(wp), allocatable :: pressure(:)    !< [nodes] Pa
       real(wp), allocatable :: empty(:)       !< [nodes] volume without water w, m³ per metre
-      logical, allocatable :: vented(:)       !< [nodes] nodes that are assumed not full
+      logical, allocatable :: vented(:)       !< [nodes] the node is assumed partly full
       logical, allocatable :: is_dry(:)  !< [boundaries] the load of the boundary does not act
       ! Variables of the step
       type(step_type) :: step

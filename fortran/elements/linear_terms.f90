@@ -72,7 +72,7 @@ module dda_linear_terms
       real(wp) :: place(2) = 0.0_wp         !< position in the coordinates of the engine, m
    end type linear_term_type
 
-   !> A list of terms; entries 1 … n count.
+   !> A list of terms; entries 1 … n are used.
    type :: linear_terms_type
       integer :: n = 0
       type(linear_term_type), allocatable :: term(:)
@@ -89,7 +89,7 @@ contains
       terms%term(terms%n) = term
    end subroutine add_term
 
-   !> Lengthen the list by one term, which keeps its old values and memory.
+   !> Lengthen the list by one term, which retains values and memory of an earlier use.
    pure subroutine reserve_term(terms)
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
 
@@ -220,7 +220,7 @@ contains
       end do
    end subroutine scale_penalty
 
-   !> List the pairs of blocks that terms couple; they may repeat.
+   !> List the pairs of blocks that terms couple; pairs may repeat.
    pure function coupled_blocks(terms) result(pairs)
       type(linear_terms_type), intent(in) :: terms  !< springs and dashpots
       integer, allocatable :: pairs(:,:)  !< [2,any]

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Points at which a material law (`dda_material_law`) is evaluated, and the memory of the laws.
 !> Strain points are in blocks, remainders of cells, and sides of welded faces.  If a law limits the
-!> mean and linear jumps of faces, they are points with `dda_jump_law`; points of broken faces have
-!> `dda_crack_law`.
+!> mean and linear jumps of a face, the jumps are points with `dda_jump_law`; broken faces have
+!> points with `dda_crack_law`.
 !>
 !> Blocks and welded faces are linear elastic; a point adds the difference c = s − θDΔε − Dε of its
 !> law.  At a face between two materials each side has its own strain, computed with the face
@@ -91,7 +91,7 @@ contains
          most = max(most, cracks(m)%state_size())
       end do
       self%first_crack = blocks%n + merge(4, 2, with_jumps)*size(welds)
-      call reserve(self, self%first_crack + merge(crack_points, 0, any(welds%joint > 0)) &
+      call allocate_points(self, self%first_crack + merge(crack_points, 0, any(welds%joint > 0)) &
          *size(welds), most)
       self%point%plane_strain = plane_strain
       call create_block_points(self, blocks, moduli)
@@ -109,7 +109,7 @@ contains
    end function has_law
 
    !> Allocate arrays for n points with states of a given size.
-   subroutine reserve(self, n, states)
+   subroutine allocate_points(self, n, states)
       class(material_points_type), intent(inout) :: self  !< receives its arrays
       integer, intent(in) :: n, states                  !< numbers of points and of state variables
 
@@ -120,7 +120,7 @@ contains
       allocate (self%area(n), self%map(3, n_deformations, n), self%reference(3, n), &
          self%carried(3, n), self%state(states, n), self%rest(3, n), self%kept(3, n), &
          self%rest_energy(n), self%strain(3, n), source=0.0_wp)
-   end subroutine reserve
+   end subroutine allocate_points
 
    !> Create points of blocks, and of the remainders of cells beside welded faces.
    subroutine create_block_points(self, blocks, moduli)
@@ -192,7 +192,7 @@ contains
       end do
    end subroutine create_jump_points
 
-   !> Create points of faces that can break: opening and slip from the deformations.
+   !> Create points of faces that can break; map the deformations of a face to opening and slip.
    subroutine create_crack_points(self, welds, before)
       class(material_points_type), intent(inout) :: self  !< points with arrays and other points
       type(weld_type), intent(in) :: welds(:)           !< welds of the model

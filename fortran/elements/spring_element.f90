@@ -26,13 +26,13 @@ module dda_spring_element
    private
    public :: spring_element_type, spring_type, extension_change, dashpots_of, target_rate
 
-   !> Two springs in the present geometry.
+   !> The two springs of an element in the present geometry.
    type :: spring_type
       integer :: block(2) = 0           !< blocks; 0: ground; first 0: no springs
       real(wp) :: stiffness(2)          !< k, N/m per metre of thickness; 0: no spring
       real(wp) :: stretch(2)            !< m
       real(wp) :: row(6, 2, 2)          !< [6,springs,blocks] u and −u of the extension
-      real(wp) :: place(2)              !< m
+      real(wp) :: place(2)              !< position of the element, m
       integer :: motion(2) = 0          !< motions to which the stretch is relative; 0: none
       real(wp) :: rate(2) = 0.0_wp      !< velocity of these motions at the start of the step, m/s
    end type spring_type

@@ -7,8 +7,8 @@
 !> the potential of the law minus the elastic potential.  If the law is convex, a step minimises a
 !> convex function, and `slope_beyond` makes its line search exact.
 !>
-!> Bounds that a law freezes are updated from the stress of the last solution until they agree with
-!> it or the largest number of rounds is reached; their error is then the change in the last round.
+!> Frozen bounds of a law are updated from the stress of the last solution until they agree with it
+!> or the rounds are used up.  The error of the bounds is then their change in the last round.
 module dda_strain_points
    use dda_kinds, only: wp
    use dda_archive, only: archive_type, archive_values => serialise

@@ -19,7 +19,7 @@ module dda_ties
    public :: ties_type, new_ties
 
    real(wp), parameter :: corner_share = 0.05_wp  !< see `dda_detection`
-   real(wp), parameter :: equal = 1.0e-9_wp       !< equal overshoots differ by less, over size
+   real(wp), parameter :: equal = 1.0e-9_wp  !< largest difference of equal overshoots, over size
 
    !> All ties of a model.
    type, extends(spring_element_type) :: ties_type

@@ -19,7 +19,7 @@ contains
    !> Fractions of the springs of a face that its two cells damp; 0 for a material without damping.
    pure function shares_of(weld, material, modulus, damping) result(share)
       type(weld_type), intent(in) :: weld              !< face
-      integer, intent(in) :: material(2)               !< of both cells
+      integer, intent(in) :: material(2)               !< materials of both cells
       real(wp), intent(in) :: modulus(2)               !< modulus for compression of both cells, Pa
       type(damping_type), intent(in) :: damping(:)     !< [materials] damping; empty: none
       real(wp) :: share(2)
@@ -31,7 +31,7 @@ contains
       where (.not. is_damped(damping(material))) share = 0.0_wp
    end function shares_of
 
-   !> Part due to damping of the factor of the stiffness of a spring in K̂.
+   !> Return the damping part of the factor by which K̂ contains the stiffness of a spring.
    pure real(wp) function damping_factor(damping, step) result(factor)
       type(damping_type), intent(in) :: damping  !< damping of the material
       type(step_type), intent(in) :: step        !< the present step

@@ -157,7 +157,7 @@ contains
       strain = 0.0_wp
       stiffness = 0.0_wp
       traction = 0.0_wp
-      ! u* counts from u_j, so all of [u] is on the first side: ε_i − (L/A_i) sym(n ⊗ [u]), ε_j.
+      ! u* is relative to u_j, so all of [u] is on the first side: ε_i − (L/A_i) sym(n ⊗ [u]), ε_j.
       do k = 1, 2
          jump(:, :, k) = merge(1.0_wp, -1.0_wp, k == 1)*weld%length/weld%area(k)*jump_strain(weld)
          do i = 1, 3
@@ -204,7 +204,7 @@ contains
          associate (rows => [(3*(side - 1) + i, i=1, 3)])
             on_deformations(rows, own_strain(:, side)) = transpose(combination)
             jump = weld%length/weld%area(side)*matmul(transpose(combination), jump_strain(weld))
-            ! First side −(u_i − u*), second side (u_j − u*); u* counts from u_j, so that [u] is on
+            ! First side −(u_i − u*), second side (u_j − u*); u* is relative to u_j, so [u] is on
             ! the first side.
             if (side == 1) on_deformations(rows, 1:2) = -jump
             basis(rows, 1:2) = merge(1.0_wp, -1.0_wp, side == 1)*jump

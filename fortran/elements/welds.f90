@@ -34,7 +34,7 @@ module dda_welds
       real(wp), allocatable :: force(:,:)                 !< [deformations,faces] f₀
       integer, allocatable :: material(:,:)               !< [2,faces] material of both cells
       real(wp), allocatable :: share(:,:)  !< [2,faces] damped fractions of springs, by material
-      real(wp), allocatable :: small_share(:,:)  !< [2,faces] the same, including damping by laws
+      real(wp), allocatable :: small_share(:,:)  !< [2,faces] the same, with damping by laws
       real(wp), allocatable :: rest(:,:)                  !< [deformations,faces] q after statics
       !> [mechanisms,springs,2,faces] ζ_l of both materials; empty: no damping
       real(wp), allocatable :: memory(:,:,:,:)
@@ -89,7 +89,7 @@ contains
       call begin_memory(self, blocks)
    end function new_welds
 
-   !> Reset the memory of the springs: extensions count from the present state.
+   !> Reset the memory of the springs: extensions are measured from the present state.
    pure subroutine begin_memory(self, blocks)
       class(welds_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks   !< blocks in their present state
@@ -514,7 +514,7 @@ contains
       call begin_memory(self, blocks)
    end subroutine balance_reactions
 
-   !> Inherit the forces in the present state, which do not change with the moduli.
+   !> Inherit the present forces, which a change of the moduli does not change.
    subroutine inherit_state(self, before, blocks)
       class(welds_type), intent(inout) :: self   !< elements of this kind
       class(element_type), intent(in) :: before  !< former element, of the same type
