@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from ..report import Bullets, Facts, Page, Picture, Table, provenance, write_html
 from ..report.layout import headline
@@ -27,6 +28,9 @@ def suite_figure(suite, level: int = 0) -> Figure:
             part = table[of].sel(analysis=name).transpose("profile", "motion", "period").values
             _draw_panel(panel, at, part.reshape(-1, at.size), statistics.sel(analysis=name), mark)
             panel.set(xscale="log", yscale="log")
+            for axis in (panel.xaxis, panel.yaxis):
+                axis.set(major_locator=LogLocator(subs=(1, 2, 3, 5)), major_formatter="{x:g}",
+                         minor_formatter=NullFormatter())  # fmt: skip
             if column == 0:
                 panel.set_ylabel(label)
         own = statistics.sel(analysis=name)
