@@ -92,7 +92,7 @@ def test_an_origin_that_is_too_far_is_named_with_its_group(write_input):
         "&joint_set angle = 10.0, spacing = 1.0 /\n"
         "&joint_set angle = 80.0, spacing = 1.0e-3, origin = 1e5, 0.0 /\n"
     )
-    with pytest.raises(sitedda.InputError, match=r"&joint_set \(line 5\): origin is more than"):
+    with pytest.raises(sitedda.InputError, match=r"&joint_set \(line 5\): origin is over"):
         built_text(text, write_input(text))
 
 

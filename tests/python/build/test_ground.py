@@ -127,7 +127,7 @@ def test_a_file_of_it_runs_as_the_model_does(tmp_path, native, same_bits):
 @pytest.mark.parametrize(
     ("values", "words"),
     [
-        ({}, "give core, or the surface"),
+        ({}, "give core, or give surface"),
         ({"core": CORE, "frequency": 10.0}, "either size or frequency"),
         ({"core": CORE, "size": None}, "give size or frequency"),
         ({"core": CORE, "right": -50.0}, "right = -50 must be above left = -40"),

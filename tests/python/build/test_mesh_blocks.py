@@ -111,7 +111,7 @@ def test_a_ring_round_another_ring_surrounds_that_alone():
     [
         (Mesh(blocks="bean", size=1.0), "'bean' matches none of the blocks beam_1, beam_2"),
         (Mesh(regions="rock", size=1.0), "matches none of the regions: there are none"),
-        (Mesh(blocks="*", size=1.0), "a block without a name"),
+        (Mesh(blocks="*", size=1.0), "a block that lacks a name"),
         (Mesh(blocks="beam_1", size=1e-5), "choose a larger size"),
         (Mesh(blocks="beam_1", frequency=1e9), "choose a larger size"),
         (Mesh(blocks="beam_1", body="b" * 65, size=1.0), "at most 64 bytes"),

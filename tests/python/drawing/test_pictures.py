@@ -148,9 +148,9 @@ def test_a_run_is_drawn_in_every_look(run, look, tmp_path):
 
 
 def test_a_wrong_look_is_refused(run):
-    with pytest.raises(ValueError, match="color is one of"):
+    with pytest.raises(ValueError, match="color must be one of"):
         run.draw(color="blue")
-    with pytest.raises(ValueError, match="contacts is one of"):
+    with pytest.raises(ValueError, match="contacts must be one of"):
         draw(run, contacts="all")
 
 

@@ -269,7 +269,7 @@ def test_intensity_of_a_sine():
 @pytest.mark.parametrize(
     ("act", "words"),
     [
-        (lambda c: c.response([1.0], STEP), "at least 2 samples"),
+        (lambda c: c.response([1.0], STEP), "2 or more samples"),
         (lambda c: c.response([1.0, np.nan], STEP), "sample 1"),
         (lambda c: c.response([1.0, 2.0]), "time_step"),
         (lambda c: c.response([1.0, 2.0], -1.0), "time_step"),
