@@ -30,7 +30,7 @@ def test_bounds_are_close_at_the_step_that_check_names(length, energy, softening
 
     file.write_text(text(10))
     words = " ".join(str(sitedda.check(file)).split())
-    step = float(re.search(r"up to ([0-9.Ee+-]+) s, bounds", words)[1])
+    step = float(re.search(r"below ([0-9.Ee+-]+) s the bounds", words)[1])
     lower, upper = bracket_of(nml.history(text(int(0.2 / step) + 1)))
     assert lower < energy * HEIGHT < upper
     assert upper - lower < 0.1 * energy * HEIGHT
@@ -159,5 +159,5 @@ def test_what_is_not_resolved_is_said(tmp_path):
         assert ("the cohesive zone" in notes) == bool(zone)
         assert ("softens within a step" in notes) == bool(step)
         if step:
-            limits = re.search(r"above (\S+) s, .*; up to (\S+) s, bounds", notes).groups()
+            limits = re.search(r"above (\S+) s the .*; below (\S+) s the bounds", notes).groups()
             assert [float(one) for one in limits] == pytest.approx([8.7e-5, 8.7e-5 / 20], rel=5e-3)
