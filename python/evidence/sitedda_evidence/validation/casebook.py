@@ -14,7 +14,8 @@ from sitedda.stability.pushover import pushover
 from sitedda.stability.safety import bisect
 
 from ..case import Outcome, absolute, at_most, case, relative, true
-from ..model import GRAVITY, rectangle, turned
+from ..model import GRAVITY, rectangle
+from .rocking import run_tower, tower_text
 from .stability import half_circle
 
 THINNEST = {"radial": 0.1075, "vertical": 0.1095}  # smallest t/R by direction of the cuts
@@ -184,17 +185,9 @@ def _simulate_first_impact(slenderness: int):
     """Return the ratio of angular velocities at the first impact, times (s) and angles (rad)."""
     width, alpha = 1.0 / slenderness, np.arctan(1 / slenderness)
     tilt = 0.5 * alpha
-    model = Model("rocking", time_step=2e-4, duration=1.5, gravity=(0.0, -GRAVITY))
-    model.control(integration="theta", duration=1.5)
-    model.material("stone", density=2400.0, young_modulus=1e11, poisson_ratio=0.0)
-    model.joint("dry", friction_angle=60.0, restitution=0.0)
-    model.block(rectangle(-2.0, -0.2, 4.0, 0.2), name="base")
-    model.block(turned(rectangle(0.0, 0.0, width, 1.0), tilt, (0.0, 0.0)), name="block")
-    model.boundary(kind="fixed", blocks="base", side="bottom")
-    time, angle = [], []
-    with Simulation(model) as simulation:
-        while not simulation.advance(5):
-            time.append(simulation.time)
-            angle.append(tilt + simulation.coordinates[1, 2])
+    text = tower_text(
+        2e-4, 1.5, tilt, penalty=1e11, size=(width, 1.0), restitution=0.0, integration="theta"
+    )
+    time, angle, _ = run_tower(text, tilt, 5)
     energy = np.cos(alpha - np.array([tilt, abs(min(angle))])) - np.cos(alpha)
-    return float(np.sqrt(energy[1] / energy[0])), np.array(time), np.array(angle)
+    return float(np.sqrt(energy[1] / energy[0])), time, angle

@@ -9,7 +9,7 @@ from sitedda.report.style import BLUE, COLORS, INK, canvas
 
 from .. import model as nml
 from ..case import Outcome, Table, at_most, case, true
-from .rocking import tower_text, zero_times
+from .rocking import run_tower, tower_text, zero_times
 
 DENSITY = 2500.0  # kg/m³
 STORED = ("kinetic", "strain", "contact", "support")
@@ -122,15 +122,9 @@ def _run_rocking(penalty, time_step, duration=1.9, angle=None, pulse=None, scale
     push = pulse and (lambda t: pulse[0] * nml.GRAVITY * np.tan(slender) * (t < pulse[1]))
     text = tower_text(time_step, duration, angle, push, penalty, 0.25 * time_step, (width, height),
                       1e12, 0.0, max_displacement_ratio=0.02)  # fmt: skip
-    time, turn = [0.0], [angle]
-    with nml.simulation(text) as tower:
-        while not tower.done and abs(turn[-1]) < 1.2:
-            tower.advance(1)
-            time.append(tower.time)
-            turn.append(angle - tower.coordinates[1, 2])
-        energies = tower.energies
+    time, turn, energies = run_tower(text, angle, limit=1.2)
     work = sum(abs(energies[name]) for name in ("kinetic", "gravity", "input", "impact"))
-    return np.array(time), np.array(turn), abs(energies["balance"]) / work
+    return time, turn, abs(energies["balance"]) / work
 
 
 @case(

@@ -37,19 +37,19 @@ def damping(short: bool) -> Outcome:
     rows, ratios = [], {}
     for name, member in MEMBERS.items():
         for omega_dt in steps:
-            found = _fit_invariants(_run_bonded_blocks(omega_dt, name))
+            found = fit_invariants(_run_bonded_blocks(omega_dt, name))
             rows += _invariant_rows(
-                f"{name}, Ω = {omega_dt:g}", found, _amplification_invariants(*member, omega_dt)
+                f"{name}, Ω = {omega_dt:g}", found, amplification_invariants(*member, omega_dt)
             )
             ratios[name, omega_dt] = _damping_ratio(*found)
         for omega_dt in steps[1::2]:
-            found = _fit_invariants(_run_supported_block(omega_dt, name))
+            found = fit_invariants(_run_supported_block(omega_dt, name))
             label = f"{name}, on a support, Ω = {omega_dt:g}"
-            rows += _invariant_rows(label, found, _amplification_invariants(1.0, 1.0, omega_dt))
+            rows += _invariant_rows(label, found, amplification_invariants(1.0, 1.0, omega_dt))
     figure, (left, right) = canvas()
     fine = np.geomspace(0.005, 20.0, 300)
     for (name, member), color in zip(MEMBERS.items(), COLORS, strict=False):
-        theory = [_damping_ratio(*_amplification_invariants(*member, turn)) for turn in fine]
+        theory = [_damping_ratio(*amplification_invariants(*member, turn)) for turn in fine]
         right.loglog(fine, theory, color=color, lw=1, label=name)
         right.loglog(steps, [ratios[name, s] for s in steps], "o", color=color, ms=4)
         x = _run_bonded_blocks(5.0, name)
@@ -61,13 +61,13 @@ def damping(short: bool) -> Outcome:
     return Outcome(rows, figure)
 
 
-def _amplification_invariants(theta: float, chi: float, turn: float) -> tuple[float, float]:
+def amplification_invariants(theta: float, chi: float, turn: float) -> tuple[float, float]:
     """Return trace and determinant of the amplification matrix of a member at Ω = `turn`."""
     below = 1 + theta * chi * turn**2
     return 2 - (theta + chi) * turn**2 / below, (1 + (1 - theta) * (1 - chi) * turn**2) / below
 
 
-def _fit_invariants(x: np.ndarray) -> tuple[float, float]:
+def fit_invariants(x: np.ndarray) -> tuple[float, float]:
     """Fit trace and determinant to displacements with x₂ = trace x₁ − determinant x₀."""
     trace, negative = np.linalg.lstsq(np.column_stack([x[1:-1], x[:-2]]), x[2:], rcond=None)[0]
     return float(trace), -float(negative)
