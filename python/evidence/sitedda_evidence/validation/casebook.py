@@ -16,6 +16,7 @@ from sitedda.stability.safety import bisect
 from ..case import Outcome, absolute, at_most, case, relative, true
 from ..model import GRAVITY, rectangle
 from .rocking import run_tower, tower_text
+from .slopes import single_block
 from .stability import half_circle
 
 THINNEST = {"radial": 0.1075, "vertical": 0.1095}  # smallest t/R by direction of the cuts
@@ -138,23 +139,19 @@ def block_on_slope(short: bool) -> Outcome:
 
 def _run_released_block(height: float, friction: float, duration: float):
     """Release a block; return displacement down the slope (m), rotation (rad) and polygons."""
-    gravity = (-10.0 * np.sin(PSI), -10.0 * np.cos(PSI))
-    model = Model("slope", time_step=1e-3, gravity=gravity)
-    model.material("rock", density=2000.0, young_modulus=1e10, poisson_ratio=0.2)
-    stiff = {"normal_stiffness_per_area": 1e7, "shear_stiffness_per_area": 1e7}
-    model.joint("glue", friction_angle=80.0, cohesion=1e9, tensile_strength=1e9, **stiff)
-    model.joint("plane", friction_angle=friction, **stiff)
-    model.block(rectangle(-60.0, -10.0, 120.0, 10.0), name="plane")
-    model.block(rectangle(0.0, 0.0, 10.0, height), name="block")
-    model.boundary(kind="fixed", blocks="plane", side="bottom")
+    model = single_block(friction, float(np.degrees(PSI)), 10.0, height)
+    model.control(time_step=1e-3)
+    model.joint("glue", friction_angle=80.0, cohesion=1e9, tensile_strength=1e9)
+    for block in model["block"]:
+        block.joint = "glue"
     model.stage("rest", kind="static")
-    model.stage("let_go", duration=duration, change_joints="glue -> plane")
+    model.stage("let_go", duration=duration, change_joints="glue -> joint")
     with Simulation(model) as simulation:
         start = simulation.coordinates[1].copy()
         while not simulation.advance(100):
             pass
         x, _, turn = (simulation.coordinates[1] - start)[:3]
-        return -float(x), float(turn), simulation.polygons
+        return float(x), abs(float(turn)), simulation.polygons
 
 
 @case(
