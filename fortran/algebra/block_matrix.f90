@@ -83,7 +83,7 @@ contains
       column = column(:entries)
    end subroutine drop_repeated_columns
 
-   !> Position of the lower entry that couples block rows i and j; 0 if the pattern lacks it.
+   !> Return the position of the entry that couples block rows i and j; 0 if the pattern lacks it.
    pure integer function entry_of(matrix, i, j)
       type(block_matrix_type), intent(in) :: matrix  !< matrix with a pattern
       integer, intent(in) :: i, j  !< block rows, i ≠ j
@@ -186,7 +186,7 @@ contains
       end do
    end subroutine multiply_lower
 
-   !> Norm ‖ |K| |x| ‖, which scales the rounding error of K x even if its terms cancel.
+   !> Return the norm ‖ |K| |x| ‖, which scales the rounding error of K x even if its terms cancel.
    pure real(wp) function terms_of_product(matrix, x) result(norm)
       type(block_matrix_type), intent(in) :: matrix  !< K
       real(wp), intent(in) :: x(6, matrix%n)  !< any vector

@@ -50,7 +50,7 @@ contains
       end associate
    end subroutine multiply_compact
 
-   !> Main diagonal of the block.
+   !> Return the main diagonal of the block.
    pure function main_diagonal(numbers) result(diagonal)
       real(wp), intent(in) :: numbers(compact_size)  !< values from `compact`
       real(wp) :: diagonal(6)

@@ -37,7 +37,7 @@ module dda_lapack
          integer, intent(out) :: info  !< row with a pivot that is not positive, else 0
       end subroutine dposv
 
-      !> Cholesky factor of a symmetric positive definite matrix.
+      !> Compute the Cholesky factor of a symmetric positive definite matrix.
       pure subroutine dpotrf(uplo, n, a, lda, info)
          import :: wp
          character(len=1), intent(in) :: uplo  !< 'L': lower triangle

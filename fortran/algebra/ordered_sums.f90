@@ -17,21 +17,21 @@ module dda_ordered_sums
 
 contains
 
-   !> Number of parts of a sum of n terms.
+   !> Return the number of parts of a sum of n terms.
    pure integer function pieces(n)
       integer, intent(in) :: n  !< number of terms
 
       pieces = min(most_pieces, (n + piece - 1)/piece)
    end function pieces
 
-   !> First term of part p of a sum of n terms.
+   !> Return the first term of part p of a sum of n terms.
    pure integer function first_of(p, n)
       integer, intent(in) :: p, n  !< number of the part; number of terms
 
       first_of = 1 + int((p - 1)*int(n, long)/pieces(n))
    end function first_of
 
-   !> Last term of part p of a sum of n terms.
+   !> Return the last term of part p of a sum of n terms.
    pure integer function last_of(p, n)
       integer, intent(in) :: p, n  !< number of the part; number of terms
 
@@ -52,7 +52,7 @@ contains
       last = int((me + 1)*int(n, long)/team)
    end subroutine share_of_thread
 
-   !> Σ x·y over [6,n], as the sum, in order, of the sums of parts of fixed size.
+   !> Return Σ x·y over [6,n] as the sum, in order, of the sums of parts of fixed size.
    real(wp) function inner_product(n, x, y) result(total)
       integer, intent(in) :: n  !< number of block rows
       real(wp), intent(in) :: x(6, n), y(6, n)  !< any vectors

@@ -92,7 +92,7 @@ contains
       max_closure = (-0.296_wp - 0.0056_wp*roughness + 2.241_wp*ratio**(-0.245_wp))*milli
    end subroutine closure_of_joint
 
-   !> Closure at the end of the hyperbola, m.
+   !> Return the closure at the end of the hyperbola, m.
    pure real(wp) function last_closure(law, state) result(last)
       class(barton_bandis_type), intent(in) :: law !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
@@ -102,7 +102,7 @@ contains
       last = force/(law%initial_spring(state) + force/law%max_closure)
    end function last_closure
 
-   !> Normal force, N/m; beyond the end of the hyperbola it follows the tangent.
+   !> Return the normal force, N/m; beyond the end of the hyperbola it follows the tangent.
    pure real(wp) function normal_force(law, state, closure) result(force)
       class(barton_bandis_type), intent(in) :: law !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
@@ -114,7 +114,7 @@ contains
          + law%tangent(state, x)*(closure - x)
    end function normal_force
 
-   !> Slope of the normal force, N/m.
+   !> Return the slope of the normal force, N/m.
    pure real(wp) function tangent(law, state, closure)
       class(barton_bandis_type), intent(in) :: law !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
@@ -125,7 +125,7 @@ contains
       tangent = law%initial_spring(state)/(1.0_wp - x/law%max_closure)**2
    end function tangent
 
-   !> Closure for a given normal force, m.
+   !> Return the closure for a given normal force, m.
    pure real(wp) function closure(law, state, force)
       class(barton_bandis_type), intent(in) :: law !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
@@ -140,7 +140,7 @@ contains
       if (beyond > 0.0_wp) closure = closure + beyond/law%tangent(state, closure)
    end function closure
 
-   !> Potential of the normal force, J per metre of thickness.
+   !> Return the potential of the normal force, J per metre of thickness.
    pure real(wp) function stored(law, state, closure) result(energy)
       class(barton_bandis_type), intent(in) :: law !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
@@ -163,7 +163,7 @@ contains
          + 0.5_wp*law%tangent(state, x)*beyond)
    end function stored
 
-   !> Largest shear force, N/m.
+   !> Return the largest shear force, N/m.
    pure real(wp) function strength(law, state, normal_force)  ! total
       class(barton_bandis_type), intent(in) :: law !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact

@@ -91,7 +91,7 @@ contains
 
    contains
 
-      !> Message if a fracture energy does not exceed the elastic energy at the strength.
+      !> Return a message if a fracture energy does not exceed the elastic energy at the strength.
       pure function brittle_text(name, energy, strength, stiffness) result(words)
          character(len=*), intent(in) :: name  !< name of the fracture energy in the input
          real(wp), intent(in) :: energy, strength, stiffness !< N/m, Pa, Pa/m
@@ -106,7 +106,7 @@ contains
 
    end subroutine check_and_derive
 
-   !> Largest shear force of the contact in parallel with the bond, N/m.
+   !> Return the largest shear force of the contact in parallel with the bond, N/m.
    pure real(wp) function strength(law, state, normal_force)  ! total
       class(cohesive_type), intent(in) :: law      !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
@@ -130,7 +130,7 @@ contains
          strength_type('shear_fracture_energy', joint%shear_fracture_energy/factor)]
    end function reduced_strengths
 
-   !> Largest tension of an undamaged bond, N/m.
+   !> Return the largest tension of an undamaged bond, N/m.
    pure real(wp) function tension(law, state)  ! total
       class(cohesive_type), intent(in) :: law      !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
@@ -138,7 +138,7 @@ contains
       tension = law%strengths(1)*state%length
    end function tension
 
-   !> Damage at an opening and a slip, never less than the earlier damage.
+   !> Return the damage at an opening and a slip, never less than the earlier damage.
    pure real(wp) function damage(law, opening, slip, before)
       class(cohesive_type), intent(in) :: law  !< law of the joint
       real(wp), intent(in) :: opening, slip    !< m; opening < 0: closed
@@ -157,7 +157,7 @@ contains
       damage = max(before, 1.0_wp - left/mixture%measure)
    end function damage
 
-   !> Fracture energy, N/m, dissipated while damage grows, in the mode of an opening and a slip.
+   !> Return the fracture energy, N/m, dissipated by growing damage in the mode of opening and slip.
    pure real(wp) function spent(law, opening, slip, from, to)
       class(cohesive_type), intent(in) :: law  !< law of the joint
       real(wp), intent(in) :: opening, slip    !< m
@@ -171,7 +171,7 @@ contains
          - dissipated_fraction(law, mixture%ultimate, from))
    end function spent
 
-   !> Energy of the bond minus that of the parallel contact, without friction, N/m.
+   !> Return the energy of the bond minus that of the parallel contact, without friction, N/m.
    pure real(wp) function bond_energy(law, opening, slip) result(energy)
       class(cohesive_type), intent(in) :: law  !< law of the joint
       real(wp), intent(in) :: opening, slip    !< m

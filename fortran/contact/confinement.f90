@@ -63,7 +63,7 @@ contains
       end do
    end subroutine confine_contacts
 
-   !> Mean stress of the blocks of contact c at its position, Pa.
+   !> Return the mean stress of the blocks of contact c at its position, Pa.
    pure function mean_stress_at(contacts, blocks, gradient, c) result(tensor)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(blocks_type), intent(in) :: blocks      !< blocks in their first state

@@ -357,7 +357,7 @@ contains
       new%memory(:, first:last) = old%memory(:, from:to)
    end subroutine copy_history
 
-   !> Number of contacts for which a list has memory; arrays parallel to the list have this length.
+   !> Return the number of contacts for which a list has memory, the length of parallel arrays.
    pure integer function capacity_of(contacts) result(capacity)
       type(contacts_type), intent(in) :: contacts  !< any list
 

@@ -193,7 +193,7 @@ contains
          - contacts%gap(c), (share - 1.0_wp)*contacts%stretch(c)]
    end subroutine lift
 
-   !> Displacement of a coordinate in a step, from the velocities at its start and end, m.
+   !> Return the displacement in a step, from the velocities at its start and end, m.
    elemental real(wp) function displacement_in_step(step, first, last) result(way)
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: first, last  !< velocities at start and end of the step, m/s
@@ -201,7 +201,7 @@ contains
       way = step%time_step*((1.0_wp - step%scheme%chi)*first + step%scheme%chi*last)
    end function displacement_in_step
 
-   !> Gain that makes the spring of a contact rigid relative to the inertia of its two blocks.
+   !> Return the gain that makes a contact spring rigid relative to the inertia of its two blocks.
    pure real(wp) function rigid_gain(contacts, laws, blocks, step, c) result(gain)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -213,7 +213,7 @@ contains
          *softness_of(contacts, blocks, c)*laws%normal_stiffness))
    end function rigid_gain
 
-   !> Inverse of the effective mass of both blocks along the contact normal, 1/kg per metre.
+   !> Return the inverse effective mass of both blocks along the contact normal, 1/kg per metre.
    pure real(wp) function softness_of(contacts, blocks, c) result(softness)
       type(contacts_type), intent(in) :: contacts  !< list of contacts
       type(blocks_type), intent(in) :: blocks      !< blocks
@@ -225,7 +225,7 @@ contains
          + inverse_mass_along(blocks%inertia(:, contacts%block_e(c)), rows%normal_e)
    end function softness_of
 
-   !> Inverse of the effective mass of one block for rigid motions, 1/kg per metre.
+   !> Return the inverse of the effective mass of one block for rigid motions, 1/kg per metre.
    pure real(wp) function inverse_mass_along(inertia, row) result(softness)
       real(wp), intent(in) :: inertia(4)  !< see `blocks_type`
       real(wp), intent(in) :: row(6)      !< ∂gap/∂q
@@ -233,7 +233,7 @@ contains
       softness = sum(row(1:2)**2)/inertia(1) + row(3)**2/(inertia(2) + inertia(3))
    end function inverse_mass_along
 
-   !> Energy in the springs of a damped contact at the start of the step, J per metre.
+   !> Return the energy in the springs of a damped contact at the start of the step, J per metre.
    pure real(wp) function spring_energy(contacts, laws, c) result(energy)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts

@@ -82,7 +82,7 @@ contains
       end associate
    end subroutine set_point
 
-   !> Position of a point on the edge between two vertices.
+   !> Return the position of a point on the edge between two vertices.
    pure function on_edge(vertices, first, last, fraction) result(point)
       real(wp), intent(in) :: vertices(:,:)  !< [2,vertices] m
       integer, intent(in) :: first, last     !< first and last vertex of the edge

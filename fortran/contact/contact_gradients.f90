@@ -119,7 +119,7 @@ contains
       end associate
    end subroutine add_forces
 
-   !> Changes of the gap and slip of contact c due to changes of the coordinates.
+   !> Return the changes of the gap and slip of contact c due to changes of the coordinates.
    pure function relative_motion(contacts, c, of_v, of_e) result(change)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c                     !< number of the contact
@@ -135,14 +135,14 @@ contains
       end associate
    end function relative_motion
 
-   !> Scalar product, written out because the compiler would otherwise gather the operands.
+   !> Return a · b, written out because the compiler would otherwise gather the operands.
    pure real(wp) function scalar_product(a, b)
       real(wp), intent(in) :: a(6), b(6)  !< six values of a block
 
       scalar_product = a(1)*b(1) + a(2)*b(2) + a(3)*b(3) + a(4)*b(4) + a(5)*b(5) + a(6)*b(6)
    end function scalar_product
 
-   !> Row nᵀT of a material point.
+   !> Return the row nᵀT of a material point.
    pure function normal_row(normal, gradient) result(row)
       real(wp), intent(in) :: normal(2)    !< outward normal n of the edge
       real(wp), intent(in) :: gradient(6)  !< stored entries, m
@@ -152,7 +152,7 @@ contains
          0.5_wp*(gradient(6) - gradient(5))]
    end function normal_row
 
-   !> Row tᵀT of a material point.
+   !> Return the row tᵀT of a material point.
    pure function shear_row(normal, gradient) result(row)
       real(wp), intent(in) :: normal(2)    !< outward normal n of the edge; t = (−n₂, n₁)
       real(wp), intent(in) :: gradient(6)  !< stored entries, m

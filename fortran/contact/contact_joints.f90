@@ -36,7 +36,7 @@ module dda_contact_joints
 
 contains
 
-   !> Set the joints of all contacts.  On entry `joint` is the joint in the last step, or 0.
+   !> Set the joints of all contacts; on entry `joint` is the joint in the last step, or 0.
    subroutine set_joints(contacts, blocks, laws, detection)
       type(contacts_type), intent(inout) :: contacts  !< with history
       type(blocks_type), intent(in) :: blocks         !< present geometry
@@ -77,7 +77,7 @@ contains
       end do
    end subroutine set_joints_range
 
-   !> Joint of contact c, from the touching edges and the joint in the last step.
+   !> Return the joint of contact c, from the touching edges and the joint in the last step.
    pure integer function governing_joint(contacts, c, blocks, laws, detection) result(joint)
       type(contacts_type), intent(in) :: contacts    !< with history
       integer, intent(in) :: c                       !< contact

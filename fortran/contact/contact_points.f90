@@ -118,7 +118,7 @@ contains
       own = merge(b, a, length(1) > length(2))
    end subroutine sort_edges
 
-   !> Fraction of the edge length at which point i of n lies.
+   !> Return the fraction of the edge length at which point i of n lies.
    pure real(wp) function point_fraction(overlap, n, i) result(fraction)
       type(overlap_type), intent(in) :: overlap  !< overlap of the edge with another edge
       integer, intent(in) :: n, i                !< number of points; number of this point
@@ -126,7 +126,7 @@ contains
       fraction = overlap%from + node(n, i)*(overlap%to - overlap%from)
    end function point_fraction
 
-   !> Signed distance of a point of edge f to edge e, m.
+   !> Return the signed distance of a point of edge f to edge e, m.
    pure real(wp) function point_distance(blocks, e, f, fraction) result(distance)
       type(blocks_type), intent(in) :: blocks  !< present geometry
       integer, intent(in) :: e, f              !< edges
@@ -222,7 +222,7 @@ contains
          laws%columns%of_contact)
    end subroutine copy_nearest_history
 
-   !> Position of contact k as a fraction of edge f; huge if it is not on the overlap of e and f.
+   !> Return contact k's position as a fraction of edge f; huge if not on the overlap of e and f.
    pure real(wp) function contact_fraction(contacts, k, blocks, e, f) result(fraction)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: k                     !< number of the contact

@@ -62,7 +62,7 @@ contains
          ', the angle of the worn joint'
    end subroutine check_and_derive
 
-   !> Friction angle φ_m, rad.
+   !> Return the friction angle φ_m, rad.
    pure real(wp) function angle(law, state)
       class(continuously_yielding_type), intent(in) :: law  !< law of the joint
       type(joint_state_type), intent(in) :: state           !< state of the contact
@@ -71,7 +71,7 @@ contains
          *exp(-state%memory(slip_path)/law%roughness)
    end function angle
 
-   !> Bounding strength, N/m.
+   !> Return the bounding strength, N/m.
    pure real(wp) function strength(law, state, normal_force)  ! total
       class(continuously_yielding_type), intent(in) :: law  !< law of the joint
       type(joint_state_type), intent(in) :: state           !< state of the contact
@@ -125,7 +125,7 @@ contains
       if (direction*state%memory(way) < 0.0_wp) stress_ratio = min(most_reversal, share)
    end function stress_ratio
 
-   !> Shear force at the start of a step over the strength, with its sign, within ± `most_share`.
+   !> Return the initial shear force of a step over the strength, signed, within ± `most_share`.
    !> It may exceed 1 if the strength has decreased by slip or normal force.
    pure real(wp) function initial_fraction(law, state, normal_force) result(share)
       class(continuously_yielding_type), intent(in) :: law  !< law of the joint

@@ -49,7 +49,7 @@ contains
       law%brittle = max(joint%cohesion, joint%tensile_strength) > 0.0_wp
    end function new_coulomb
 
-   !> Largest shear force, N/m.
+   !> Return the largest shear force, N/m.
    pure real(wp) function strength(law, state, normal_force)  ! total
       class(coulomb_type), intent(in) :: law       !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
@@ -71,7 +71,7 @@ contains
          strength_type('tensile_strength', joint%tensile_strength/factor)]
    end function reduced_strengths
 
-   !> Largest tension of a bonded contact, N/m.
+   !> Return the largest tension of a bonded contact, N/m.
    pure real(wp) function tension(law, state)  ! total
       class(coulomb_type), intent(in) :: law       !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
@@ -79,7 +79,7 @@ contains
       tension = (1.0_wp - state%memory(weakened))*law%tensile*state%length
    end function tension
 
-   !> Forces of a contact at a gap and a trial elastic stretch of its shear spring.
+   !> Find the forces of a contact at a gap and a trial elastic stretch of its shear spring.
    !>
    !> Components are assigned one by one, because reading a structure right after copying it stalls.
    pure subroutine respond(law, gap, trial_stretch, response)

@@ -49,7 +49,7 @@ contains
       law%points = 17
    end function new_crushing
 
-   !> Largest normal force after the plastic closure so far, N/m.
+   !> Return the largest normal force after the plastic closure so far, N/m.
    pure real(wp) function limit(law, state)
       class(crushing_type), intent(in) :: law      !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
@@ -57,7 +57,7 @@ contains
       limit = law%compressive*state%length*max(0.0_wp, 1.0_wp - state%memory(crushed)/law%last)
    end function limit
 
-   !> Normal force at a closure, N/m.
+   !> Return the normal force at a closure, N/m.
    pure real(wp) function normal_force(law, state, closure) result(force)
       class(crushing_type), intent(in) :: law      !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
@@ -66,7 +66,7 @@ contains
       force = min(law%initial_spring(state)*closure, law%limit(state))
    end function normal_force
 
-   !> Slope of the normal force, N/m.
+   !> Return the slope of the normal force, N/m.
    pure real(wp) function tangent(law, state, closure)
       class(crushing_type), intent(in) :: law      !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
@@ -76,7 +76,7 @@ contains
       if (tangent*closure > (1.0_wp + round_off)*law%limit(state)) tangent = 0.0_wp
    end function tangent
 
-   !> Closure at a normal force, m; infinite at the strength.
+   !> Return the closure at a normal force, m; infinite at the strength.
    pure real(wp) function closure(law, state, force)
       class(crushing_type), intent(in) :: law      !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
@@ -86,7 +86,7 @@ contains
       if (force < law%limit(state)) closure = force/law%initial_spring(state)
    end function closure
 
-   !> Potential of the normal force, J per metre of thickness.
+   !> Return the potential of the normal force, J per metre of thickness.
    pure real(wp) function stored(law, state, closure) result(energy)
       class(crushing_type), intent(in) :: law      !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
@@ -111,7 +111,7 @@ contains
          - state%memory(crushed) - law%limit(state)/law%initial_spring(state))
    end function state_after_slip
 
-   !> Distance, m, by which plastic closure lowers the contact.
+   !> Return the distance, m, by which plastic closure lowers the contact.
    pure real(wp) function lift(law, state)
       class(crushing_type), intent(in) :: law      !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact

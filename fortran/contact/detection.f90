@@ -121,7 +121,7 @@ contains
       detection%pressed = hardest
    end subroutine measure_depths
 
-   !> Surface displacement of a cell of a body due to its strain, m; 0 for other blocks.
+   !> Return the surface displacement of a cell of a body due to its strain, m; 0 for other blocks.
    pure real(wp) function surface_settlement(blocks, b)
       type(blocks_type), intent(in) :: blocks  !< present geometry
       integer, intent(in) :: b                 !< block
@@ -181,7 +181,7 @@ contains
       allocate (detection%candidate(candidates))
    end subroutine allocate_candidates
 
-   !> Largest number of edges in a chunk of probes.
+   !> Return the largest number of edges in a chunk of probes.
    pure integer function most_edges(neighbours) result(most)
       type(neighbours_type), intent(in) :: neighbours  !< probes of the last search
       integer :: p
@@ -275,8 +275,8 @@ contains
       end do
    end subroutine find_corner
 
-   !> Test a vertex against edges.  A convex block has one contact, on the edge of least
-   !> penetration.  In a concave corner a vertex may have contacts with two edges.
+   !> Find the contacts of a vertex with the edges of another block: one, or two in concave corners.
+   !> On a convex block, the contact is on the edge of least penetration.
    subroutine test_edges(last, blocks, neighbours, p, detection, met)
       integer, intent(inout) :: last                    !< position of the last candidate
       type(blocks_type), intent(in) :: blocks           !< present geometry
@@ -363,8 +363,8 @@ contains
          .or. any(detection%pressing(:, w) == blocks%previous(v))
    end function were_pressed
 
-   !> Depth, m, up to which a contact of two corners is glancing: twice their penetration, but less
-   !> than their size.
+   !> Return the depth, m, up to which a contact of two corners is glancing.
+   !> It is twice the penetration of the corners, but less than their size.
    pure real(wp) function tolerance_of(detection, v, w)
       type(detection_type), intent(in) :: detection  !< penetrations and sizes of corners
       integer, intent(in) :: v, w                    !< vertices of two blocks
@@ -472,8 +472,8 @@ contains
          .not. was_pressed(detection, corners%vertex, corners%edge)
    end subroutine list_corners
 
-   !> Add the contact at the other end of an overlap between sides of two bodies, which
-   !> `test_vertex` omits.  Only the probe of the higher vertex adds the contact.
+   !> Add the contact at the other end of an overlap between sides of two bodies.
+   !> `test_vertex` omits this contact.  Only the probe of the higher vertex adds it.
    subroutine add_other_end(last, blocks, neighbours, p, w, detection)
       integer, intent(inout) :: last                    !< position of the last candidate
       type(blocks_type), intent(in) :: blocks           !< present geometry

@@ -62,7 +62,7 @@ contains
          choice%overshoot, choice%past_end)
    end subroutine project_vertex
 
-   !> Gap and foot of a vertex, from its position relative to the start of an edge.
+   !> Find gap and foot of a vertex, from its position relative to the start of an edge.
    elemental subroutine measure_foot(along_x, along_y, x, y, length, gap, overshoot, past_end)
       real(wp), intent(in) :: along_x, along_y  !< unit vector of the edge
       real(wp), intent(in) :: x, y              !< position of the vertex, m
@@ -113,8 +113,8 @@ contains
          .and. (past_end .eqv. at_end)
    end subroutine list_choices
 
-   !> Least sine of the angles between an edge and the outline of another body at a vertex, where
-   !> several cells may meet; −1 for an edge inside a body.
+   !> Return the least sine of the angles between an edge and another body's outline at a vertex.
+   !> Several cells may meet at the vertex.  The result is −1 for an edge inside a body.
    pure real(wp) function separation(blocks, vertex, edge)
       type(blocks_type), intent(in) :: blocks  !< present geometry
       integer, intent(in) :: vertex, edge      !< vertex and edge of two blocks
@@ -129,8 +129,8 @@ contains
       end associate
    end function separation
 
-   !> .true. if the contact is glancing: the foot is at an end of the edge, the vertex can reach the
-   !> edge in this step, and its penetration is at most the tolerance.
+   !> .true. if a contact is glancing: its foot is at an end of the edge and it penetrates little.
+   !> The vertex must be able to reach the edge in this step, and penetrate at most the tolerance.
    elemental logical function is_glancing(gap, overshoot, tolerance, travel)  ! total
       real(wp), intent(in) :: gap, overshoot   !< gap and overshoot of a vertex at an edge, m
       real(wp), intent(in) :: tolerance        !< depth of a glancing contact, m
@@ -203,9 +203,9 @@ contains
       end do
    end function is_superseded
 
-   !> Mark the glancing choices that cannot be the entrance.  If a choice is neither glancing nor
-   !> deep, glancing choices with other directions are excluded; else the glancing choices that are
-   !> approached faster.
+   !> Mark the glancing choices that cannot be the entrance.
+   !> If a choice is neither glancing nor deep, the glancing choices with other directions are
+   !> excluded.  Otherwise the glancing choices that are approached faster are excluded.
    pure function excluded_choices(blocks, corners, tolerance)  ! total
       type(blocks_type), intent(in) :: blocks    !< present geometry and velocities
       type(corners_type), intent(in) :: corners  !< choices
@@ -249,7 +249,7 @@ contains
       end do
    end function faster_choices
 
-   !> Velocity, m/s, of the block that owns vertex `own` at the position of another vertex.
+   !> Return the velocity, m/s, of the block with vertex `own` at the position of another vertex.
    pure function velocity_at(blocks, own, vertex) result(velocity)
       type(blocks_type), intent(in) :: blocks  !< present geometry and velocities
       integer, intent(in) :: own, vertex  !< vertex of the block; vertex at the position

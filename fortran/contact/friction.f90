@@ -90,8 +90,8 @@ contains
       end do
    end subroutine set_laws
 
-   !> Find the weaker of two joint materials, which governs a contact between them: the material
-   !> with less friction; if equal, less cohesion, then less tensile strength, then the first one.
+   !> Find the weaker of two joint materials, which governs a contact between them.
+   !> It has less friction, or if equal, less cohesion, then less tension, then the lower number.
    pure integer function weaker_joint(laws, a, b) result(weaker)
       type(laws_type), intent(in) :: laws  !< strengths of the joint materials
       integer, intent(in) :: a, b          !< joint materials
@@ -109,7 +109,7 @@ contains
       end if
    end function weaker_joint
 
-   !> Law of a contact, from its joint material.
+   !> Return the law of a contact, from its joint material.
    pure function law_of(laws, joint, bonded, length, multiplier) result(law)
       type(laws_type), intent(in) :: laws     !< stiffness, and strengths of the joint materials
       integer, intent(in) :: joint            !< joint material
@@ -125,7 +125,7 @@ contains
       law%tension_force = laws%tension(joint)*length
    end function law_of
 
-   !> Bonded length of contact c, m; 0 in a model without strengths.
+   !> Return the bonded length of contact c, m; 0 in a model without strengths.
    pure real(wp) function bond_length_of(contacts, c) result(length)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c                     !< number of the contact
@@ -134,7 +134,7 @@ contains
       if (contacts%with_strengths) length = contacts%bond_length(c)
    end function bond_length_of
 
-   !> Multiplier of contact c, N/m; 0 in a model without an augmented Lagrangian.
+   !> Return the multiplier of contact c, N/m; 0 in a model without an augmented Lagrangian.
    pure real(wp) function multiplier_of(contacts, c) result(multiplier)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c                     !< number of the contact
@@ -143,7 +143,7 @@ contains
       if (contacts%with_multipliers) multiplier = contacts%multiplier(c)
    end function multiplier_of
 
-   !> Normal force of the linearised law of contact c at its gap at the start of the step, N/m.
+   !> Return the normal force of the linearised law of contact c at the initial gap, N/m.
    pure real(wp) function start_force(contacts, laws, c) result(force)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -153,7 +153,7 @@ contains
       if (.not. laws%plain) force = contacts%line(1, c) - contacts%tangent(1, c)*contacts%gap(c)
    end function start_force
 
-   !> Forces of contact c for a gap and a trial stretch at the end of the step.
+   !> Find the forces of contact c for a gap and a trial stretch at the end of the step.
    pure subroutine find_response(contacts, laws, c, gap, stretch, response)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -178,7 +178,7 @@ contains
          response, contacts%held_bound(c), laws%shear_stiffness*at(2))
    end subroutine find_response
 
-   !> Largest friction of contact c at the solution, N/m, used as the next frozen bound.
+   !> Return the largest friction of contact c at the solution, N/m, used as the next frozen bound.
    elemental real(wp) function friction_bound(contacts, laws, c) result(bound)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step with trial forces
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -192,7 +192,7 @@ contains
       end if
    end function friction_bound
 
-   !> Friction force, N/m, of contact c in the assumed direction, without the part due to its tilt.
+   !> Return the friction, N/m, of contact c in the assumed direction, without the part of its tilt.
    pure real(wp) function slide_response(contacts, laws, c, gap, stretch) result(friction)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -212,7 +212,7 @@ contains
       end if
    end function slide_response
 
-   !> Normal and shear stiffness of contact c if it is closed and sticks, N/m.
+   !> Return the normal and shear stiffness of contact c if it is closed and sticks, N/m.
    pure function closed_springs(contacts, laws, c) result(springs)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -249,7 +249,7 @@ contains
          acts = acts_before_end(contacts, laws%slot(contacts%joint(c))%law, c)
    end function acts_at_theta
 
-   !> Shear stiffness of contact c, N/m.
+   !> Return the shear stiffness of contact c, N/m.
    elemental real(wp) function shear_stiffness_of(contacts, laws, c) result(stiffness)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -262,7 +262,7 @@ contains
       end associate
    end function shear_stiffness_of
 
-   !> Gap and trial stretch, m, at which the law of contact c is evaluated.
+   !> Return the gap and trial stretch, m, at which the law of contact c is evaluated.
    pure function acting(contacts, laws, c, trial)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -280,7 +280,7 @@ contains
       end if
    end function acting
 
-   !> Elastic stretch of the shear spring of contact c after the converged step, m.
+   !> Return the elastic stretch of the shear spring of contact c after the converged step, m.
    !> Impact forces are excluded because they are no spring forces.
    elemental real(wp) function end_stretch(contacts, laws, c)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
@@ -382,7 +382,7 @@ contains
       end associate
    end function slip_counts
 
-   !> Inelastic slip of contact c in the converged step, m.
+   !> Return the inelastic slip of contact c in the converged step, m.
    pure real(wp) function inelastic_slip(contacts, laws, c)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts

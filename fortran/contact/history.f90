@@ -191,7 +191,7 @@ contains
       end function open_predecessor
    end subroutine transfer_unmatched
 
-   !> Offset, m, of a contact at its present distance.
+   !> Return the offset, m, of a contact at its present distance.
    !> A negative offset (penetration without force) ends when the contact opens; a positive offset
    !> (closure by initial stress) remains.
    elemental real(wp) function offset_at_distance(offset, distance) result(kept)
@@ -201,7 +201,7 @@ contains
       kept = min(max(0.0_wp, offset), max(offset, distance))
    end function offset_at_distance
 
-   !> Change of the distance, m, from an old contact to a new contact.
+   !> Return the change of the distance, m, from an old contact to a new contact.
    pure real(wp) function distance_change(new, c, old, o)
       type(contacts_type), intent(in) :: new, old  !< lists
       integer, intent(in) :: c, o                  !< new and old contact
@@ -318,8 +318,8 @@ contains
       if (new%with_laws) same_point = new%point(c) == old%point(o)
    end function same_point
 
-   !> .true. if new contact c can replace old contact o: both have the same two blocks, about the
-   !> same distance, and the same direction.
+   !> .true. if new contact c can replace old contact o.
+   !> Both must have the same two blocks, about the same distance, and the same direction.
    pure logical function can_replace(new, c, old, o, largest_jump)
       type(contacts_type), intent(in) :: new, old  !< lists
       integer, intent(in) :: c, o                  !< new and old contact
@@ -336,7 +336,7 @@ contains
       end if
    end function can_replace
 
-   !> Offset, m, of a contact that replaces an old contact.
+   !> Return the offset, m, of a contact that replaces an old contact.
    !> The old offset is used unless it would at once compress the spring much more.
    pure real(wp) function transferred_offset(distance, pressed, offset) result(transferred)
       real(wp), intent(in) :: distance  !< distance of the new contact, m
@@ -363,8 +363,8 @@ contains
       end do
    end function force_remains
 
-   !> Transfer the force of old contacts without a successor to a contact of the same vertex and
-   !> direction: for example, a vertex may slide across the joint between two blocks.
+   !> Transfer the force of old contacts without a successor to another contact of the same vertex.
+   !> Both have the same direction.  For example, a vertex slides across the joint of two blocks.
    subroutine transfer_forces(new, old, history)
       type(contacts_type), intent(inout) :: new     !< list with history
       type(contacts_type), intent(in) :: old        !< list of the last step
@@ -417,8 +417,8 @@ contains
       call filter_contacts(new, keep)
    end subroutine drop_rejected
 
-   !> Find an old contact without successor whose force passes to new penetrating contact c, with
-   !> the same vertex and direction; 0 if there is none.
+   !> Find an old contact without a successor whose force new penetrating contact c receives, or 0.
+   !> Both contacts have the same vertex and direction.
    pure integer function force_predecessor(new, old, history, c) result(found)
       type(contacts_type), intent(in) :: new, old  !< lists
       type(history_type), intent(in) :: history    !< index of the unmatched contacts
@@ -438,7 +438,7 @@ contains
       end do
    end function force_predecessor
 
-   !> Deformation of a spring that has the energy of two equal springs: ± √(a² + b²).
+   !> Return the deformation of a spring that has the energy of two equal springs: ± √(a² + b²).
    pure real(wp) function combined_deformation(a, b)
       real(wp), intent(in) :: a, b  !< deformations, m
 

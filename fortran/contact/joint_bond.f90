@@ -29,7 +29,7 @@ contains
       is_cohesive = law%cohesive .and. contacts%bonded(c)
    end function is_cohesive
 
-   !> Normal and shear stiffness of an undamaged bond, N/m.
+   !> Return the normal and shear stiffness of an undamaged bond, N/m.
    pure function bond_springs(contacts, law, c) result(springs)
       type(contacts_type), intent(in) :: contacts  !< list with joint laws
       class(joint_law_type), intent(in) :: law     !< law of the contact
@@ -74,7 +74,7 @@ contains
       end associate
    end subroutine add_bond_terms
 
-   !> Stretch of the shear spring of the unbonded contact c after the converged step, m.
+   !> Return the stretch of the shear spring of the unbonded contact c after the converged step, m.
    pure real(wp) function slider_stretch(contacts, law, c) result(stretch)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step with trial forces
       class(joint_law_type), intent(in) :: law     !< law of the contact
@@ -83,7 +83,7 @@ contains
       stretch = contacts%slider(c)/law%shear_spring(state_of(contacts, law, c))
    end function slider_stretch
 
-   !> Slip of the bond at the end of the step, m.
+   !> Return the slip of the bond at the end of the step, m.
    pure real(wp) function new_slip(contacts, law, c) result(slip)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step with trial forces
       class(joint_law_type), intent(in) :: law     !< law of the contact
@@ -93,7 +93,7 @@ contains
          - (slider_stretch(contacts, law, c) - contacts%stretch(c))
    end function new_slip
 
-   !> Damage of contact c at the end of the step.
+   !> Return the damage of contact c at the end of the step.
    pure real(wp) function new_damage(contacts, law, c) result(damage)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step with trial forces
       class(joint_law_type), intent(in) :: law     !< law of the contact
@@ -123,7 +123,7 @@ contains
       end associate
    end function fitting_damage
 
-   !> Dissipation of contact c in the converged step by friction and by fracture, J/m.
+   !> Return the dissipation of contact c in the converged step by friction and by fracture, J/m.
    pure function bond_losses(contacts, law, c) result(losses)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       class(joint_law_type), intent(in) :: law     !< law of the contact
@@ -141,7 +141,7 @@ contains
       end associate
    end function bond_losses
 
-   !> State of contact c after the converged step.
+   !> Return the state of contact c after the converged step.
    pure type(joint_state_type) function bond_after(contacts, law, c) result(state)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       class(joint_law_type), intent(in) :: law     !< law of the contact

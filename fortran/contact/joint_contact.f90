@@ -43,8 +43,7 @@ contains
       contacts%memory(law%row(:law%columns), c) = state%memory(:law%columns)
    end subroutine keep_state
 
-   !> State of contact c at the start of the step, or at zero net slip if slip is assumed to pass
-   !> it.
+   !> Return the initial state of contact c, or that at zero net slip if slip is assumed to pass 0.
    pure type(joint_state_type) function assumed_state(contacts, law, c) result(state)
       type(contacts_type), intent(in) :: contacts  !< list with joint laws
       class(joint_law_type), intent(in) :: law     !< law of the contact
@@ -64,7 +63,7 @@ contains
       if (starts_at_centre) starts_at_centre = contacts%past_centre(c)
    end function starts_at_centre
 
-   !> Stretch that contact c loses by slip back to zero net slip, m.
+   !> Return the stretch that contact c loses by slip back to zero net slip, m.
    pure real(wp) function centre_shift(contacts, c) result(shift)
       type(contacts_type), intent(in) :: contacts  !< list with joint laws
       integer, intent(in) :: c                     !< number of the contact
@@ -83,7 +82,7 @@ contains
          contacts%memory(weakened, c) < 1.0_wp
    end function acts_before_end
 
-   !> Closure of contact c at a gap, m, with the lift at the start of the step.
+   !> Return the closure of contact c at a gap, m, with the lift at the start of the step.
    pure real(wp) function closure_of(contacts, law, c, gap) result(closure)
       type(contacts_type), intent(in) :: contacts  !< list with joint laws
       class(joint_law_type), intent(in) :: law     !< law of the contact
@@ -143,7 +142,7 @@ contains
          response%strength_ratio = overload(contacts, law, c, state, response, intact)
    end function joint_response
 
-   !> Largest friction, N/m, at a gap and a trial stretch, without the part due to dilation.
+   !> Return the largest friction, N/m, at a gap and trial stretch, without the part of dilation.
    pure real(wp) function joint_bound(contacts, law, c, at) result(bound)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       class(joint_law_type), intent(in) :: law     !< law of the contact
@@ -160,7 +159,7 @@ contains
          response%bound)*max(0.0_wp, response%normal_force)
    end function joint_bound
 
-   !> Rise of contact c per unit of slip, in the direction of the trial stretch.
+   !> Return the rise of contact c per unit of slip, in the direction of the trial stretch.
    pure real(wp) function contact_rise(contacts, law, c, past_centre, stretch, bound) result(rise)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       class(joint_law_type), intent(in) :: law     !< law of the contact
@@ -204,7 +203,7 @@ contains
          response%state = merge(contact_stick, contact_slide, abs(trial) <= bound)
    end subroutine bound_friction
 
-   !> Forces of a contact whose friction is not a curve of slip.
+   !> Find the forces of a contact whose friction is not a curve of slip.
    pure subroutine find_forces(contacts, law, c, state, gap, stretch, intact, response)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       class(joint_law_type), intent(in) :: law     !< law of the contact
@@ -264,7 +263,7 @@ contains
       end if
    end subroutine stick_or_slide
 
-   !> Largest friction, N/m, at a normal force: by the law, or by the frozen bound.
+   !> Return the largest friction, N/m, at a normal force: by the law, or by the frozen bound.
    !> The part due to dilation is added to a frozen bound.
    pure real(wp) function available_friction(law, state, normal_force) result(friction)
       class(joint_law_type), intent(in) :: law     !< law of the contact
@@ -278,7 +277,7 @@ contains
       end if
    end function available_friction
 
-   !> Normal force, N/m, of a sliding contact that is lifted by slip.
+   !> Return the normal force, N/m, of a sliding contact that is lifted by slip.
    !> With a frozen bound, dilation acts as in an associated joint.
    pure real(wp) function lifted_force(law, state, closure, stretch) result(force)
       class(joint_law_type), intent(in) :: law     !< law of the contact
@@ -317,7 +316,7 @@ contains
       if (response%normal_force <= 0.0_wp) response = response_type(contact_open)
    end subroutine pass_centre
 
-   !> Overload (force − strength)/strength of a bond or of an intact joint; ≤ 0: no failure.
+   !> Return the overload (force − strength)/strength of a bond or intact joint; ≤ 0: no failure.
    pure real(wp) function overload(contacts, law, c, state, response, intact)
       type(contacts_type), intent(in) :: contacts     !< contacts of this step
       class(joint_law_type), intent(in) :: law        !< law of the contact
@@ -334,7 +333,7 @@ contains
       overload = overload/max(tension, response%bound, tiny(1.0_wp))
    end function overload
 
-   !> Friction, N/m, of a contact that slides in the assumed direction, without dilation.
+   !> Return the friction, N/m, of a contact that slides in the assumed direction, without dilation.
    !> The normal force is given by its line, or by the law with the lift due to slip.
    pure real(wp) function joint_slide(contacts, law, c, gap, stretch) result(friction)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
@@ -354,8 +353,8 @@ contains
       if (allocated(contacts%held_bound)) friction = contacts%slip_sign(c)*contacts%held_bound(c)
    end function joint_slide
 
-   !> Tilt the line of contact c, which slip lifts: its normal spring acts along gap − rise × slip,
-   !> in series with the shear spring.
+   !> Tilt the line of contact c, which slip lifts.
+   !> The normal spring of c then acts along gap − rise × slip, in series with the shear spring.
    pure subroutine tilt_line(contacts, law, c, at, response)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step; tilt and line change
       class(joint_law_type), intent(in) :: law        !< law of the contact
@@ -433,7 +432,7 @@ contains
          normal_free = response%normal_force + tangent*gap
    end subroutine line_of
 
-   !> Energy of the springs of contact c, J per metre of thickness.
+   !> Return the energy of the springs of contact c, J per metre of thickness.
    pure real(wp) function joint_energy(law, state, closure, stretch, closed)
       class(joint_law_type), intent(in) :: law     !< law of the contact
       type(joint_state_type), intent(in) :: state  !< state of the contact

@@ -108,7 +108,7 @@ module dda_joint_law
    end type joint_law_type
 
    abstract interface
-      !> Largest shear force, N/m.
+      !> Return the largest shear force, N/m.
       pure real(wp) function strength_at(law, state, normal_force)
          import :: joint_law_type, joint_state_type, wp
          class(joint_law_type), intent(in) :: law     !< law of the joint
@@ -116,7 +116,7 @@ module dda_joint_law
          real(wp), intent(in) :: normal_force         !< compression positive, N/m
       end function strength_at
 
-      !> Strengths of a joint divided by a factor, as values of variables of &joint.
+      !> Return the strengths of a joint divided by a factor, as values of variables of &joint.
       pure function reduced_strength(law, joint, factor) result(strengths)
          import :: joint_law_type, joint_type, strength_type, wp
          class(joint_law_type), intent(in) :: law  !< law of the joint
@@ -161,7 +161,7 @@ contains
       wrong = ''
    end subroutine complete_nothing
 
-   !> Angle, degrees, whose tangent is tan(friction angle) divided by a factor.
+   !> Return the angle, degrees, whose tangent is tan(friction angle) divided by a factor.
    pure real(wp) function reduced_angle(angle, factor)
       real(wp), intent(in) :: angle   !< degrees
       real(wp), intent(in) :: factor  !< above 0
@@ -169,7 +169,7 @@ contains
       reduced_angle = min(steepest, atan(tan(angle*(pi/180.0_wp))/factor)*(180.0_wp/pi))
    end function reduced_angle
 
-   !> Normal stiffness at zero closure, N/m.
+   !> Return the normal stiffness at zero closure, N/m.
    pure real(wp) function initial_spring(law, state) result(spring)
       class(joint_law_type), intent(in) :: law     !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
@@ -177,7 +177,7 @@ contains
       spring = law%normal_stiffness*merge(state%length, state%share, law%normal_per_area)
    end function initial_spring
 
-   !> Shear stiffness, N/m.
+   !> Return the shear stiffness, N/m.
    pure real(wp) function shear_spring(law, state) result(spring)
       class(joint_law_type), intent(in) :: law     !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
@@ -185,7 +185,7 @@ contains
       spring = law%shear_stiffness*merge(state%length, state%share, law%shear_per_area)
    end function shear_spring
 
-   !> Normal force at a closure, N/m.
+   !> Return the normal force at a closure, N/m.
    pure real(wp) function linear_force(law, state, closure) result(force)
       class(joint_law_type), intent(in) :: law     !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
@@ -194,7 +194,7 @@ contains
       force = law%initial_spring(state)*closure
    end function linear_force
 
-   !> Slope of the normal force, N/m.
+   !> Return the slope of the normal force, N/m.
    pure real(wp) function linear_tangent(law, state, closure) result(tangent)
       class(joint_law_type), intent(in) :: law     !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
@@ -203,7 +203,7 @@ contains
       tangent = law%initial_spring(state)
    end function linear_tangent
 
-   !> Closure at a normal force, m.
+   !> Return the closure at a normal force, m.
    pure real(wp) function linear_closure(law, state, force) result(closure)
       class(joint_law_type), intent(in) :: law     !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
@@ -212,7 +212,7 @@ contains
       closure = force/law%initial_spring(state)
    end function linear_closure
 
-   !> Potential of the normal force, J per metre of thickness.
+   !> Return the potential of the normal force, J per metre of thickness.
    pure real(wp) function linear_energy(law, state, closure) result(energy)
       class(joint_law_type), intent(in) :: law     !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
@@ -221,7 +221,7 @@ contains
       energy = 0.5_wp*law%initial_spring(state)*closure**2
    end function linear_energy
 
-   !> Largest tension of a bonded contact, N/m; default: none.
+   !> Return the largest tension of a bonded contact, N/m; default: none.
    pure real(wp) function no_tension(law, state) result(tension)
       class(joint_law_type), intent(in) :: law     !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
@@ -240,7 +240,7 @@ contains
       after%memory(slip_path) = state%memory(slip_path) + abs(slip)
    end function longer_path
 
-   !> Lift of the contact by slip, m; default: none.
+   !> Return the lift of the contact by slip, m; default: none.
    pure real(wp) function no_lift(law, state) result(lift)
       class(joint_law_type), intent(in) :: law     !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
@@ -248,7 +248,7 @@ contains
       lift = 0.0_wp
    end function no_lift
 
-   !> Rise of the contact per unit of slip in the direction of `state`; default: none.
+   !> Return the rise of the contact per unit of slip in the direction of `state`; default: none.
    pure real(wp) function no_rise(law, state, slip) result(rise)
       class(joint_law_type), intent(in) :: law     !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state at the start of the step
@@ -257,7 +257,7 @@ contains
       rise = 0.0_wp
    end function no_rise
 
-   !> Normal force of a sliding contact, N/m, including the lift by the slip of this step.
+   !> Return the normal force of a sliding contact, N/m, with the lift by the slip of this step.
    pure real(wp) function force_without_lift(law, state, closure, stretch) result(force)
       class(joint_law_type), intent(in) :: law     !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state at the start of the step
@@ -267,7 +267,7 @@ contains
       force = law%normal_force(state, closure)
    end function force_without_lift
 
-   !> Shear force as a curve of slip, and its slope, at a normal force; default: the spring.
+   !> Find the shear force as a curve of slip, and its slope; default: the spring.
    pure subroutine elastic_slip_curve(law, state, normal_force, stretch, shear_force, tangent)
       class(joint_law_type), intent(in) :: law            !< law of the joint
       type(joint_state_type), intent(in) :: state         !< state at the start of the step
@@ -279,7 +279,7 @@ contains
       shear_force = tangent*stretch
    end subroutine elastic_slip_curve
 
-   !> Slip in this step at which the iteration begins, m; default: none.
+   !> Return the slip in this step at which the iteration begins, m; default: none.
    pure real(wp) function no_slip(law, state) result(slip)
       class(joint_law_type), intent(in) :: law     !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state at the start of the step
@@ -287,7 +287,7 @@ contains
       slip = 0.0_wp
    end function no_slip
 
-   !> Damage of a bond at an opening and a slip, never decreasing; default: unchanged.
+   !> Return the damage of a bond at an opening and a slip, never decreasing; default: unchanged.
    pure real(wp) function same_damage(law, opening, slip, before) result(damage)
       class(joint_law_type), intent(in) :: law  !< law of the joint
       real(wp), intent(in) :: opening, slip     !< m
@@ -296,7 +296,7 @@ contains
       damage = before
    end function same_damage
 
-   !> Fracture energy dissipated between two damages, N/m; default: none.
+   !> Return the fracture energy dissipated between two damages, N/m; default: none.
    pure real(wp) function nothing_spent(law, opening, slip, from, to) result(spent)
       class(joint_law_type), intent(in) :: law  !< law of the joint
       real(wp), intent(in) :: opening, slip     !< m
@@ -305,7 +305,7 @@ contains
       spent = 0.0_wp
    end function nothing_spent
 
-   !> Energy of a bond minus that of the parallel contact, N/m; default: none.
+   !> Return the energy of a bond minus that of the parallel contact, N/m; default: none.
    pure real(wp) function no_bond(law, opening, slip) result(energy)
       class(joint_law_type), intent(in) :: law  !< law of the joint
       real(wp), intent(in) :: opening, slip     !< m

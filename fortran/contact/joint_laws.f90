@@ -23,7 +23,7 @@ module dda_joint_laws
 
 contains
 
-   !> Create the law of a joint material.  New laws are registered here.
+   !> Create the law of a joint material; new laws are registered here.
    subroutine new_joint_law(slot, joint, normal_stiffness, shear_ratio)
       type(law_slot_type), intent(out) :: slot  !< receives the law; empty if the name is unknown
       type(joint_type), intent(in) :: joint     !< checked input

@@ -73,7 +73,7 @@ contains
 
    contains
 
-      !> Message if a residual strength exceeds the peak strength.
+      !> Return a message if a residual strength exceeds the peak strength.
       pure function excess_text(name, residual, peak) result(words)
          character(len=*), intent(in) :: name  !< variable of the peak
          real(wp), intent(in) :: residual, peak
@@ -94,7 +94,7 @@ contains
       weakened_value = values(1) + weakened*(values(2) - values(1))
    end function weakened_value
 
-   !> Largest shear force, N/m.
+   !> Return the largest shear force, N/m.
    pure real(wp) function strength(law, state, normal_force)  ! total
       class(mohr_coulomb_type), intent(in) :: law  !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
@@ -121,7 +121,7 @@ contains
          strength_type('dilation_angle', reduced_angle(joint%dilation_angle, factor))]
    end function reduced_strengths
 
-   !> Largest tension of a bonded contact, N/m.
+   !> Return the largest tension of a bonded contact, N/m.
    pure real(wp) function tension(law, state)  ! total
       class(mohr_coulomb_type), intent(in) :: law  !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
@@ -143,7 +143,7 @@ contains
          min(1.0_wp, after%memory(slip_path)/law%weakening_slip))
    end function state_after_slip
 
-   !> Lift of the contact by slip, m.
+   !> Return the lift of the contact by slip, m.
    pure real(wp) function lift(law, state)
       class(mohr_coulomb_type), intent(in) :: law  !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
@@ -151,7 +151,7 @@ contains
       lift = law%dilation*min(state%memory(slip_path), law%dilation_slip)
    end function lift
 
-   !> Rise of the contact per unit of slip, up to the largest slip.
+   !> Return the rise of the contact per unit of slip, up to the largest slip.
    pure real(wp) function rise(law, state, slip)
       class(mohr_coulomb_type), intent(in) :: law  !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state at the start of the step
@@ -160,7 +160,7 @@ contains
       rise = merge(law%dilation, 0.0_wp, state%memory(slip_path) + slip < law%dilation_slip)
    end function rise
 
-   !> Normal force of a sliding contact, N/m, including the lift by the slip of this step.
+   !> Return the normal force of a sliding contact, N/m, with the lift by the slip of this step.
    pure real(wp) function sliding_force(law, state, closure, stretch) result(force)
       class(mohr_coulomb_type), intent(in) :: law  !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state at the start of the step

@@ -159,8 +159,8 @@ contains
       end do
    end subroutine bound_blocks
 
-   !> Find pairs of overlapping boxes.  Each pair is listed once, in the cell that contains the
-   !> lower left corner of the overlap.
+   !> Find pairs of overlapping boxes.
+   !> Each pair is listed once, in the cell that contains the lower left corner of the overlap.
    subroutine find_pairs(neighbours, n, box)
       type(neighbours_type), intent(inout) :: neighbours !< receives pairs, or `crowded` if too many
       integer, intent(in) :: n                            !< number of blocks
@@ -240,7 +240,7 @@ contains
       end do
    end subroutine convert_counts_to_starts
 
-   !> Column and row, from 0, of the cell of a point.
+   !> Return the column and row, from 0, of the cell of a point.
    pure function cell_index(grid, point) result(index)
       type(grid_type), intent(in) :: grid  !< origin, shape and size of the cells
       real(wp), intent(in) :: point(2)     !< m
@@ -249,7 +249,7 @@ contains
       index = max(0, min(grid%shape - 1, int((point - grid%origin)/grid%cell)))
    end function cell_index
 
-   !> Number of the cell of a point.
+   !> Return the number of the cell of a point.
    pure integer function cell_number(grid, point)
       type(grid_type), intent(in) :: grid  !< origin, shape and size of the cells
       real(wp), intent(in) :: point(2)     !< m
@@ -318,8 +318,7 @@ contains
       end do
    end subroutine probe_block
 
-   !> Find the convex ends of each probe's edges that are near its vertex, in the order of the
-   !> edges.
+   !> List the convex ends of each probe's edges that are near its vertex, in edge order.
    !>
    !> Vertices farther apart than twice `reach − travel` cannot touch before the next search.
    subroutine find_corners(neighbours, blocks)
@@ -353,7 +352,7 @@ contains
       neighbours%corner = neighbours%corner(:corners)
    end subroutine find_corners
 
-   !> Distance from vertex v to the nearest point of edge e, m.
+   !> Return the distance from vertex v to the nearest point of edge e, m.
    pure real(wp) function distance_to_edge(blocks, v, e)
       type(blocks_type), intent(in) :: blocks  !< present geometry
       integer, intent(in) :: v, e              !< vertex, and edge given by its first vertex

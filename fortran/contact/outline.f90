@@ -108,8 +108,8 @@ contains
          new(2) > span(2))) span = [max(new(1), free), new(2)]
    end subroutine choose_first
 
-   !> Find the interval of edge e, as fractions of its length, along which a segment runs in the
-   !> same direction (1), the opposite (−1) or any (0).  It is empty if first > last.
+   !> Find the interval of edge e, as fractions of its length, along which a segment runs.
+   !> The segment has the same direction (1), the opposite (−1) or any (0); first > last: empty.
    pure function common_span(blocks, e, from, to, sense) result(span)
       type(blocks_type), intent(in) :: blocks   !< blocks in their present state
       integer, intent(in) :: e                  !< edge, given by its first vertex
@@ -136,7 +136,7 @@ contains
 
    contains
 
-      !> Distance of a point of the segment from the edge, m.
+      !> Return the distance of a point of the segment from the edge, m.
       pure real(wp) function distance_at(x)
          real(wp), intent(in) :: x  !< position along the edge, m
 

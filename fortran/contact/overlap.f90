@@ -74,7 +74,7 @@ contains
          overlap%length > least*min(blocks%length(e), blocks%length(f))
    end function has_points
 
-   !> Position of point i of n in an overlap, 0 … 1.
+   !> Return the position of point i of n in an overlap, 0 … 1.
    pure real(wp) function node(n, i)
       integer, intent(in) :: n  !< number of points: 2, 3, 5, 9 or 17
       integer, intent(in) :: i  !< number of the point, 1 … n
@@ -88,7 +88,7 @@ contains
       node = 0.5_wp + sign(0.5_wp*half, real(2*i - n - 1, wp))
    end function node
 
-   !> Weight of point i of n in an overlap.
+   !> Return the weight of point i of n in an overlap.
    pure real(wp) function weight(n, i)
       integer, intent(in) :: n  !< number of points: 2, 3, 5, 9 or 17
       integer, intent(in) :: i  !< number of the point, 1 … n
@@ -109,7 +109,7 @@ contains
       end select
    end function weight
 
-   !> Vector from the first to the last vertex of edge e, m.
+   !> Return the vector from the first to the last vertex of edge e, m.
    pure function edge_vector(blocks, e) result(vector)
       type(blocks_type), intent(in) :: blocks  !< present geometry
       integer, intent(in) :: e                 !< edge, given by its first vertex

@@ -82,7 +82,7 @@ contains
       end associate
    end subroutine check_and_derive
 
-   !> Largest k_n/k_s at which slip back to the centre is stable for any wear.
+   !> Return the largest k_n/k_s at which slip back to the centre is stable for any wear.
    !> For a larger ratio, descent would reduce the strength faster than the shear spring unloads.
    !> tan α tan(φ − α) is largest at α = φ/2.
    pure real(wp) function steepest_return(joint) result(ratio)
@@ -94,7 +94,7 @@ contains
       ratio = 1.0_wp/max(tan(alpha)*tan(phi - alpha), tiny(1.0_wp))
    end function steepest_return
 
-   !> Angle of the asperities in the direction of slip, rad: positive if slip climbs.
+   !> Return the angle of the asperities in the direction of slip, rad: positive if slip climbs.
    pure real(wp) function angle(law, state)
       class(plesha_type), intent(in) :: law        !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
@@ -103,7 +103,7 @@ contains
       if (state%way*state%memory(net_slip) < 0.0_wp) angle = -angle
    end function angle
 
-   !> Largest shear force, N/m.
+   !> Return the largest shear force, N/m.
    pure real(wp) function strength(law, state, normal_force)  ! total
       class(plesha_type), intent(in) :: law        !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
@@ -144,7 +144,7 @@ contains
          *exp(-law%wear*abs(shear_force*slip)/state%length)
    end function state_after_slip
 
-   !> Lift of the contact by slip, m.
+   !> Return the lift of the contact by slip, m.
    pure real(wp) function lift(law, state)
       class(plesha_type), intent(in) :: law        !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
@@ -152,7 +152,7 @@ contains
       lift = state%memory(lifted)
    end function lift
 
-   !> Rise of the contact per unit of slip; negative if slip descends.
+   !> Return the rise of the contact per unit of slip; negative if slip descends.
    pure real(wp) function rise(law, state, slip)
       class(plesha_type), intent(in) :: law        !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state at the start of the step
@@ -161,7 +161,7 @@ contains
       rise = tan(angle(law, state))
    end function rise
 
-   !> Normal force of a sliding contact, N/m, including the lift by the slip of this step.
+   !> Return the normal force of a sliding contact, N/m, with the lift by the slip of this step.
    pure real(wp) function sliding_force(law, state, closure, stretch) result(force)
       class(plesha_type), intent(in) :: law        !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state at the start of the step

@@ -75,7 +75,7 @@ contains
          joint%initial_age = joint%state_distance/joint%reference_velocity
    end subroutine check_and_derive
 
-   !> Part of μ that does not depend on velocity: μ at u = v + v_c = 1 m/s.
+   !> Return the part of μ that does not depend on velocity: μ at u = v + v_c = 1 m/s.
    pure real(wp) function slow_friction(law, state) result(friction)
       class(rate_state_type), intent(in) :: law    !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
@@ -85,7 +85,7 @@ contains
          + law%evolution*log(state_variable(law, state)*law%reference/law%distance)
    end function slow_friction
 
-   !> State θ, s.
+   !> Return the state θ, s.
    pure real(wp) function state_variable(law, state) result(theta)
       class(rate_state_type), intent(in) :: law    !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
@@ -94,7 +94,7 @@ contains
       if (.not. theta > 0.0_wp) theta = law%first_age
    end function state_variable
 
-   !> Largest shear force without slip, N/m.
+   !> Return the largest shear force without slip, N/m.
    pure real(wp) function strength(law, state, normal_force)  ! total
       class(rate_state_type), intent(in) :: law    !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
@@ -160,7 +160,7 @@ contains
       u = exp(y)
    end function velocity_at
 
-   !> Slip at the velocity of the last step, m.
+   !> Return the slip at the velocity of the last step, m.
    pure real(wp) function expected_slip(law, state) result(slip)
       class(rate_state_type), intent(in) :: law    !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state at the start of the step

@@ -70,7 +70,7 @@ contains
       length = tributary_length(contacts, blocks, c)
    end subroutine find_length
 
-   !> Energy of the springs of contact c in the present geometry, J per metre of thickness.
+   !> Return the energy of the springs of contact c in the present geometry, J per metre.
    pure real(wp) function spring_energy(contacts, laws, c)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws          !< joint laws
@@ -82,7 +82,7 @@ contains
       end associate
    end function spring_energy
 
-   !> The tributary length of contact c, m.
+   !> Return the tributary length of contact c, m.
    pure real(wp) function tributary_length(contacts, blocks, c) result(length)
       type(contacts_type), intent(in) :: contacts  !< with geometry
       type(blocks_type), intent(in) :: blocks      !< present geometry
@@ -113,7 +113,7 @@ contains
       end associate
    end function has_parallel_edge
 
-   !> Tributary length, m, of a contact of vertex v and edge e in the overlaps of e with edges at v.
+   !> Return the tributary length, m, of vertex v on edge e in the overlaps of e with edges at v.
    pure real(wp) function contact_overlap(blocks, e, v) result(length)
       type(blocks_type), intent(in) :: blocks  !< present geometry
       integer, intent(in) :: e, v              !< touched edge, touching vertex
@@ -121,7 +121,7 @@ contains
       length = shared_overlap(blocks, e, v) + shared_overlap(blocks, e, blocks%previous(v))
    end function contact_overlap
 
-   !> Tributary length, m, of a contact in the overlap of edges e and f; 0 if they are not parallel.
+   !> Return the tributary length, m, of a contact in the overlap of e and f; 0 if not parallel.
    !>
    !> The contacts at the two ends share the overlap.  If an edge continues in a straight line at
    !> one end, such as at a change of joint, the whole overlap belongs to the contact at the other
@@ -136,7 +136,7 @@ contains
       if (overlap%corner_from .and. overlap%corner_to) length = 0.5_wp*length
    end function shared_overlap
 
-   !> Tributary length of contact c, m, from its weight, if its joint has points between corners.
+   !> Return the length of contact c, m, from its weight, if its joint has points between corners.
    pure real(wp) function weighted_overlap(contacts, blocks, c, n) result(length)
       type(contacts_type), intent(in) :: contacts  !< with geometry
       type(blocks_type), intent(in) :: blocks      !< present geometry

@@ -140,7 +140,7 @@ contains
       end do
    end subroutine find_outcrop
 
-   !> Moore–Penrose inverse of a sum of dyads n nᵀ of unit vectors.
+   !> Return the Moore–Penrose inverse of a sum of dyads n nᵀ of unit vectors.
    pure function pseudo_inverse(matrix) result(inverse)
       real(wp), intent(in) :: matrix(2, 2)  !< symmetric, positive semi-definite
       real(wp) :: inverse(2, 2), trace, determinant
@@ -185,8 +185,7 @@ contains
       if (any(model%amplifications%base /= point)) point = 0
    end function named_point
 
-   !> Update the motion of the base at the end of a step, like that of supports
-   !> (dda_spring_element).
+   !> Update the motion of the base at the end of a step, as for supports (dda_spring_element).
    subroutine update_base(base, model, blocks, step, time)
       type(base_type), intent(inout) :: base     !< base of the model
       type(model_type), intent(in) :: model      !< model of the run
@@ -212,7 +211,7 @@ contains
       end select
    end subroutine update_base
 
-   !> Displacement, m, and velocity, m/s, of the supports at a time.
+   !> Return the displacement, m, and velocity, m/s, of the supports at a time.
    pure function motion_at(base, model, time) result(motion)
       type(base_type), intent(in) :: base        !< base of kind `base_moves`
       type(model_type), intent(in) :: model      !< model of the run
@@ -238,7 +237,7 @@ contains
       counts_from_motion = base%kind /= base_rests .and. size(model%motions) > 0
    end function counts_from_motion
 
-   !> Text on the reference of reported displacements, velocities and accelerations.
+   !> Return a text on the reference of reported displacements, velocities and accelerations.
    pure function base_words(base, model) result(words)
       type(base_type), intent(in) :: base        !< base of the model
       type(model_type), intent(in) :: model      !< model of the run

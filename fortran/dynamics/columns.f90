@@ -32,7 +32,7 @@ contains
       call move_alloc(columns, simulation%columns)
    end subroutine make_columns
 
-   !> Number of columns.
+   !> Return the number of columns.
    pure integer function column_count(simulation)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
 
@@ -40,7 +40,7 @@ contains
       if (allocated(simulation%columns)) column_count = size(simulation%model%free_fields)
    end function column_count
 
-   !> Run of a column.
+   !> Return the run of a column.
    function column_of(simulation, i) result(run)
       type(simulation_type), intent(in), target :: simulation  !< a run and its state
       integer, intent(in) :: i                                 !< number of the column
@@ -53,8 +53,8 @@ contains
       end select
    end function column_of
 
-   !> Pass the columns' solution of the present step (in statics, their equilibrium) to the sides of
-   !> the model.
+   !> Pass the columns' solution of the present step to the sides of the model.
+   !> In statics the solution is the equilibrium of the columns.
    subroutine take_over_columns(simulation)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       type(simulation_type), pointer :: run
@@ -70,7 +70,7 @@ contains
       end do
    end subroutine take_over_columns
 
-   !> Forces on the blocks at the side from their neighbours in level ground.
+   !> Return the forces on the blocks at the side from their neighbours in level ground.
    !> Forces due to the strain of the cell in the triangle of a side face are subtracted, because
    !> the model includes them.
    function forces_at_side(run, field) result(force)

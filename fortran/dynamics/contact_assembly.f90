@@ -138,7 +138,7 @@ contains
       end associate
    end subroutine assemble_pair
 
-   !> Compression and resistance to slip of contact c at d = 0, N/m.
+   !> Return the compression and resistance to slip of contact c at d = 0, N/m.
    pure function force_at_zero(contacts, c) result(force)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c  !< number of the contact

@@ -71,7 +71,7 @@ contains
       end do
    end subroutine evaluate_range
 
-   !> State that the next iteration assumes.
+   !> Return the state that the next iteration assumes.
    !> If slip reverses, the contact first sticks, because its force would otherwise jump to the
    !> other friction bound.  A contact that closes repeatedly first slides, because a shear force
    !> could open the contact again.
@@ -108,7 +108,7 @@ contains
       end do
    end subroutine add_assumed_forces
 
-   !> Normal force that the linear solution assumed in contact c, N/m.
+   !> Return the normal force that the linear solution assumed in contact c, N/m.
    pure real(wp) function assumed_normal(contacts, c)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c  !< number of the contact
@@ -119,7 +119,7 @@ contains
       assumed_normal = contacts%free_force(1, c) - contacts%spring(1, c)*opening
    end function assumed_normal
 
-   !> Shear force that the linear solution assumed in contact c, N/m.
+   !> Return the shear force that the linear solution assumed in contact c, N/m.
    pure real(wp) function assumed_shear(contacts, c)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c  !< number of the contact

@@ -133,7 +133,7 @@ contains
       simulation%iteration%noise = force_noise(simulation%model, stiffest)
    end subroutine prepare_laws
 
-   !> Largest dilation of the contacts due to slip, m.
+   !> Return the largest dilation of the contacts due to slip, m.
    pure real(wp) function highest_lift(simulation) result(highest)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer :: c

@@ -99,7 +99,7 @@ contains
       end do
    end function are_finite_and_near
 
-   !> Warning of the energy audit; '' if the energies balance.
+   !> Return a warning of the energy audit; '' if the energies balance.
    pure function audit_warning(simulation) result(text)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       character(len=:), allocatable :: text
@@ -120,8 +120,8 @@ contains
       end if
    end function audit_warning
 
-   !> Add warnings on values beyond the limits of the method: largest strains and penetrations of
-   !> the run, and bending of joints and variables of joint laws in the present state.
+   !> Add warnings on values beyond the limits of the method: strains, penetrations and joints.
+   !> Strains and penetrations are those of the whole run; the values of joints are present ones.
    pure subroutine doubt_state(simulation, doubts)
       type(simulation_type), intent(in) :: simulation            !< a run and its state
       type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< warnings are added
@@ -179,9 +179,9 @@ contains
       end associate
    end subroutine add_penetration_warning
 
-   !> Energy residual due to rounding of positions, J/m.  It is the sum of the work of the weight
-   !> along the rounding errors of all steps, the work of the noise of contact forces along the
-   !> path, and the kinetic energy of rounding errors per Δt.
+   !> Return the energy residual due to rounding of positions, J/m.
+   !> It is the work of the weight along rounding errors of all steps, plus the work of the noise
+   !> of contact forces along the path, plus the kinetic energy of rounding errors per Δt.
    pure real(wp) function rounding_energy(simulation)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       real(wp) :: places, mass

@@ -39,8 +39,8 @@ contains
       energy%value(energy_initial) = total_energy(energy)
    end subroutine start_energy_budget
 
-   !> Add the geometric energy to the budget: the spring energies in exact geometry minus the spring
-   !> energies in the linearised geometry of the last step.
+   !> Add the geometric energy of the change of geometry after a step to the budget.
+   !> It is the spring energy in exact geometry minus that in the linearised geometry of the step.
    subroutine update_geometric(energy, blocks, contacts, laws, elements, step)
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
@@ -134,7 +134,7 @@ contains
       end do
    end function sum_losses
 
-   !> Quadratic form εᵀDε.
+   !> Return the quadratic form εᵀDε.
    pure real(wp) function quadratic_form(stiffness, strain)
       real(wp), intent(in) :: stiffness(3, 3), strain(3)  !< area × D, N; strain of a block
 
@@ -170,8 +170,8 @@ contains
       call add_energy(energy, energy_impact, total(7))
    end subroutine update_contacts
 
-   !> Sum seven energies of contacts first … last: stored energy; losses by slip, by fracture and by
-   !> the scheme; gain by dilation; losses by dashpots and by impacts.
+   !> Sum seven energies of contacts first … last, J per metre of thickness.
+   !> Stored; lost by slip, fracture and scheme; gained by dilation; lost by dashpots and impacts.
    pure function sum_contacts(contacts, laws, step, first, last) result(total)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -309,7 +309,7 @@ contains
       total(4) = total(4) + loss - losses(1) - losses(2)
    end subroutine add_bond
 
-   !> Spring energy of a contact at a gap and a shear stretch.
+   !> Return the spring energy of a contact at a gap and a shear stretch.
    !> With an augmented Lagrangian, normal forces store no energy, as in a rigid contact.
    pure real(wp) function stored_energy(laws, gap, closed, bonded, stretch)
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -321,7 +321,7 @@ contains
          stored_energy = stored_energy + 0.5_wp*laws%normal_stiffness*gap**2
    end function stored_energy
 
-   !> Energy in the springs of all contacts in the present geometry, J per metre of thickness.
+   !> Return the energy in the springs of all contacts in the present geometry, J per metre.
    real(wp) function contact_energy(contacts, laws)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts

@@ -181,7 +181,7 @@ contains
       end do
    end subroutine scan_all
 
-   !> Slip and opening of contact c; in compression, the opening is due to dilation only.
+   !> Return the slip and opening of contact c; in compression, the opening is due to dilation only.
    pure function contact_movement(first, blocks, c) result(moved)
       type(first_contacts_type), intent(in) :: first  !< contacts after `find_pressed`
       type(blocks_type), intent(in) :: blocks         !< blocks in their present state
@@ -192,7 +192,7 @@ contains
       if (first%pressed(first%vertex(c)) == first%edge(c)) moved(2) = min(moved(2), 0.0_wp)
    end function contact_movement
 
-   !> Displacement of the vertex of contact c along the edge, and increase of its distance to it, m.
+   !> Return the slip of the vertex of contact c along its edge, and the growth of its distance, m.
    pure function foot_movement(first, blocks, c) result(moved)
       type(first_contacts_type), intent(in) :: first  !< initially touching contacts
       type(blocks_type), intent(in) :: blocks         !< blocks in their present state

@@ -160,7 +160,7 @@ contains
       impacts%before(b) = max(impacts%before(b), share)
    end subroutine record_hit
 
-   !> Fraction of the step before contact c touches at its present velocity; 0 if already touching.
+   !> Return the fraction of the step before contact c touches at its present velocity, or 0.
    pure real(wp) function fraction_before_touch(contacts, step, c) result(share)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(step_type), intent(in) :: step  !< the present step
@@ -194,7 +194,7 @@ contains
       end do
    end subroutine lift_opened
 
-   !> Opening velocity of a struck contact after the impact, m/s.
+   !> Return the opening velocity of a struck contact after the impact, m/s.
    pure real(wp) function opening_velocity(impacts, contacts, laws, step, c) result(target)
       type(impacts_type), intent(in) :: impacts  !< impacts of this step
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
@@ -226,8 +226,8 @@ contains
       end do
    end subroutine stiffen_neighbours
 
-   !> Make struck blocks rigid: keep their strains, and their positions at supports.  If supports
-   !> kept the velocity instead, blocks that are struck in many successive steps would drift.
+   !> Make struck blocks rigid: fix their strains, and their positions at supports.
+   !> If supports fixed the velocity instead, blocks struck in many successive steps would drift.
    pure subroutine make_blocks_rigid(impacts, system, first)
       type(impacts_type), intent(inout) :: impacts  !< impacts of this step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -274,7 +274,7 @@ contains
          term%block_b == 0 .and. .not. any(term%motion > 0 .and. abs(term%row_a(:2)) > 0.0_wp)
    end function is_support
 
-   !> Stiffness that makes a support rigid relative to the inertia of its block, N/m.
+   !> Return the stiffness that makes a support rigid relative to the inertia of its block, N/m.
    pure real(wp) function unyielding_spring(system, b, row) result(stiffness)
       type(system_type), intent(in) :: system  !< equations of the step
       integer, intent(in) :: b  !< number of the block
@@ -285,7 +285,7 @@ contains
       stiffness = unyielding/sum(row(:3)**2/own(:3))
    end function unyielding_spring
 
-   !> Energy lost by making the strains of struck blocks rigid, J per metre of thickness.
+   !> Return the energy lost by making the strains of struck blocks rigid, J per metre of thickness.
    pure real(wp) function rigid_strain_loss(impacts, system) result(loss)
       type(impacts_type), intent(in) :: impacts  !< impacts of this step
       type(system_type), intent(in) :: system  !< equations of the step, solved
@@ -302,7 +302,7 @@ contains
       end do
    end function rigid_strain_loss
 
-   !> Work of the rigid supports of struck blocks in a step, J per metre of thickness.
+   !> Return the work of the rigid supports of struck blocks in a step, J per metre of thickness.
    pure real(wp) function rigid_support_work(impacts, system) result(work)
       type(impacts_type), intent(in) :: impacts  !< impacts of this step
       type(system_type), intent(in) :: system  !< equations of the step, solved
@@ -370,8 +370,8 @@ contains
       gains_energy = lost < -gain_allowed*scale
    end function gains_energy
 
-   !> Reduce the impacts: first remove the forces before the impact; then halve the restitution of
-   !> all struck contacts, repeatedly; finally set the restitution to zero.
+   !> Reduce the impacts in stages, because they would increase the energy.
+   !> The forces before the impact are removed, then the restitution is halved, finally it is zero.
    pure subroutine reduce_impacts(impacts, contacts, laws, blocks, step)
       type(impacts_type), intent(inout) :: impacts  !< impacts of this step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, solved

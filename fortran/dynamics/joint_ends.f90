@@ -50,8 +50,8 @@ contains
       end associate
    end function bending_doubts
 
-   !> Find the mean tension over the overlap of contact c, and the bending stress (end minus mean)
-   !> of a linear stress, Pa.  Both are 0 if one end is not bonded.
+   !> Find the mean tension and the bending stress over the overlap of contact c, Pa.
+   !> The bending stress is the end minus the mean of a linear stress.  Unbonded end: both are 0.
    pure subroutine find_end_stresses(simulation, c, mean, bending)
       type(simulation_type), intent(in) :: simulation  !< run whose contacts are evaluated
       integer, intent(in) :: c                         !< bonded contact
@@ -72,7 +72,7 @@ contains
       end associate
    end subroutine find_end_stresses
 
-   !> Mean tension over the bonded length of contact c, Pa.
+   !> Return the mean tension over the bonded length of contact c, Pa.
    pure real(wp) function mean_tension(contacts, c)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step, evaluated
       integer, intent(in) :: c                     !< bonded contact
@@ -97,7 +97,7 @@ contains
       edges = [minval(edges), maxval(edges)]
    end function overlapping_edges
 
-   !> Text on the overlap of contact c.
+   !> Return a text on the overlap of contact c.
    pure function overlap_text(simulation, c, found) result(text)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer, intent(in) :: c                         !< bonded contact

@@ -111,7 +111,7 @@ contains
       position = position + d
    end subroutine integrate_block
 
-   !> Kinetic energy ½ vᵀMv, J/m.
+   !> Return the kinetic energy ½ vᵀMv, J/m.
    real(wp) function kinetic_energy(blocks)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp) :: part(most_pieces)
@@ -128,7 +128,7 @@ contains
       kinetic_energy = sum(part(:pieces(blocks%n)))
    end function kinetic_energy
 
-   !> Kinetic energy of blocks first … last, J/m.
+   !> Return the kinetic energy of blocks first … last, J/m.
    pure real(wp) function kinetic_energy_range(blocks, first, last)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       integer, intent(in) :: first, last  !< first and last block
@@ -141,7 +141,7 @@ contains
       end do
    end function kinetic_energy_range
 
-   !> Upper bound on the displacement of any vertex due to d, m.
+   !> Return an upper bound on the displacement of any vertex due to d, m.
    real(wp) function farthest_move(blocks, d) result(move)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates

@@ -29,7 +29,7 @@ module dda_line_search
    end type other_slope_type
 
    abstract interface
-      !> Slope of the energy at a fraction of the step, J/m.
+      !> Return the slope of the energy at a fraction of the step, J/m.
       real(wp) function slope_interface(self, share)
          import :: other_slope_type, wp
          class(other_slope_type), intent(in) :: self  !< forces in a step
@@ -158,8 +158,8 @@ contains
       end do
    end function sum_coupled_slopes
 
-   !> Measure the changes of gap and slip of each contact from the previous d to the new d, and
-   !> sum the slope of all contacts at the new d.
+   !> Measure the changes of gap and slip of each contact from the previous d to the new d.
+   !> Also sum the slope of all contacts at the new d.
    subroutine measure_changes(system, contacts, slope)
       type(system_type), intent(in) :: system  !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
@@ -283,7 +283,7 @@ contains
       end do
    end function sum_slopes_range
 
-   !> Forces of contact c at a fraction of the step.
+   !> Find the forces of contact c at a fraction of the step.
    pure subroutine respond_at(contacts, laws, c, alpha, response)
       type(contacts_type), intent(in) :: contacts  !< contacts after `measure_changes`
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -297,7 +297,7 @@ contains
          response)
    end subroutine respond_at
 
-   !> Slope of the energy of contact c, J/m.
+   !> Return the slope of the energy of contact c, J/m.
    pure real(wp) function energy_slope(contacts, c, response) result(slope)
       type(contacts_type), intent(in) :: contacts  !< contacts after `measure_changes`
       integer, intent(in) :: c  !< number of the contact

@@ -35,8 +35,8 @@ contains
       end do
    end subroutine add_damping_loads
 
-   !> Return two sums over all blocks in a step, before the update, J per metre of thickness: losses
-   !> by damping, and Δσ·Δε of the damping stresses.
+   !> Return the losses by damping, and Δσ·Δε of the damping stresses, of all blocks in a step.
+   !> The unit is J per metre of thickness; ζ_l must not yet be updated.
    function damping_losses(blocks, step, d) result(total)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step      !< the present step
@@ -54,7 +54,7 @@ contains
       total = sum(part(:, :pieces(blocks%n)), 2)
    end function damping_losses
 
-   !> Energy of the Maxwell branches of all blocks minus ½ ε·Kε, J per metre of thickness.
+   !> Return the energy of the Maxwell branches of all blocks minus ½ ε·Kε, J per metre.
    real(wp) function damping_energy(blocks) result(energy)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp) :: part(most_pieces)
@@ -129,7 +129,7 @@ contains
          damping_strain(blocks, step, b))
    end subroutine add_damping_load
 
-   !> Strain whose elastic stress equals the damping stress at d = 0.
+   !> Return the strain whose elastic stress equals the damping stress at d = 0.
    pure function damping_strain(blocks, step, b) result(strain)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step      !< the present step
@@ -147,7 +147,7 @@ contains
       end associate
    end function damping_strain
 
-   !> Generalised forces of the stress of block b at t₀ + θΔt of a step with known increment d.
+   !> Return the generalised forces of the stress of block b at t₀ + θΔt of a step with known d.
    !> The stress acts on the whole area of the block, including the triangles of faces.
    pure function force_on_strains(blocks, step, b, d) result(force)
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
@@ -191,7 +191,7 @@ contains
       end associate
    end subroutine add_damping_loss
 
-   !> Energy in the Maxwell branches of block b minus ½ ε·Kε, J per metre of thickness.
+   !> Return the energy in the Maxwell branches of block b minus ½ ε·Kε, J per metre of thickness.
    pure real(wp) function energy_of_block(blocks, b) result(energy)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       integer, intent(in) :: b                 !< number of the block
@@ -234,7 +234,7 @@ contains
       end associate
    end subroutine update_memory
 
-   !> Change of ζ of block b within the step at constant strain, 2h/(1 + h) (Y e₀ − ζ).
+   !> Return the change of ζ of block b within the step at constant strain, 2h/(1 + h) (Y e₀ − ζ).
    pure function relaxation_change(blocks, damping, b, l, time_step)
       type(blocks_type), intent(in) :: blocks    !< blocks at the start of the step
       type(damping_type), intent(in) :: damping  !< damping of the block

@@ -23,8 +23,7 @@ module dda_material_search
 
 contains
 
-   !> Shorten the path from the linearised increment to the solution, if the minimum lies in
-   !> between.
+   !> Shorten the path from the linearised increment to the solution, if the minimum lies between.
    subroutine shorten_step(simulation)
       type(simulation_type), intent(inout), target :: simulation  !< run with a solution of the step
       type(law_slope_type) :: slope
@@ -40,7 +39,7 @@ contains
       end associate
    end subroutine shorten_step
 
-   !> Slope of the energy at a fraction of the path, J per metre of thickness.
+   !> Return the slope of the energy at a fraction of the path, J per metre of thickness.
    real(wp) function at(self, share)
       class(law_slope_type), intent(in) :: self  !< forces in a step
       real(wp), intent(in) :: share              !< fraction of the path, 0 … 1

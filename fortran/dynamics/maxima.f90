@@ -39,7 +39,7 @@ contains
       if (value > largest%value) largest = largest_type(value, time, who)
    end subroutine take
 
-   !> Stored value; NaN if there is none.
+   !> Return the stored value; NaN if there is none.
    elemental real(wp) function known(largest)
       type(largest_type), intent(in) :: largest  !< largest value so far
 
@@ -47,7 +47,7 @@ contains
       if (known < 0.0_wp) known = ieee_value(known, ieee_quiet_nan)
    end function known
 
-   !> Update the maxima of blocks: tilt, displacement, strain; with `rates`, velocity and
+   !> Update the maxima of blocks: tilt, displacement, strain; with `rates`, also velocity and
    !> acceleration.
    subroutine add_blocks(largest, blocks, first, base, time, rates)
       type(largest_type), intent(inout) :: largest(:)  !< [maxima] largest values so far
@@ -117,7 +117,7 @@ contains
       end do
    end subroutine scan_blocks
 
-   !> Principal strain with the larger magnitude.
+   !> Return the principal strain with the larger magnitude.
    pure real(wp) function principal_strain(strain)
       real(wp), intent(in) :: strain(3)  !< εx, εy, γxy
 
@@ -155,15 +155,15 @@ contains
          call update_contact_maxima(largest, contacts, size_of, time)
    end subroutine add_contacts
 
-   !> Square of the largest value so far, for comparison with squares of new values.
+   !> Return the square of the largest value so far, for comparison with squares of new values.
    elemental real(wp) function square_to_exceed(largest)  ! total
       type(largest_type), intent(in) :: largest  !< largest value so far
 
       square_to_exceed = sign(largest%value**2, largest%value)
    end function square_to_exceed
 
-   !> Find three maxima of contacts first … last: penetration; squared force; ratio of penetration
-   !> to block size if the penetration exceeds a bound, else 0.
+   !> Find three maxima of contacts first … last: penetration, squared force, penetration ratio.
+   !> The ratio is penetration over block size if the penetration exceeds `bound`, else 0.
    pure subroutine scan_contacts(contacts, size_of, first, last, bound, most)
       type(contacts_type), intent(in) :: contacts  !< contacts of the last step
       real(wp), intent(in) :: size_of(:)           !< [blocks] square root of the area, m

@@ -10,8 +10,8 @@ module dda_measure
 
 contains
 
-   !> Compute displacement, velocity and acceleration of a point.  The acceleration follows from the
-   !> block accelerations of the time integration, plus the centripetal part.
+   !> Compute displacement, velocity and acceleration of a point.
+   !> The acceleration is that of the time integration plus the centripetal part.
    pure subroutine measure_point(blocks, point, displacement, velocity, acceleration)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(point_type), intent(in) :: point  !< measured point

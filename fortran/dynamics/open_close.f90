@@ -268,7 +268,7 @@ contains
       contacts%retained(:contacts%n) = 0.0_wp
    end subroutine begin_iteration
 
-   !> Number of iterations, changed states and broken bonds of the step so far.
+   !> Return the number of iterations, changed states and broken bonds of the step so far.
    pure function counts_of(iteration) result(counts)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       integer :: counts(3)
@@ -331,8 +331,7 @@ contains
       end do
    end subroutine find_forces
 
-   !> .true. if the state of a contact differs from the state by its law, or if it retains
-   !> stiffness.
+   !> .true. if a contact retains stiffness, or if its state differs from the state by its law.
    pure logical function will_change(contacts)  ! total
       type(contacts_type), intent(in) :: contacts  !< contacts of this step, evaluated
 
@@ -359,7 +358,7 @@ contains
       if (system%contact_terms%by_state) call keep_states(iteration, contacts)
    end subroutine evaluate
 
-   !> Tolerance of the force difference at an iterate, N/m, relative to the largest force.
+   !> Return the tolerance of the force difference at an iterate, N/m, from its largest force.
    !> The largest force is limited by `given_force` before an iterate is accepted, because iterates
    !> far from the solution have very large forces and would make any difference tolerable.
    pure real(wp) function tolerance_of(iteration, system, contacts, laws, largest) result(tolerance)
@@ -392,8 +391,8 @@ contains
       given = given + sum(maxval(abs(system%load(1:2, :)), 1))
    end function given_force
 
-   !> Retain the states of contacts whose force difference is within the tolerance, until the end of
-   !> the step, as soon as such contacts change too often for a low-rank update.
+   !> Let contacts within the tolerance retain their states, if such contacts change too often.
+   !> Too often means too many changes for a low-rank update; the effect lasts until the step ends.
    !>
    !> Between blocks that fall together, gaps are rounding errors and states are random.  Many
    !> changes of such states would require a new factorisation in each iteration.
@@ -411,7 +410,7 @@ contains
          contacts%trial_state(:n) = contacts%state(:n)
    end subroutine keep_states
 
-   !> Tolerated noise of the contact forces after a given number of solutions, N/m.
+   !> Return the tolerated noise of the contact forces after a given number of solutions, N/m.
    pure real(wp) function noise_after(iteration, solves) result(noise)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       integer, intent(in) :: solves  !< number of solutions
@@ -531,8 +530,8 @@ contains
       if (iteration%retained < 0.1_wp*first_retained) iteration%retained = 0.0_wp
    end subroutine globalise
 
-   !> Accept a converged step unless a bond is overloaded, a penetration exceeds the tolerance, or
-   !> the damage of bonds must change.
+   !> Accept a converged step unless bonds, a penetration or damage require further iterations.
+   !> A bond may be overloaded, or a penetration exceed the tolerance, or the damage must change.
    subroutine check_strength(iteration, contacts, laws, converged)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
@@ -565,8 +564,8 @@ contains
       end do
    end subroutine break_bonds
 
-   !> Set the multipliers of the augmented Lagrangian to the contact forces (Uzawa's iteration) if a
-   !> closed contact penetrates or opens by more than the penetration tolerance, if one is given.
+   !> Set the multipliers of the augmented Lagrangian to the contact forces (Uzawa's iteration).
+   !> This is done if a closed contact penetrates or opens by more than a given tolerance.
    subroutine update_multipliers(iteration, contacts, converged)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
@@ -669,7 +668,7 @@ contains
       end associate
    end subroutine retain_stiffness
 
-   !> Ratio of the shear force of a sliding contact to the force of its spring without slip.
+   !> Return the ratio of the shear force of a sliding contact to its spring force without slip.
    pure real(wp) function secant_share(contacts, laws, c) result(share)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts

@@ -80,7 +80,7 @@ contains
       contacts%was_closed(:contacts%n) = contacts%state(:contacts%n) /= contact_open
    end subroutine lock_touching
 
-   !> Next state of a contact by the transition table of the original rules.
+   !> Return the next state of a contact by the transition table of the original rules.
    pure integer function next_state(contacts, laws, half_size, c) result(next)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts

@@ -121,7 +121,7 @@ module dda_simulation
 
 contains
 
-   !> Scheme, time and Δt of the next step.
+   !> Return the scheme, time and Δt of the next step.
    pure type(step_type) function next_step(simulation)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
 
@@ -136,7 +136,7 @@ contains
       call hand_over(simulation%contacts(3 - simulation%now), simulation%contacts(simulation%now))
    end subroutine exchange_lists
 
-   !> Time at the end of all stages, s.
+   !> Return the time at the end of all stages, s.
    pure real(wp) function end_of_run(simulation)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
 
@@ -175,7 +175,7 @@ contains
       end associate
    end function stage_finished
 
-   !> Text on the numbers of steps and iterations; counts of zero are omitted.
+   !> Return a text on the numbers of steps and iterations; counts of zero are omitted.
    pure function summary(simulation) result(text)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       character(len=:), allocatable :: text
@@ -203,7 +203,7 @@ contains
       if (simulation%solver%handed_over > 0) text = text//'; solver: '//work_done(simulation%solver)
    end function summary
 
-   !> Text of a comma, a count and a noun; blank if the count is zero.
+   !> Return a text of a comma, a count and a noun; blank if the count is zero.
    pure function count_text(count, one, many, what) result(text)
       integer(long), intent(in) :: count         !< count
       character(len=*), intent(in) :: one, many  !< see `counted`
@@ -216,7 +216,7 @@ contains
       if (present(what)) text = text//what
    end function count_text
 
-   !> Reason for the end of the run; blank until then.
+   !> Return the reason for the end of the run; blank until then.
    pure function ending(simulation) result(words)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       character(len=:), allocatable :: words

@@ -47,7 +47,7 @@ contains
       end do
    end subroutine list_slides
 
-   !> Fraction of contact c with friction; the remaining fraction is bonded.
+   !> Return the fraction of contact c with friction; the remaining fraction is bonded.
    pure real(wp) function friction_fraction(contacts, c) result(weight)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c  !< number of the contact
@@ -106,14 +106,14 @@ contains
       end do
    end subroutine evaluate_range
 
-   !> Largest difference between assumed forces and forces by the law, N/m.
+   !> Return the largest difference between assumed forces and forces by the law, N/m.
    pure real(wp) function difference_of(slides)
       type(slides_type), intent(in) :: slides  !< sliding contacts
 
       difference_of = maxval(abs(slides%response(:slides%n) - slides%force(:slides%n)))
    end function difference_of
 
-   !> Contact with the largest force difference.
+   !> Return the contact with the largest force difference.
    pure integer function farthest_off(slides)
       type(slides_type), intent(in) :: slides  !< sliding contacts
 
@@ -149,7 +149,7 @@ contains
       end do
    end subroutine assume_next
 
-   !> Increments of the normal and shear force of sliding contact i to the next forces, N/m.
+   !> Return the increments of normal and shear force of sliding contact i to the next forces, N/m.
    !> More friction reduces slip and thus dilation, which changes the normal force.
    pure function next_increments(slides, contacts, i) result(more)
       type(slides_type), intent(in) :: slides      !< sliding contacts, with the next forces

@@ -51,8 +51,8 @@ module dda_static_relaxation
 
 contains
 
-   !> Iterate until assumed forces equal the forces by the laws.  If many contacts change states,
-   !> this step and the following steps of the stage are relaxed.
+   !> Iterate until assumed forces equal the forces by the laws.
+   !> If many contacts change states, this step and the following steps of the stage are relaxed.
    subroutine solve_statics(iteration, system, solver, contacts, laws, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -206,7 +206,7 @@ contains
       iterates%scale = [((sqrt(matrix%diagonal(j, j, b)), j=1, 6), b=1, matrix%n)]
    end subroutine set_scales
 
-   !> Contact force that corresponds to a correction, N/m.
+   !> Return the contact force that corresponds to a correction, N/m.
    pure real(wp) function force_of_correction(correction, laws) result(force)
       real(wp), intent(in) :: correction   !< correction, J/m
       type(laws_type), intent(in) :: laws  !< stiffness of the contacts

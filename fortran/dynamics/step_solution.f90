@@ -33,8 +33,8 @@ module dda_step_solution
 
 contains
 
-   !> Solve K̂ d = f̂ with the contacts in their assumed states, or solve only for a change of f̂
-   !> (see `solve_change`).
+   !> Solve K̂ d = f̂ with the contacts in their assumed states.
+   !> If `change` is present, solve only for this change of f̂ (see `solve_change`).
    subroutine solve_step_for(system, solver, contacts, error, reduction, change, measured)
       type(system_type), intent(inout), target :: system      !< equations of the step; d changes
       type(solver_type), intent(inout) :: solver              !< linear solver
@@ -111,7 +111,7 @@ contains
       end associate
    end subroutine renew_matrix
 
-   !> Residual of the equations of the step.
+   !> Compute the residual of the equations of the step.
    subroutine residual(self, x, r)
       class(step_equations_type), intent(in) :: self  !< equations
       real(wp), intent(in), contiguous :: x(:,:)      !< [6,n] d, m

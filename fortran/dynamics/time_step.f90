@@ -210,7 +210,7 @@ contains
       end associate
    end subroutine iterate_contacts
 
-   !> Largest allowed displacement of a vertex in a step, m.
+   !> Return the largest allowed displacement of a vertex in a step, m.
    !> In statics it is at most the distance for which contacts are listed.
    pure real(wp) function allowed_move(simulation)  ! total
       type(simulation_type), intent(in) :: simulation  !< a run and its state
@@ -313,8 +313,8 @@ contains
       if (.not. simulation%resting) call break_faces(simulation)
    end subroutine accept_solution
 
-   !> Count broken bonds and steps with unconverged damage or bounds; after the first step, also
-   !> changes of states.
+   !> Count broken bonds, steps with unconverged damage or bounds, and changes of states.
+   !> Changes of states are counted after the first step.
    pure subroutine record_changes(simulation)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
 
@@ -328,7 +328,7 @@ contains
       end associate
    end subroutine record_changes
 
-   !> Number of bonds that have failed completely in the last step.
+   !> Return the number of bonds that have failed completely in the last step.
    pure integer function spent_bonds(simulation)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
 

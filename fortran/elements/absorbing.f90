@@ -84,7 +84,7 @@ contains
       allocate (self%reaction(6, size(self%block)), source=0.0_wp)
    end function new_absorbing_boundaries
 
-   !> Matrix rows of a point's displacement normal to and along the edge; zero for a removed block.
+   !> Return the rows of a point's displacement normal to and along the edge; 0 for a removed block.
    pure function displacement_rows(self, i, blocks) result(t)
       class(absorbing_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i                   !< number of the point
@@ -98,7 +98,7 @@ contains
       end associate
    end function displacement_rows
 
-   !> Displacement Δu of the outcrop over a step along the normal and along the edge, m.
+   !> Return the displacement Δu of the outcrop over a step along the normal and along the edge, m.
    pure function motion_increment(self, i, step) result(increment)
       class(absorbing_type), intent(in) :: self    !< elements of this kind
       integer, intent(in) :: i                     !< number of the point

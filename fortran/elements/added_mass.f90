@@ -71,7 +71,7 @@ contains
       end do
    end function new_added_mass
 
-   !> Masses on part k of a load.
+   !> Return the masses on part k of a load.
    pure function added_masses(load, k, blocks) result(point)
       type(edge_load_type), intent(in) :: load  !< load of a reservoir
       integer, intent(in) :: k                  !< number of the part
@@ -94,7 +94,7 @@ contains
       end do
    end function added_masses
 
-   !> Row nᵀT of a point (T: `shape_matrix` of dda_blocks).
+   !> Return the row nᵀT of a point (T: `shape_matrix` of dda_blocks).
    pure function normal_row(point, blocks) result(row)
       type(wet_point_type), intent(in) :: point  !< point of a face
       type(blocks_type), intent(in) :: blocks    !< blocks in their present state
@@ -159,8 +159,8 @@ contains
       end do
    end subroutine add_stored_energy
 
-   !> Add the kinetic energy at the end of the step, the loss (χ − ½) m Δv² by the scheme, and the
-   !> work of the inertia in the frame of the base.
+   !> Add the kinetic energy, the loss and the work of the water in a step to the budget.
+   !> The loss by the scheme is (χ − ½) m Δv²; the work is that of inertia in the frame of the base.
    subroutine add_to_budget(self, blocks, step, d, energy)
       class(added_mass_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state

@@ -78,7 +78,7 @@ contains
       end do
    end function new_bolts
 
-   !> Vector from point k of bolt i to the next one, m.
+   !> Return the vector from point k of bolt i to the next one, m.
    pure function leg_vector(self, i, k, blocks) result(leg)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, k  !< number of the element; leg
@@ -91,7 +91,7 @@ contains
       end associate
    end function leg_vector
 
-   !> Unit vector of a component in leg k.
+   !> Return the unit vector of a component in leg k.
    pure function unit_direction(self, i, c, k, blocks) result(direction)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, c, k  !< number of the element; component; leg
@@ -109,7 +109,7 @@ contains
       if (c == across) direction = [-direction(2), direction(1)]
    end function unit_direction
 
-   !> Stretch of a component in the present geometry, m.
+   !> Return the stretch of a component in the present geometry, m.
    pure real(wp) function present_stretch(self, i, c, blocks) result(stretch)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, c  !< number of the element; component
@@ -123,7 +123,7 @@ contains
       end do
    end function present_stretch
 
-   !> Gradient of the stretch with respect to the coordinates of the block of each point.
+   !> Find the gradient of the stretch with respect to the coordinates of each point's block.
    !> A grouted bolt turns with its first block, so that both forces act at one point.
    pure subroutine find_stretch_gradient(self, i, c, blocks, row)
       class(bolts_type), intent(in) :: self  !< elements of this kind
@@ -147,7 +147,7 @@ contains
       end associate
    end subroutine find_stretch_gradient
 
-   !> Number of points of bolt i, including its ends.
+   !> Return the number of points of bolt i, including its ends.
    pure integer function point_count(self, i)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i  !< number of the element
@@ -155,7 +155,7 @@ contains
       point_count = size(self%bolt(i)%block)
    end function point_count
 
-   !> Number of force components of bolt i.
+   !> Return the number of force components of bolt i.
    pure integer function component_count(self, i)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i  !< number of the element
@@ -163,7 +163,7 @@ contains
       component_count = merge(across, axial, self%bolt(i)%grouted)
    end function component_count
 
-   !> Force of a component in an assumed mode at a stretch, N/m.
+   !> Return the force of a component in an assumed mode at a stretch, N/m.
    pure real(wp) function component_force(self, i, c, stretch) result(force)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, c  !< number of the element; component
@@ -176,7 +176,7 @@ contains
       end associate
    end function component_force
 
-   !> Mode of a component at a stretch.
+   !> Return the mode of a component at a stretch.
    pure integer function component_mode(self, i, c, stretch) result(mode)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, c  !< number of the element; component
@@ -226,7 +226,7 @@ contains
       end do
    end subroutine add_linear_terms
 
-   !> Number of springs across bolt i due to its tension: one per leg and per point, if it is tense.
+   !> Return the number of springs across bolt i due to its tension: one per leg and per point.
    pure integer function curvature_count(self, i)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i  !< number of the element
@@ -234,7 +234,7 @@ contains
       curvature_count = merge(0, 2*point_count(self, i) - 1, self%bolt(i)%grouted)
    end function curvature_count
 
-   !> Spring j across bolt i: j = 1 … n for its points, then for its n − 1 legs.
+   !> Return the spring j across bolt i: j = 1 … n for its points, then for its n − 1 legs.
    !> The spring of a point acts only on the rotation of its block, and does not count as a support.
    pure type(linear_term_type) function curvature_term(self, i, j, blocks) result(term)
       class(bolts_type), intent(in) :: self  !< elements of this kind
@@ -264,7 +264,7 @@ contains
       end associate
    end function curvature_term
 
-   !> Offset of point k of bolt i along the resultant of the unit forces of its legs, m.
+   !> Return the offset of point k of bolt i along the resultant of the unit forces of its legs, m.
    pure real(wp) function curvature_arm(self, i, k, blocks) result(arm)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, k  !< number of the element; point
@@ -278,7 +278,7 @@ contains
          self%bolt(i)%reference(:, k)))
    end function curvature_arm
 
-   !> Energy of the springs across a bolt in the increment d, J per metre of thickness.
+   !> Return the energy of the springs across a bolt in the increment d, J per metre of thickness.
    pure real(wp) function curvature_energy(self, i, blocks, d) result(energy)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i  !< number of the element
@@ -346,7 +346,7 @@ contains
       end do
    end subroutine add_stored_energy
 
-   !> Energy of the spring of a component at a stretch, J per metre of thickness.
+   !> Return the energy of the spring of a component at a stretch, J per metre of thickness.
    pure real(wp) function component_energy(self, i, c, stretch) result(stored)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, c  !< number of the element; component
@@ -388,7 +388,7 @@ contains
       end do
    end subroutine add_to_budget
 
-   !> Plastic stretch of a component in the step, m.
+   !> Return the plastic stretch of a component in the step, m.
    pure real(wp) function plastic_increment(self, i, c) result(flow)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, c  !< number of the element; component
@@ -495,7 +495,7 @@ contains
       call archive_values(archive, self%force)
    end subroutine serialise
 
-   !> Values of each bolt in the output: forces, stretch since installation, state.
+   !> Return the values of each bolt in the output: forces, stretch since installation, state.
    pure function columns(self) result(values)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       real(wp) :: values(bolt_columns, size(self%bolt))  !< N/m, N/m, m, 0 … 4

@@ -20,7 +20,7 @@ module dda_broken_faces
 
 contains
 
-   !> Forces on the deformations of intact face i in the present state.
+   !> Return the forces on the deformations of intact face i in the present state.
    pure function face_force(elements, i, blocks) result(force)
       type(elements_type), intent(in) :: elements  !< elements of the model
       integer, intent(in) :: i                     !< number of the face
@@ -39,7 +39,7 @@ contains
       end do
    end function face_force
 
-   !> Forces of the points of intact face i on its deformations in the present state.
+   !> Return the forces of the points of intact face i on its deformations in the present state.
    pure function force_of_points(points, i, blocks) result(force)
       class(material_points_type), intent(in) :: points  !< elements of this kind
       integer, intent(in) :: i                           !< number of the face
@@ -58,8 +58,8 @@ contains
       end do
    end function force_of_points
 
-   !> Tractions at the points of intact face i due to forces, and the largest ratio to the
-   !> strength.
+   !> Return the tractions at the points of intact face i due to forces, and their largest ratio.
+   !> The ratio is traction over strength.
    pure subroutine face_strength(elements, i, force, traction, ratio)
       type(elements_type), intent(in) :: elements         !< elements of the model
       integer, intent(in) :: i                            !< face that can break
@@ -155,7 +155,7 @@ contains
       end do
    end function joint_motion
 
-   !> Mean damage of the faces of each edge, weighted by length: 0 intact, 1 broken.
+   !> Return the mean damage of the faces of each edge, weighted by length: 0 intact, 1 broken.
    pure function edge_damage(elements, welds, edges) result(damage)
       type(elements_type), intent(in) :: elements  !< elements of the model
       type(weld_type), intent(in) :: welds(:)      !< all faces

@@ -45,14 +45,14 @@ module dda_crack_law
 
 contains
 
-   !> Number of state variables: D, and the slip of the slider.
+   !> Return the number of state variables: D, and the slip of the slider.
    pure integer function state_size(self)
       class(crack_law_type), intent(in) :: self  !< law
 
       state_size = 2
    end function state_size
 
-   !> Stiffnesses for opening and slip, Pa/m.
+   !> Return the stiffnesses for opening and slip, Pa/m.
    pure function springs(self) result(k)
       class(crack_law_type), intent(in) :: self  !< law
       real(wp) :: k(2)
@@ -97,8 +97,7 @@ contains
       share = max(state(damaged), min(1.0_wp, point%bounding(2)/self%joint%strengths(1)))
    end function acting_damage
 
-   !> Return the values to freeze: the pressure that bounds friction, and D* times the tensile
-   !> strength.
+   !> Return the values to freeze: the pressure that bounds friction, and D* × tensile strength.
    pure function frozen_stress(self, point, state, strain, change, step) result(stress)
       class(crack_law_type), intent(in) :: self     !< law
       type(strain_point_type), intent(in) :: point  !< point
@@ -186,7 +185,7 @@ contains
       end associate
    end subroutine finish_step
 
-   !> Energy of bond and contact, J/m².
+   !> Return the energy of bond and contact, J/m².
    pure real(wp) function stored(self, point, state, strain)
       class(crack_law_type), intent(in) :: self     !< law
       type(strain_point_type), intent(in) :: point  !< point

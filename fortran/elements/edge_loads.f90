@@ -81,7 +81,7 @@ contains
       end do
    end subroutine add_to_budget
 
-   !> Time of the loads of a step, s.
+   !> Return the time of the loads of a step, s.
    pure real(wp) function load_instant(self, step)
       class(edge_loads_type), intent(in) :: self  !< elements of this kind
       type(step_type), intent(in) :: step  !< the present step
@@ -89,7 +89,7 @@ contains
       load_instant = merge(self%time, load_time(step), self%frozen)
    end function load_instant
 
-   !> Force of a load on part k, N/m …
+   !> Return the generalised force of a load on part k: N per metre; N for rotation and strains.
    pure function force_on_part(load, k, blocks, time) result(force)
       type(edge_load_type), intent(in) :: load  !< load
       integer, intent(in) :: k  !< number of the part
@@ -154,7 +154,7 @@ contains
       end associate
    end subroutine add_below_line
 
-   !> Interval of an edge, as fractions, between two abscissae; first > last: empty.
+   !> Return the interval of an edge, as fractions, between two abscissae; first > last: empty.
    pure function fractions_between(x, low, high) result(span)
       real(wp), intent(in) :: x(2)       !< abscissae of the ends of the edge, m
       real(wp), intent(in) :: low, high  !< m

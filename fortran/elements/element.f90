@@ -100,8 +100,8 @@ contains
       integer, intent(inout) :: changed             !< number of changed states
    end subroutine revise_nothing
 
-   !> Slope of the energy of nonlinear forces, J per metre, at a fraction of the path between two
-   !> increments; default: none.
+   !> Return the energy slope of nonlinear forces on the path between two increments; default: none.
+   !> Unit: J per metre of thickness.
    real(wp) function no_slope(self, blocks, step, from, to, share)
       class(element_type), intent(in) :: self     !< elements of this kind
       type(blocks_type), intent(in) :: blocks     !< blocks at the start of the step

@@ -48,7 +48,7 @@ module dda_elements
 
 contains
 
-   !> Create the elements that a model requires.  New kinds are registered here.
+   !> Create the elements that a model requires; new kinds are registered here.
    subroutine set_elements(elements, model, blocks, time)
       type(elements_type), intent(inout) :: elements  !< elements; states are retained
       type(model_type), intent(in) :: model  !< model with the changes of the stages so far
@@ -91,7 +91,7 @@ contains
       if (allocated(before)) call inherit_states(elements, before, blocks)
    end subroutine set_elements
 
-   !> Laws of faces that break, one per joint; unset for joints that cannot replace a face.
+   !> Return the laws of faces that break, by joint; unset for joints that cannot replace a face.
    function crack_laws(model) result(laws)
       type(model_type), intent(in) :: model  !< model with joints
       type(crack_law_type) :: laws(size(model%joints))
@@ -222,8 +222,8 @@ contains
       end do
    end subroutine revise_elements
 
-   !> Slope of the nonlinear part of the energy of a step, J per metre of thickness, at a fraction
-   !> of the path between two increments.
+   !> Return the slope of the nonlinear energy of a step on the path between two increments.
+   !> Unit: J per metre of thickness.
    real(wp) function slope_beyond(elements, blocks, step, from, to, share) result(slope)
       type(elements_type), intent(in) :: elements  !< prepared for the step
       type(blocks_type), intent(in) :: blocks      !< blocks at the start of the step
@@ -238,7 +238,7 @@ contains
       end do
    end function slope_beyond
 
-   !> Block with the largest unconverged stress of a material law; 0 if all have converged.
+   !> Return the block with the largest unconverged stress of a law; 0 if all have converged.
    pure integer function worst_of_points(elements) result(block)
       type(elements_type), intent(in) :: elements  !< elements of the model
       integer :: i
@@ -266,7 +266,7 @@ contains
       end do
    end function has_bounds_off
 
-   !> Values of the bolts in the output.
+   !> Return the values of the bolts in the output.
    pure function bolt_states(elements, n) result(states)
       type(elements_type), intent(in) :: elements  !< elements of the model
       integer, intent(in) :: n                     !< bolts of the model
@@ -282,7 +282,7 @@ contains
       end do
    end function bolt_states
 
-   !> Values of the nodes and channels of water in the output.
+   !> Return the values of the nodes and channels of water in the output.
    pure subroutine flow_states(elements, nodes, channels)
       type(elements_type), intent(in) :: elements  !< elements of the model
       real(wp), intent(out) :: nodes(:,:)     !< [`node_columns`,nodes]
@@ -298,8 +298,8 @@ contains
       end do
    end subroutine flow_states
 
-   !> Forces of ties, and of welds with images, on the blocks of one face, at t₀ + θΔt of a step
-   !> with a known d.
+   !> Return the forces of ties and of welds with images on one face, in a step with a known d.
+   !> The forces act at t₀ + θΔt.
    function face_forces(elements, face, blocks, step, d) result(force)
       type(elements_type), intent(in) :: elements  !< elements of the model
       integer, intent(in) :: face                  !< face of each tie and weld, 1 or 2
@@ -322,7 +322,7 @@ contains
       end do
    end function face_forces
 
-   !> Mean stress (σx, σy, τxy) of each block or cell in the axes of the model, Pa.
+   !> Return the mean stress (σx, σy, τxy) of each block or cell in the axes of the model, Pa.
    function block_stress(elements, blocks) result(stress)
       type(elements_type), intent(in) :: elements  !< elements of the model
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
@@ -350,8 +350,8 @@ contains
       end do
    end function block_stress
 
-   !> Estimated stress error of cells, Pa; 0 for other blocks: the uniaxial stress that stores, at
-   !> zero lateral strain, the energy of the jumps around the cell.
+   !> Return the estimated stress error of cells, Pa; 0 for other blocks.
+   !> At zero lateral strain this uniaxial stress would store the energy of the jumps around a cell.
    function stress_error(elements, blocks) result(stress)
       type(elements_type), intent(in) :: elements  !< elements of the model
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
@@ -364,7 +364,7 @@ contains
       end do
    end function stress_error
 
-   !> Largest plastic strain within each block whose material yields.
+   !> Return the largest plastic strain within each block whose material yields.
    function plastic_strain(elements, blocks) result(strain)
       type(elements_type), intent(in) :: elements  !< elements of the model
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
@@ -389,8 +389,8 @@ contains
       end do
    end function plastic_strain
 
-   !> Estimate the stress error of each cell as an energy, and sum the energy of all faces, J per
-   !> metre of thickness.
+   !> Estimate the stress error of each cell as an energy, and sum the energy of all faces.
+   !> Unit: J per metre of thickness.
    subroutine estimate_stress_errors(elements, blocks, error, stored)
       type(elements_type), intent(in) :: elements  !< elements of the model
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
@@ -407,8 +407,8 @@ contains
       end do
    end subroutine estimate_stress_errors
 
-   !> Energies of bodies, J per metre of thickness: the energy of the jumps, which estimates the
-   !> stress error, and the total energy.
+   !> Return the energy of the jumps and the total energy of bodies, J per metre of thickness.
+   !> The energy of the jumps estimates the stress error.
    function body_energies(elements, blocks) result(energies)
       type(elements_type), intent(in) :: elements  !< elements of the model
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
@@ -426,8 +426,8 @@ contains
       end do
    end function body_energies
 
-   !> Pass the motion of a free-field column in a step, and the forces between its blocks and their
-   !> images, to a side of the model.
+   !> Pass the motion of a free-field column in a step to a side of the model, with its forces.
+   !> The forces act between the blocks of the column and their images.
    subroutine follow_free_field(elements, number, block, column, d, force)
       type(elements_type), intent(inout) :: elements  !< elements of the model
       integer, intent(in) :: number                   !< number of the free field

@@ -44,14 +44,14 @@ contains
       energy%value(term) = energy%value(term) + more
    end subroutine add_energy
 
-   !> Kinetic plus potential energy, J per metre of thickness.
+   !> Return the kinetic plus potential energy, J per metre of thickness.
    pure real(wp) function total_energy(energy)
       type(energy_type), intent(in) :: energy  !< energy budget, J per metre
 
       total_energy = sum(energy%value, mask=energy_terms%role == is_stored)
    end function total_energy
 
-   !> Balance, J per metre of thickness: total energy minus all terms that explain its change.
+   !> Return the balance, J per metre: total energy minus all terms that explain its change.
    !> It is due to rounding and to the tolerance of the open–close iteration.
    pure real(wp) function balance(energy)  ! total
       type(energy_type), intent(in) :: energy  !< energy budget, J per metre
@@ -64,8 +64,8 @@ contains
       end do
    end function balance
 
-   !> Sum of all exchanged energies, J per metre of thickness: the reference value of `balance` and
-   !> of the geometric term.
+   !> Sum of all exchanged energies, J per metre of thickness.
+   !> It is the reference value of `balance` and of the geometric term.
    pure real(wp) function turnover(energy)
       type(energy_type), intent(in) :: energy  !< energy budget, J per metre
 
@@ -73,7 +73,7 @@ contains
          - abs(energy%value(energy_balance))
    end function turnover
 
-   !> Values of all terms in the order of `energy_terms`, with the balance.
+   !> Return the values of all terms in the order of `energy_terms`, with the balance.
    pure function energy_values(energy) result(values)
       type(energy_type), intent(in) :: energy  !< energy budget, J per metre
       real(wp) :: values(size(energy_terms))  !< J per metre of thickness

@@ -87,7 +87,7 @@ contains
       end associate
    end subroutine get_spring
 
-   !> Forces of the spring of point i on its block in the present state, N/m …, without its motion.
+   !> Return the forces of the spring of point i on its block, N/m …, without the support motion.
    pure function reaction_of(self, i, blocks) result(force)
       type(fixed_points_type), intent(in) :: self  !< all points
       integer, intent(in) :: i  !< number of the element
@@ -112,8 +112,8 @@ contains
       end do
    end subroutine accept_step
 
-   !> Match velocities to stiff supports, which must not store energy at a jump of velocity:
-   !> minimise ½ (v − v₀)ᵀM(v − v₀) + ½ (1 − χ) c Δt Σ [w + y/((1 − χ)Δt)]².
+   !> Match velocities to stiff supports, which must not store energy at a jump of velocity.
+   !> Minimise ½ (v − v₀)ᵀM(v − v₀) + ½ (1 − χ) c Δt Σ [w + y/((1 − χ)Δt)]².
    subroutine match_velocity(self, blocks, step, velocity)
       class(fixed_points_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state

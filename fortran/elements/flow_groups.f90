@@ -187,8 +187,8 @@ contains
          1.0_wp, group%factor, n, group%spring, 6*size(group%block))
    end subroutine factorise_group
 
-   !> Append the springs; fixed nodes have springs without stiffness, so that the pattern is
-   !> constant.
+   !> Append the springs of all nodes.
+   !> Fixed nodes have springs without stiffness, so that the pattern is constant.
    pure subroutine add_springs(network, fixed, groups, terms)
       type(network_type), intent(in) :: network         !< network of the model
       logical, intent(in) :: fixed(:)                   !< [nodes] the pressure is known
@@ -252,7 +252,7 @@ contains
       if (is_spring_of .and. size(block) > 2) is_spring_of = all(term%further == block(3:))
    end function is_spring_of
 
-   !> Spring of a node, without its values.
+   !> Return the spring of a node, without its values.
    pure type(linear_term_type) function new_spring(node, block, place) result(term)
       integer, intent(in) :: node       !< number of the node
       integer, intent(in) :: block(:)   !< blocks beside the node
@@ -265,7 +265,7 @@ contains
       allocate (term%further_row(6, size(term%further)))
    end function new_spring
 
-   !> Storage of a node without flow; 1 for a node without channels.
+   !> Return the storage of a node without flow; 1 for a node without channels.
    pure real(wp) function compliance_of(network, node) result(compliance)
       type(network_type), intent(in) :: network  !< network of the model
       integer, intent(in) :: node                !< number of the node

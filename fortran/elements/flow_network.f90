@@ -202,7 +202,7 @@ contains
       end do
    end subroutine add_rows
 
-   !> Apertures at the ends of channel c, m.
+   !> Return the apertures at the ends of channel c, m.
    pure function apertures_of(network, blocks, c, normal) result(a)
       type(network_type), intent(in) :: network  !< network of the model
       type(blocks_type), intent(in) :: blocks    !< blocks in their present state
@@ -222,7 +222,7 @@ contains
       end associate
    end function apertures_of
 
-   !> Energy ½ pᵀSp of compressed water, J per metre of thickness.
+   !> Return the energy ½ pᵀSp of compressed water, J per metre of thickness.
    pure real(wp) function stored_energy(network, blocks, pressure) result(energy)
       type(network_type), intent(in) :: network  !< network of the model
       type(blocks_type), intent(in) :: blocks    !< blocks in their present state
@@ -243,7 +243,7 @@ contains
       end do
    end function stored_energy
 
-   !> Heights n·x of two material points ρ of block b, m.
+   !> Return the heights n·x of two material points ρ of block b, m.
    pure function end_heights(normal, blocks, b, reference) result(height)
       real(wp), intent(in) :: normal(2)        !< n
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
@@ -258,14 +258,14 @@ contains
       end associate
    end function end_heights
 
-   !> Scalar product of two rows, written out for speed.
+   !> Return the scalar product of two rows, written out for speed.
    pure real(wp) function scalar_product(a, b)
       real(wp), intent(in) :: a(6), b(6)  !< values of a block
 
       scalar_product = a(1)*b(1) + a(2)*b(2) + a(3)*b(3) + a(4)*b(4) + a(5)*b(5) + a(6)*b(6)
    end function scalar_product
 
-   !> Normal of channel c, outward from its first block.
+   !> Return the normal of channel c, outward from its first block.
    pure function channel_normal(network, blocks, c) result(normal)
       type(network_type), intent(in) :: network  !< network of the model
       type(blocks_type), intent(in) :: blocks    !< blocks in their present state
@@ -277,7 +277,7 @@ contains
       end associate
    end function channel_normal
 
-   !> Increase Bᵀd of the volumes of the nodes, m³ per metre of thickness.
+   !> Return the increase Bᵀd of the volumes of the nodes, m³ per metre of thickness.
    pure function growth_of(network, d) result(growth)
       type(network_type), intent(in) :: network  !< network of the model
       real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
@@ -308,7 +308,7 @@ contains
       end do
    end subroutine add_pressures
 
-   !> Outflow H φ of each node, m²/s.
+   !> Return the outflow H φ of each node, m²/s.
    pure function outflow_of(network, conductance, potential) result(outflow)
       type(network_type), intent(in) :: network    !< network of the model
       real(wp), intent(in) :: conductance(:)       !< [channels] m²/(Pa s)

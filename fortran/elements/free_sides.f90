@@ -42,7 +42,7 @@ contains
       allocate (self%carried(2, size(self%point)), source=0.0_wp)
    end function new_free_sides
 
-   !> Displacement of the free field over a step along the normal and along the edge, m.
+   !> Return the displacement of the free field over a step along the normal and along the edge, m.
    pure function motion_increment(self, i, step) result(increment)
       class(free_sides_type), intent(in) :: self   !< elements of this kind
       integer, intent(in) :: i                     !< number of the point

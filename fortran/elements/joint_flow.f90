@@ -127,7 +127,7 @@ contains
       call set_springs(self%network, self%conductance, self%fixed .or. self%vented, self%group)
    end subroutine begin_state
 
-   !> Flow state of the stage: steady, transient or undrained.
+   !> Return the flow state of the stage: steady, transient or undrained.
    pure integer function stage_flow_state(self)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
 
@@ -149,8 +149,8 @@ contains
       call set_assumed_terms(self)
    end subroutine prepare_step
 
-   !> Set the conductances in the assumed states by the cubic law.  Outflow from a node that is not
-   !> full is reduced by the factor s²(3 − 2s), with its saturation s at the start of the step.
+   !> Set the conductances in the assumed states by the cubic law.
+   !> Outflow from a node with saturation s < 1 at the start of the step has the factor s²(3 − 2s).
    pure subroutine set_conductance(self)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       real(wp) :: saturation
@@ -241,7 +241,7 @@ contains
       call change_by(self%network, self%group, rest, self%after)
    end subroutine find_pressures
 
-   !> Surplus of each node, m³ per metre of thickness: increase of empty volume, or external inflow.
+   !> Return the surplus of each node, m³ per metre: increase of empty volume, or external inflow.
    pure function node_surplus(self) result(surplus)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
       real(wp) :: surplus(size(self%after))
@@ -250,7 +250,7 @@ contains
          + outflow_in_step(self, self%after) - self%step%time_step*self%source
    end function node_surplus
 
-   !> Volume Δt H (p + γy) that flows out of each node, m³ per metre of thickness.
+   !> Return the volume Δt H (p + γy) that flows out of each node, m³ per metre of thickness.
    pure function outflow_in_step(self, pressure) result(outflow)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
       real(wp), intent(in) :: pressure(:)  !< [nodes] Pa
@@ -320,8 +320,8 @@ contains
       call add_energy(energy, energy_input, work + change + viscous + lost)
    end subroutine add_to_budget
 
-   !> Revise the states of nodes that contradict the solution: a node below the least pressure is
-   !> not full; a node without empty volume is full.
+   !> Revise the states of nodes that contradict the solution.
+   !> A node below the least pressure becomes partly full; one without empty volume becomes full.
    subroutine revise_states(self, blocks, step, d, changed)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
@@ -415,7 +415,7 @@ contains
       call archive_values(archive, self%flux)
    end subroutine serialise
 
-   !> Values of each node in the output: pressure, saturation, inflow.
+   !> Return the values of each node in the output: pressure, saturation, inflow.
    pure function node_values(self) result(values)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
       real(wp) :: values(node_columns, size(self%pressure))  !< Pa, –, m²/s
@@ -427,7 +427,7 @@ contains
       values(3, :) = self%inflow
    end function node_values
 
-   !> Values of each channel in the output: flux, aperture.
+   !> Return the values of each channel in the output: flux, aperture.
    pure function channel_values(self) result(values)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
       real(wp) :: values(channel_columns, size(self%flux))  !< m²/s, m

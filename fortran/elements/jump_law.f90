@@ -25,7 +25,7 @@ module dda_jump_law
 
 contains
 
-   !> Number of state variables: the plastic jump.
+   !> Return the number of state variables: the plastic jump.
    pure integer function state_size(self)
       class(jump_law_type), intent(in) :: self  !< law
 
@@ -72,7 +72,7 @@ contains
       state(1:2) = state(1:2) + flow
    end subroutine finish_step
 
-   !> Stored energy ψ, J/m.
+   !> Return the stored energy ψ, J/m.
    pure real(wp) function stored(self, point, state, strain)
       class(jump_law_type), intent(in) :: self      !< law
       type(strain_point_type), intent(in) :: point  !< point

@@ -145,7 +145,7 @@ contains
       end function sum_of_rows
    end subroutine set_rows
 
-   !> Number of blocks that a term acts on.
+   !> Return the number of blocks that a term acts on.
    pure integer function blocks_in(term) result(n)
       type(linear_term_type), intent(in) :: term  !< term
 
@@ -153,7 +153,7 @@ contains
       if (allocated(term%further)) n = n + size(term%further)
    end function blocks_in
 
-   !> Number of the k-th block of a term.
+   !> Return the number of the k-th block of a term.
    pure integer function block_of(term, k) result(block)
       type(linear_term_type), intent(in) :: term  !< term
       integer, intent(in) :: k          !< 1 … `blocks_in`
@@ -186,7 +186,7 @@ contains
       end select
    end subroutine get_row
 
-   !> Factors of the terms in K̂, by instant: θ, 1, 1/Δt, 1/(χΔt), 1, 1/(χΔt²).
+   !> Return the factors of the terms in K̂, by instant: θ, 1, 1/Δt, 1/(χΔt), 1, 1/(χΔt²).
    pure function step_weights(step) result(weights)
       type(step_type), intent(in) :: step  !< the present step
       real(wp) :: weights(instants)  !< 1, 1, 1/s, 1/s, 1, 1/s²
@@ -195,7 +195,7 @@ contains
          mass_weight(step)]
    end function step_weights
 
-   !> Extension u·x of a term in a motion x of all blocks.
+   !> Return the extension u·x of a term in a motion x of all blocks.
    pure real(wp) function stretch_of(term, x) result(stretch)
       type(linear_term_type), intent(in) :: term  !< term
       real(wp), intent(in) :: x(:,:)  !< [6,blocks]

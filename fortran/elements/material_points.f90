@@ -225,8 +225,7 @@ contains
       end do
    end subroutine create_crack_points
 
-   !> Largest force of jump p in a step, N/m, from the stress at the points of its face at the
-   !> start.
+   !> Return the largest force of jump p in a step, N/m, from the initial stress of its face.
    pure real(wp) function jump_limit(self, p) result(cap)
       class(material_points_type), intent(in) :: self  !< points, with strains at the start
       integer, intent(in) :: p                       !< point of a jump
@@ -264,7 +263,7 @@ contains
       if (self%active(p)) self%active(p) = has_law(self, material)
    end subroutine begin_point
 
-   !> Strain of point p in the present state, relative to the input geometry.
+   !> Return the strain of point p in the present state, relative to the input geometry.
    pure function total_strain(self, p, blocks) result(strain)
       class(material_points_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: p                       !< number of the point
@@ -326,7 +325,7 @@ contains
       end if
    end subroutine respond
 
-   !> Stress c of point p in the present state.
+   !> Return the stress c of point p in the present state.
    pure function present_stress(self, p, blocks) result(stress)
       class(material_points_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: p                       !< number of the point
@@ -337,8 +336,8 @@ contains
          [0.0_wp, 0.0_wp, 0.0_wp], step_type(scheme_type(1.0_wp, 1.0_wp)), stress, tangent)
    end function present_stress
 
-   !> Stress that preserves the area of point p of a face with a large plastic linear jump; part of
-   !> `carried`.
+   !> Return the stress that preserves the area of point p if its face has a large plastic jump.
+   !> It is part of `carried`.
    !>
    !> Cells that turn by an angle a relative to each other about the middle of a face approach by
    !> ha²/8, but arcs by ha²/24.  The work of the pressure p of the sides on the difference is
@@ -365,7 +364,7 @@ contains
          *self%state(1:2, p)
    end function shape_stress
 
-   !> Energy of point p minus the elastic energy at the same strain, J/m³.
+   !> Return the energy of point p minus the elastic energy at the same strain, J/m³.
    pure real(wp) function beyond_elastic(self, p, state, strain) result(energy)
       class(material_points_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: p                       !< number of the point

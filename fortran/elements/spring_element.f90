@@ -52,7 +52,7 @@ module dda_spring_element
    end type spring_element_type
 
    abstract interface
-      !> Springs of an element in the present geometry.
+      !> Set the springs of an element in the present geometry.
       pure subroutine springs_interface(self, i, blocks, spring)
          import :: spring_element_type, blocks_type, spring_type
          class(spring_element_type), intent(in) :: self  !< elements of this kind
@@ -64,7 +64,7 @@ module dda_spring_element
 
 contains
 
-   !> Change of the extension due to increments or rates of all blocks.
+   !> Return the change of the extension due to increments or rates of all blocks.
    pure function extension_change(spring, d) result(change)
       type(spring_type), intent(in) :: spring  !< both springs of an element
       real(wp), intent(in) :: d(:,:)           !< [6,blocks] increments or rates of the coordinates
@@ -74,7 +74,7 @@ contains
       if (spring%block(2) > 0) change = change - matmul(d(:, spring%block(2)), spring%row(:, :, 2))
    end function extension_change
 
-   !> Dashpot coefficient c, N s/m per metre of thickness.
+   !> Return the dashpot coefficient c, N s/m per metre of thickness.
    pure function dashpots_of(self, spring, step) result(dashpot)
       class(spring_element_type), intent(in) :: self  !< elements of this kind
       type(spring_type), intent(in) :: spring         !< spring of one element
@@ -86,7 +86,7 @@ contains
          *step%time_step
    end function dashpots_of
 
-   !> Fraction of a step after which the springs act.
+   !> Return the fraction of a step after which the springs act.
    pure real(wp) function act_fraction(self, step) result(share)
       class(spring_element_type), intent(in) :: self  !< elements of this kind
       type(step_type), intent(in) :: step             !< the present step
@@ -94,7 +94,7 @@ contains
       share = merge(1.0_wp, step%scheme%theta, self%instant == at_end)
    end function act_fraction
 
-   !> Velocity of the motions at the end of a step, m/s.
+   !> Return the velocity of the motions at the end of a step, m/s.
    pure function target_rate(motion, before, motions, step) result(rate)
       integer, intent(in) :: motion(2)             !< numbers of the motions; 0: none
       real(wp), intent(in) :: before(2)            !< velocity at the start of the step, m/s
@@ -193,7 +193,7 @@ contains
       end do
    end subroutine add_stored_energy
 
-   !> Energy ½ k y² + ½ (1 − χ) c Δt w², J per metre of thickness.
+   !> Return the energy ½ k y² + ½ (1 − χ) c Δt w², J per metre of thickness.
    pure real(wp) function spring_energy(self, spring, step, y, w)
       class(spring_element_type), intent(in) :: self  !< elements of this kind
       type(spring_type), intent(in) :: spring         !< spring of one element

@@ -144,7 +144,7 @@ contains
       end do
    end subroutine set_strain_operator
 
-   !> Strain increment Δε of point p.
+   !> Return the strain increment Δε of point p.
    pure function strain_increment(self, p, d) result(change)
       class(strain_points_type), intent(in) :: self  !< prepared for the step
       integer, intent(in) :: p                       !< number of the point
@@ -251,8 +251,8 @@ contains
       end do
    end subroutine add_face_force
 
-   !> Slope of the energy of the nonlinear part of c, J per metre of thickness, at a fraction of the
-   !> path between two increments.
+   !> Return the slope of the energy of the nonlinear part of c, on the path between two increments.
+   !> Unit: J per metre of thickness.
    real(wp) function slope_beyond(self, blocks, step, from, to, share) result(slope)
       class(strain_points_type), intent(in) :: self  !< prepared for the step
       type(blocks_type), intent(in) :: blocks        !< blocks at the start of the step
@@ -321,7 +321,7 @@ contains
       end if
    end subroutine revise_states
 
-   !> Allowed error of the bounds of point p after a solution, Pa.
+   !> Return the allowed error of the bounds of point p after a solution, Pa.
    pure real(wp) function allowed_bound_error(self, p, change, step) result(allowed)
       class(strain_points_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: p                       !< number of the point
@@ -411,8 +411,7 @@ contains
       end do
    end subroutine accept_step
 
-   !> Make laws that do not act in static stages inactive; the inelastic part of their stress
-   !> remains.
+   !> Deactivate laws that do not act in static stages; the inelastic part of their stress remains.
    subroutine freeze_for_statics(self, blocks, time)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks           !< blocks in their present state
@@ -428,8 +427,8 @@ contains
       self%static = .true.
    end subroutine freeze_for_statics
 
-   !> Inherit the states of the same points: an inactive law continues from its last strain; if a
-   !> law is replaced, the inelastic part of its stress remains.
+   !> Inherit the states of the same points; an inactive law continues from its last strain.
+   !> If a law is replaced, the inelastic part of its stress remains.
    subroutine inherit_state(self, before, blocks)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
       class(element_type), intent(in) :: before         !< former element, of the same type

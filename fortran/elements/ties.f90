@@ -67,7 +67,7 @@ contains
       end associate
    end subroutine get_spring
 
-   !> Face whose corner is used, 1 or 2.
+   !> Return the face whose corner is used, 1 or 2.
    pure integer function corner_face(blocks, tie) result(face)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(tie_type), intent(in) :: tie        !< tie
@@ -82,7 +82,7 @@ contains
       if (beyond(face) > least .and. beyond(3 - face) < beyond(face) - least) face = 3 - face
    end function corner_face
 
-   !> Distance of the foot of a corner beyond the other face, m.
+   !> Return the distance of the foot of a corner beyond the other face, m.
    pure real(wp) function overshoot(blocks, tie, face)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(tie_type), intent(in) :: tie        !< tie
@@ -95,7 +95,7 @@ contains
       end associate
    end function overshoot
 
-   !> Vector from the first vertex of the other face to the corner of a face, m.
+   !> Return the vector from the first vertex of the other face to the corner of a face, m.
    pure function corner_offset(blocks, tie, face)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(tie_type), intent(in) :: tie        !< tie

@@ -16,7 +16,7 @@ module dda_weld_damping
 
 contains
 
-   !> Fractions of the springs of a face that its two cells damp; 0 for a material without damping.
+   !> Return the fractions of the springs of a face that its two cells damp; 0 without damping.
    pure function shares_of(weld, material, modulus, damping) result(share)
       type(weld_type), intent(in) :: weld              !< face
       integer, intent(in) :: material(2)               !< materials of both cells
@@ -44,7 +44,7 @@ contains
       factor = step%scheme%theta*factor + damping%beta/step%time_step
    end function damping_factor
 
-   !> Extension (r − 1) e − r Σ ζ_l due to the memory.
+   !> Return the extension (r − 1) e − r Σ ζ_l due to the memory.
    pure real(wp) function memory_stretch(damping, e, memory) result(stretch)
       type(damping_type), intent(in) :: damping  !< damping of the material
       real(wp), intent(in) :: e                  !< m or a strain
@@ -55,7 +55,7 @@ contains
          - damping%unrelaxed*sum(memory(:damping%n))
    end function memory_stretch
 
-   !> Relaxation r Σ 2h_l/(1 + h_l) (Y_l e₀ − ζ_l) of the mechanisms in a step without motion.
+   !> Return the relaxation r Σ 2h_l/(1 + h_l) (Y_l e₀ − ζ_l) of the mechanisms without motion.
    pure real(wp) function relaxing_stretch(damping, e, memory, time_step) result(stretch)
       type(damping_type), intent(in) :: damping  !< damping of the material
       real(wp), intent(in) :: e, memory(:)       !< see `memory_stretch`
@@ -68,7 +68,7 @@ contains
       end do
    end function relaxing_stretch
 
-   !> Energy ½ (r − 1) e² − r e Σ ζ_l + ½ r Σ ζ_l²/Y_l.
+   !> Return the energy ½ (r − 1) e² − r e Σ ζ_l + ½ r Σ ζ_l²/Y_l.
    pure real(wp) function damping_energy(damping, e, memory) result(energy)
       type(damping_type), intent(in) :: damping  !< damping of the material
       real(wp), intent(in) :: e, memory(:)       !< see `memory_stretch`

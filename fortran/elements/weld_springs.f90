@@ -34,7 +34,7 @@ module dda_weld_springs
 
 contains
 
-   !> Springs of a face between two materials.
+   !> Return the springs of a face between two materials.
    pure type(weld_springs_type) function springs_of(weld, moduli) result(springs)
       type(weld_type), intent(in) :: weld        !< face
       real(wp), intent(in) :: moduli(3, 3, 2)    !< elastic matrices D of both cells, Pa
@@ -50,7 +50,7 @@ contains
       call add_jumps(springs, 2, stiffness(2))
    end function springs_of
 
-   !> Stiffness of the springs on the mean jump and on the linear jump, N/m per metre of thickness.
+   !> Return the stiffness of the springs on the mean jump and on the linear jump, N/m per metre.
    pure function jump_stiffness(weld, moduli) result(stiffness)
       type(weld_type), intent(in) :: weld        !< face
       real(wp), intent(in) :: moduli(3, 3, 2)    !< elastic matrices D of both cells, Pa
@@ -77,7 +77,7 @@ contains
       end do
    end subroutine add_jumps
 
-   !> Harmonic mean 2ab/(a + b).
+   !> Return the harmonic mean 2ab/(a + b).
    pure real(wp) function harmonic_mean(a, b)
       real(wp), intent(in) :: a, b  !< moduli, Pa
 
@@ -85,14 +85,14 @@ contains
       if (a /= b) harmonic_mean = 2.0_wp*a*b/(a + b)
    end function harmonic_mean
 
-   !> E′ of a body: E in plane stress, E/(1 − ν²) in plane strain.
+   !> Return E′ of a body: E in plane stress, E/(1 − ν²) in plane strain.
    pure real(wp) function plate_modulus(d) result(modulus)
       real(wp), intent(in) :: d(3, 3)  !< elastic matrix, Pa
 
       modulus = d(1, 1) - d(1, 2)**2/d(2, 2)
    end function plate_modulus
 
-   !> Matrix that maps a jump u to the strains ε_x, ε_y, γ of sym(n ⊗ u).
+   !> Return the matrix that maps a jump u to the strains ε_x, ε_y, γ of sym(n ⊗ u).
    pure function jump_strain(weld) result(b)
       type(weld_type), intent(in) :: weld  !< face
       real(wp) :: b(3, 2)
@@ -127,7 +127,7 @@ contains
       end associate
    end subroutine add_common_strain
 
-   !> Matrix that maps the deformations to ε_f.
+   !> Return the matrix that maps the deformations to ε_f.
    pure function common_strain_matrix(weld) result(strain)
       type(weld_type), intent(in) :: weld  !< face
       real(wp) :: strain(3, n_deformations)
@@ -142,7 +142,7 @@ contains
       end do
    end function common_strain_matrix
 
-   !> Matrices that map the deformations to the strains of both sides.
+   !> Return the matrices that map the deformations to the strains of both sides.
    !> For equal moduli both strains are ε_f; otherwise u* makes the tractions of both sides equal.
    pure function strains_of(weld, moduli) result(strain)
       type(weld_type), intent(in) :: weld      !< face
@@ -176,7 +176,7 @@ contains
       end do
    end function strains_of
 
-   !> Inverse of a matrix.
+   !> Return the inverse of a matrix.
    pure function inverse(matrix)
       real(wp), intent(in) :: matrix(2, 2)  !< regular matrix
       real(wp) :: inverse(2, 2)

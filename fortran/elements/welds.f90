@@ -117,7 +117,7 @@ contains
       is_damped = blocks%damps .and. any(self%share(:, i) > 0.0_wp)
    end function is_damped
 
-   !> Damping forces on the deformations of face i; in a step, including θ times the relaxation.
+   !> Return the damping forces on the deformations of face i; in a step, with θ × the relaxation.
    pure function damping_force(self, i, blocks, q, step) result(force)
       class(welds_type), intent(in) :: self    !< elements of this kind
       integer, intent(in) :: i                 !< number of the face
@@ -147,8 +147,8 @@ contains
       end associate
    end function damping_force
 
-   !> Damping energies of face i: the stored energy (at the end of a step), the loss of the
-   !> materials, and Δσ·Δε of the damping stresses.
+   !> Return three damping energies of face i, J per metre of thickness.
+   !> Stored (at the end of a step); lost by the materials; Δσ·Δε of the damping stresses.
    pure function damping_energies(self, i, blocks, q, change, time_step) result(energy)
       class(welds_type), intent(in) :: self    !< elements of this kind
       integer, intent(in) :: i                 !< number of the face
@@ -184,8 +184,8 @@ contains
       end do
    end function damping_energies
 
-   !> Force f₀ of initial stresses: A_i σ_f and A_j σ_f on the strains, −L σ_f n on the jump, with
-   !> the area-weighted mean σ_f of the initial stresses.
+   !> Return the force f₀ of initial stresses on the deformations of a face.
+   !> It is A_i σ_f and A_j σ_f on the strains and −L σ_f n on the jump; σ_f is the mean by area.
    pure function initial_force(weld, stress) result(force)
       type(weld_type), intent(in) :: weld    !< face
       real(wp), intent(in) :: stress(3, 2)   !< stress of both cells, Pa
@@ -210,7 +210,7 @@ contains
       is_intact = is_whole(weld) .and. .not. any(blocks%removed(weld%block))
    end function is_intact
 
-   !> Deformations of a face in the present state.
+   !> Return the deformations of a face in the present state.
    pure function deformations_of(weld, blocks) result(q)
       type(weld_type), intent(in) :: weld      !< face
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
@@ -256,7 +256,7 @@ contains
       placed%turn = reshape([cos(angle), -sin(angle), sin(angle), cos(angle)], [2, 2])
    end function predicted_cells
 
-   !> Matrix G of a face at the middle of a step, predicted from present rates.
+   !> Return the matrix G of a face at the middle of a step, predicted from present rates.
    !> If a body turns at a rate ω, the increment of q has an error of order (ωΔt)³.
    pure function derivatives_of(weld, blocks, step) result(g)
       type(weld_type), intent(in) :: weld      !< face
@@ -287,7 +287,7 @@ contains
       end do
    end function derivatives_of
 
-   !> Effect of rotation and strains of cell k on an offset ρ: the last four columns of T.
+   !> Return the effect of rotation and strains of cell k on an offset ρ: the last 4 columns of T.
    pure function shape_columns(placed, k, reference) result(shape)
       type(configuration_type), intent(in) :: placed    !< both cells
       integer, intent(in) :: k               !< cell, 1 or 2
@@ -303,7 +303,7 @@ contains
       end associate
    end function shape_columns
 
-   !> Force f = Σ c w s + f₀.
+   !> Return the force f = Σ c w s + f₀.
    pure function spring_force(springs, before, q) result(force)
       type(weld_springs_type), intent(in) :: springs     !< of a face
       real(wp), intent(in) :: before(n_deformations)      !< f₀
@@ -417,7 +417,7 @@ contains
       end do
    end subroutine add_face_force
 
-   !> Energy ½ Σ c s² + f₀·q.
+   !> Return the energy ½ Σ c s² + f₀·q.
    pure real(wp) function spring_energy(springs, before, q) result(energy)
       type(weld_springs_type), intent(in) :: springs  !< of a face
       real(wp), intent(in) :: before(n_deformations)   !< f₀
@@ -551,7 +551,7 @@ contains
       call archive_values(archive, self%memory)
    end subroutine serialise
 
-   !> Forces on the deformations of face i in the present state.
+   !> Return the forces on the deformations of face i in the present state.
    pure function weld_force(self, i, blocks) result(force)
       class(welds_type), intent(in) :: self    !< elements of this kind
       integer, intent(in) :: i                 !< number of the face
@@ -562,8 +562,8 @@ contains
       force = spring_force(self%springs(i), self%force(:, i), q) + damping_force(self, i, blocks, q)
    end function weld_force
 
-   !> Add the contribution of faces (the force on the strains of a cell over its area) to the mean
-   !> stress of their cells, Pa, in the axes of the cell.
+   !> Add the contribution of faces to the mean stress of their cells, Pa, in the axes of the cell.
+   !> The contribution is the force on the strains of the cell over its area.
    pure subroutine add_face_stress(self, blocks, stress)
       class(welds_type), intent(in) :: self    !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
@@ -582,8 +582,8 @@ contains
       end do
    end subroutine add_face_stress
 
-   !> Add half of the jump energy η² = Σ (L/h) μ (|[u]|² + |[u]_l|²/3) of each face to each of its
-   !> cells, and sum the energy ½ Σ c s² of all faces; J per metre of thickness.
+   !> Add half of the jump energy of each face to each of its cells, and sum the energy of faces.
+   !> Jump energy η² = Σ (L/h) μ (|[u]|² + |[u]_l|²/3); energy ½ Σ c s²; J per metre of thickness.
    pure subroutine add_jump_energies(self, blocks, error, stored)
       type(welds_type), intent(in) :: self       !< elements of this kind
       type(blocks_type), intent(in) :: blocks    !< blocks in their present state

@@ -124,7 +124,7 @@ contains
       end associate
    end function is_cheaper_merged
 
-   !> Time to assemble and eliminate a front and to form its update, in units of one 6×6 product.
+   !> Return the time for a front (assembly, elimination, update), in units of one 6×6 product.
    pure real(wp) function front_cost(columns, rows)
       integer, intent(in) :: columns  !< block columns to eliminate
       integer, intent(in) :: rows     !< block rows, with pivot rows

@@ -235,8 +235,8 @@ contains
       call plan_tasks(plan%parent, cost, plan%sharing)
    end subroutine divide_fronts
 
-   !> Set the sizes of the panels.  The factor is stored front by front, in the order of a solve;
-   !> each thread eliminates in a panel with the size of the largest front of a task.
+   !> Set the sizes of the panels and of the factor, which is stored in the order of a solve.
+   !> Each thread eliminates in a panel with the size of the largest front of a task.
    pure subroutine plan_panels(plan)
       type(front_plan_type), intent(inout) :: plan  !< symbolic factor, incomplete
       integer(long) :: numbers
@@ -260,7 +260,7 @@ contains
       end do
    end subroutine plan_panels
 
-   !> Largest size of a front vector: pivot rows and rows below, padded to whole panels.
+   !> Return the largest size of a front vector: pivot rows and rows below, padded to whole panels.
    pure integer function longest_front_vector(plan)
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
 
@@ -385,7 +385,7 @@ contains
       if (is_passed) is_passed = is_subtree_root(plan, front)
    end function is_passed
 
-   !> Number of block columns that a front eliminates.
+   !> Return the number of block columns that a front eliminates.
    pure integer function pivot_columns(plan, front)
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
       integer, intent(in) :: front  !< number of the front
@@ -393,7 +393,7 @@ contains
       pivot_columns = plan%first(front + 1) - plan%first(front)
    end function pivot_columns
 
-   !> Number of block rows of the update of a front.
+   !> Return the number of block rows of the update of a front.
    pure integer function rows_below(plan, front)
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
       integer, intent(in) :: front  !< number of the front
@@ -401,7 +401,7 @@ contains
       rows_below = plan%row_start(front + 1) - plan%row_start(front)
    end function rows_below
 
-   !> Size of the update of a front: each band of columns has the rows from its first column on.
+   !> Return the update size of a front; each band of columns has the rows from its first column on.
    pure integer(long) function update_length(plan, front)
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
       integer, intent(in) :: front  !< number of the front

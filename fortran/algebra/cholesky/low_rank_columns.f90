@@ -255,8 +255,7 @@ contains
       end do
    end subroutine multiply_columns
 
-   !> Compute the block of WᵀW of two panels, as the sum over their common fronts in double
-   !> precision.
+   !> Compute the block of WᵀW of two panels in double precision, summed over their common fronts.
    subroutine multiply_panels(columns, plan, row, column, total)
       type(low_rank_columns_type), intent(in) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor

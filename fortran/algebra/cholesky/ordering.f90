@@ -162,7 +162,7 @@ contains
       end do
    end subroutine append_connected
 
-   !> Number of couplings of a block row.
+   !> Return the number of couplings of a block row.
    elemental integer function degree(graph, v)
       type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
       integer, intent(in) :: v  !< number of the vertex

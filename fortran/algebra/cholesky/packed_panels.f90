@@ -15,14 +15,14 @@ module dda_packed_panels
 
 contains
 
-   !> Number of packed panels for the given number of block rows.
+   !> Return the number of packed panels for the given number of block rows.
    pure integer function panels_of(rows)
       integer, intent(in) :: rows  !< number of block rows
 
       panels_of = (6*rows + packed_rows - 1)/packed_rows
    end function panels_of
 
-   !> Number of packed panels of the pivot rows of a front.
+   !> Return the number of packed panels of the pivot rows of a front.
    pure integer function pivot_panels(pivots)
       integer, intent(in) :: pivots  !< block columns that the front eliminates
       integer :: j

@@ -23,8 +23,8 @@ module dda_arpack
          integer, intent(inout) :: iparam(*), ipntr(*), info  !< options, pointers, 0 on success
       end subroutine dsaupd
 
-      !> Eigenvalues and eigenvectors of a finished iteration; `bmat` and the arguments after it
-      !> must be those of the last call of dsaupd.
+      !> Compute eigenvalues and eigenvectors of a finished iteration.
+      !> `bmat` and the arguments after it must be those of the last call of dsaupd.
       subroutine dseupd(rvec, howmny, select, d, z, ldz, sigma, bmat, n, which, nev, tol, resid, &
          ncv, v, ldv, iparam, ipntr, workd, workl, lworkl, info)
          import :: wp

@@ -71,8 +71,8 @@ contains
          to_text(info)//' for one block')
    end subroutine block_eigen
 
-   !> .true. if all eigenvalues of K x = λ M x of one block are below `value`.  Then value·M − K has
-   !> a Cholesky factor, which costs 1/50 of the time for the eigenvalues.
+   !> .true. if all eigenvalues of K x = λ M x of one block are below `value`.
+   !> Then value·M − K has a Cholesky factor, which costs 1/50 of the time for the eigenvalues.
    pure logical function is_above(value, k, m)
       real(wp), intent(in) :: value, k(6, 6), m(6, 6)  !< limit, 1/s²; stiffness; mass
       real(wp) :: factor(6, 6)

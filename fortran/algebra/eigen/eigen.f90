@@ -57,7 +57,7 @@ module dda_eigen
 
 contains
 
-   !> Affordable tolerance for n blocks: the spectra of large models are dense.
+   !> Return an affordable tolerance for n blocks: the spectra of large models are dense.
    pure real(wp) function suggested_tolerance(n) result(tolerance)
       integer, intent(in) :: n  !< number of blocks
 
@@ -187,8 +187,8 @@ contains
       end do
    end subroutine deflate_matrix
 
-   !> Factorise K − σM, which is regular even if K is singular, with the least |σ| that rounding
-   !> allows.
+   !> Factorise K − σM with the least |σ| that rounding allows.
+   !> K − σM is regular even if K is singular.
    subroutine prepare_inverse(operator, stiffness, mass, error, known)
       type(shifted_inverse_type), intent(out) :: operator  !< operator that can be applied
       type(block_matrix_type), intent(in) :: stiffness  !< K, N/m
@@ -215,7 +215,7 @@ contains
       end do
    end subroutine prepare_inverse
 
-   !> Largest trace of a diagonal block of S, which has the magnitude of the largest ω².
+   !> Return the largest trace of a diagonal block of S, which has the magnitude of the largest ω².
    pure real(wp) function largest_trace(mass, stiffness) result(largest)
       type(mass_factor_type), intent(in) :: mass  !< G
       type(block_matrix_type), intent(in) :: stiffness  !< K, N/m
@@ -233,8 +233,8 @@ contains
       end do
    end function largest_trace
 
-   !> Search for copies of multiple eigenvalues that a Lanczos iteration may have missed, until no
-   !> larger one is found.  Known vectors are projected out of each search.
+   !> Add copies of multiple eigenvalues that a Lanczos iteration may have missed.
+   !> Known vectors are projected out of each search.  The search ends if no larger value is found.
    subroutine add_missing_copies(operator, values, vectors, residuals, error)
       type(shifted_inverse_type), intent(inout) :: operator  !< found vectors are deflated
       !> [count] eigenvalues, [6n,count] vectors, [count] residuals

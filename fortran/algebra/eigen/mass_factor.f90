@@ -58,8 +58,8 @@ contains
       end do
    end subroutine scale_matrix
 
-   !> Multiply by a transposed triangle, block by block: y = Gᵀx transforms block coordinates to the
-   !> standard problem, x = G⁻ᵀy transforms them back.
+   !> Compute y = Tᵀx for a lower triangle T = G or G⁻¹, block by block.
+   !> y = Gᵀx transforms block coordinates to the standard problem; x = G⁻ᵀy transforms them back.
    pure subroutine multiply_transposed(t, x, y)
       real(wp), intent(in) :: t(:,:,:)   !< [6,6,n] G or G⁻¹
       real(wp), intent(in) :: x(6, *)    !< [6,n]

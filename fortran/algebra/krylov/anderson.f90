@@ -63,8 +63,8 @@ contains
       end do
    end subroutine accelerate
 
-   !> Store the differences from the last iteration for the unknowns first … last, and add their
-   !> products with all columns of d_residual and with the residual.
+   !> Store the differences from the last iteration for the unknowns first … last.
+   !> Return the products of all columns of d_residual with the new column and with the residual.
    pure subroutine store_change(memory, slot, used, x, image, first, last, products)
       type(anderson_type), intent(inout) :: memory  !< memory; receives this iteration
       integer, intent(in) :: slot, used             !< column to store; number of columns

@@ -67,7 +67,7 @@ contains
       !$omp end do nowait
    end subroutine apply_rows
 
-   !> Upper bound on the conjugate-gradient iterations for a relative accuracy ε: ½ √κ ln(2/ε).
+   !> Return a bound on conjugate-gradient iterations for a relative accuracy ε: ½ √κ ln(2/ε).
    real(wp) function most_iterations(matrix, alone, accuracy) result(bound)
       type(block_matrix_type), intent(in) :: matrix  !< K̂
       real(wp), intent(in) :: alone(compact_size, matrix%n)  !< A, see `most_condition`
@@ -76,7 +76,7 @@ contains
       bound = 0.5_wp*sqrt(most_condition(matrix, alone))*log(2.0_wp/accuracy)
    end function most_iterations
 
-   !> Upper bound on the condition number κ of D⁻¹K̂.
+   !> Return an upper bound on the condition number κ of D⁻¹K̂.
    !>
    !> Let A be the sum of the terms of K̂ that act on one block each (inertia, strains, supports).
    !> Every other term E (contacts, elements that couple blocks) is positive semi-definite and

@@ -141,7 +141,7 @@ contains
       done = self%kept
    end subroutine reuse_factor
 
-   !> Residual of equations with an assembled matrix.
+   !> Compute the residual of equations with an assembled matrix.
    subroutine residual(self, x, r)
       class(assembled_type), intent(in) :: self    !< equations
       real(wp), intent(in), contiguous :: x(:,:)   !< [6,n] x, m

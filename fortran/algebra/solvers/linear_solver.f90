@@ -167,8 +167,8 @@ contains
       solver%active%factors = 0
    end subroutine count_factors
 
-   !> Set the loads of the next right-hand sides; residuals may reach the rounding errors of the
-   !> loads.
+   !> Set the loads of the next right-hand sides, which scale the accepted residuals.
+   !> Residuals may reach the rounding errors of these loads.
    subroutine weigh_loads(solver, load)
       type(solver_type), intent(inout) :: solver  !< solver and counts
       real(wp), intent(in) :: load(:,:)  !< [6,n] loads, N
@@ -263,7 +263,7 @@ contains
       solver%exact = .false.
    end subroutine solve_change
 
-   !> Reference value of residuals: the norm of b, or of the loads if they nearly cancel in b.
+   !> Return the scale of residuals: the norm of b, or of the loads if they nearly cancel in b.
    !> For rigid terms, it is the rounding error of b.
    real(wp) function residual_scale(solver, b) result(scale)
       type(solver_type), intent(in) :: solver  !< solver and counts
@@ -274,7 +274,7 @@ contains
       if (scale < solver%loads) scale = solver%loads  ! NaN remains NaN
    end function residual_scale
 
-   !> Text on the numbers of solves, factors and iterations so far.
+   !> Return a text on the numbers of solves, factors and iterations so far.
    pure function work_done(solver) result(text)
       type(solver_type), intent(in) :: solver  !< solver and counts
       character(len=:), allocatable :: text

@@ -25,8 +25,8 @@ module dda_sor_solver
 
 contains
 
-   !> Sweep until ‖r‖ ≤ accuracy·‖b‖, the requested reduction is reached, or convergence is slow,
-   !> because of rounding errors or because the matrix is not definite.
+   !> Sweep until ‖r‖ ≤ accuracy·‖b‖, the requested reduction is reached, or convergence is slow.
+   !> Slow convergence is due to rounding errors or to a matrix that is not definite.
    subroutine solve(self, matrix, b, x, convergence)
       class(sor_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< K̂
