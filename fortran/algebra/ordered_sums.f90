@@ -13,7 +13,7 @@ module dda_ordered_sums
 
    integer, parameter :: piece = 128          !< smallest number of terms per thread
    integer, parameter :: most_pieces = 256    !< most parts; sums need no allocation
-   integer, parameter :: parallel_from = 2000 !< least number of terms for threads
+   integer, parameter :: parallel_from = 2000 !< least number of terms to use threads
 
 contains
 

@@ -178,7 +178,7 @@ contains
       strength = normal_force*tan(angle*pi/180.0_wp)/law%reduction
    end function strength
 
-   !> Divide the shear strength by a reduction factor.
+   !> Return the shear strength, divided by a reduction factor.
    pure function reduced_strengths(law, joint, factor) result(strengths)
       class(barton_bandis_type), intent(in) :: law  !< law of the joint
       type(joint_type), intent(in) :: joint         !< input of the law

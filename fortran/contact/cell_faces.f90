@@ -50,7 +50,7 @@ contains
 
    !> Store the pairs of cells as one list for each first cell.
    subroutine store_joined_pairs(blocks, joined)
-      type(blocks_type), intent(inout) :: blocks  !< gets the lists
+      type(blocks_type), intent(inout) :: blocks  !< receives the lists
       integer, intent(in) :: joined(:,:)          !< [2, pairs] cells of each pair, first < second
       integer, allocatable :: order(:)
 
@@ -84,7 +84,7 @@ contains
       call store_joined_pairs(blocks, joined(:, :n))
    end subroutine part_cells
 
-   !> .true. if a path through intact faces connects two cells.
+   !> .true. if a path through intact faces connects two joined cells.
    pure logical function is_path_of_faces(first, holding, start, face, pair)
       type(blocks_type), intent(in) :: first  !< blocks with the lists of all initially joined cells
       type(weld_type), intent(in) :: holding(:)  !< intact faces

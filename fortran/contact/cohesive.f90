@@ -115,7 +115,7 @@ contains
       strength = law%friction*max(normal_force, 0.0_wp)
    end function strength
 
-   !> Divide tan φ, c, T and both fracture energies by a reduction factor.
+   !> Return tan φ, c, T and both fracture energies, divided by a reduction factor.
    !> Openings and slips at failure do not change.
    pure function reduced_strengths(law, joint, factor) result(strengths)
       class(cohesive_type), intent(in) :: law  !< law of the joint

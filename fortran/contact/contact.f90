@@ -330,7 +330,7 @@ contains
    !>
    !> The slip of a vertex along an edge retains its sign when the two blocks exchange roles, so the
    !> stretch is copied without change.  Arrays are copied one by one: most contacts retain their
-   !> order, long ranges are copied at once.
+   !> order, so that long ranges are copied.
    pure subroutine copy_history(new, first, last, old, from)
       type(contacts_type), intent(inout) :: new  !< list that receives the history
       integer, intent(in) :: first, last         !< range in `new`
@@ -365,7 +365,7 @@ contains
       if (allocated(contacts%new_gap)) capacity = size(contacts%new_gap)
    end function capacity_of
 
-   !> Reserve memory for at least `wanted` contacts and keep the present contacts.
+   !> Reserve memory for at least `wanted` contacts and retain the present contacts.
    subroutine reserve(contacts, wanted)
       type(contacts_type), intent(inout) :: contacts  !< list to enlarge
       integer, intent(in) :: wanted                   !< contacts

@@ -164,7 +164,7 @@ contains
          - gain*displacement_in_step(step, contacts%rate(:, c), [target, left*contacts%rate(2, c)])
    end subroutine strike
 
-   !> Carry a closed contact of a struck block: keep its force and let it neither close nor slip.
+   !> Carry a closed contact of a struck block: retain its force and let it neither close nor slip.
    pure subroutine carry(contacts, laws, blocks, step, c)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts

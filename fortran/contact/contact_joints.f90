@@ -15,7 +15,7 @@
 !> - if it is the joint of the neighbour of the touched edge, while the vertex is near their common
 !>   corner: within twice the penetration if it slides, within the size of the corner if it sticks.
 !>
-!> A vertex that slides further thus gets the joint of the new edge.  The joint does not change if
+!> A vertex that slides further thus has the joint of the new edge.  The joint does not change if
 !> a vertex only vibrates about the end of an edge, or if its vertex–vertex test alternates between
 !> two edges.  Of two edges in one straight line, the touched edge is the one that contains the
 !> foot.

@@ -5,7 +5,7 @@
 !> is the number of that edge.  The point therefore moves with a block that slides on a longer one.
 !> A point is not moved while it is bonded, or while the overlap has changed by less than a
 !> hundredth of its length.  A new point begins with the history of the nearest contact of its
-!> overlap, which keeps the stress continuous.
+!> overlap, so that the stress is continuous.
 !>
 !> If an edge continues in a straight line, the overlap ends there without a corner, at a point.
 module dda_contact_points

@@ -80,7 +80,7 @@ contains
       strength = tan(angle(law, state))*max(normal_force, 0.0_wp)
    end function strength
 
-   !> Divide tan φ and tan φ_m0 by a reduction factor.
+   !> Return tan φ and tan φ_m0, divided by a reduction factor.
    pure function reduced_strengths(law, joint, factor) result(strengths)
       class(continuously_yielding_type), intent(in) :: law  !< law of the joint
       type(joint_type), intent(in) :: joint                 !< input of the law

@@ -59,7 +59,7 @@ contains
          + (1.0_wp - state%memory(weakened))*law%cohesion*state%length
    end function strength
 
-   !> Divide tan φ, c and T by a reduction factor.
+   !> Return tan φ, c and T, divided by a reduction factor.
    pure function reduced_strengths(law, joint, factor) result(strengths)
       class(coulomb_type), intent(in) :: law  !< law of the joint
       type(joint_type), intent(in) :: joint   !< input of the law

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Coulomb joint whose faces crush: the normal stress is at most the compressive strength σ_c.
 !>
-!> At a closure x, counted from the plastic closure p of the previous steps, the normal force is
+!> At a closure x, measured from the plastic closure p of the previous steps, the normal force is
 !> min(k_n x, σ_c L), with a convex potential.  At the end of a step the closure in excess of
 !> σ_c L/k_n is added to p, and σ_c L Δp is dissipated; unloading is elastic.  With a fracture
 !> energy G_c, the strength in the next step is σ_c (1 − p σ_c/2G_c), which is 0 at p = 2 G_c/σ_c.
@@ -119,7 +119,7 @@ contains
       lift = -state%memory(crushed)
    end function lift
 
-   !> Divide tan φ, c, T, σ_c and G_c by a factor; the plastic closure at failure does not change.
+   !> Return tan φ, c, T, σ_c and G_c, divided by a factor; plastic closure at failure is unchanged.
    pure function reduced_strengths(law, joint, factor) result(strengths)
       class(crushing_type), intent(in) :: law  !< law of the joint
       type(joint_type), intent(in) :: joint    !< input of the law

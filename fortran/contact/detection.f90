@@ -33,7 +33,7 @@ module dda_detection
       real(wp) :: travel = 0.0_wp
       real(wp) :: deepest = 0.0_wp       !< deepest penetration of a contact in compression, m
       real(wp) :: largest_corner = 0.0_wp !< largest size of a corner, m
-      !> deepest penetration in compression, counted from zero force, m
+      !> deepest penetration in compression, measured from zero force, m
       real(wp) :: pressed = 0.0_wp
       !> [vertices] deepest penetration of each vertex in compression, m
       real(wp), allocatable :: depth(:)
@@ -173,7 +173,7 @@ contains
 
    !> Allocate memory for candidates.
    pure subroutine allocate_candidates(detection, candidates)
-      type(detection_type), intent(inout) :: detection  !< gets the memory
+      type(detection_type), intent(inout) :: detection  !< receives the memory
       integer, intent(in) :: candidates                 !< largest number of candidates
 
       if (size(detection%candidate) >= candidates) return
@@ -317,7 +317,7 @@ contains
       end if
    end subroutine test_edges
 
-   !> .true. if the foot lies on the edge.
+   !> .true. if the foot of a vertex lies on the edge.
    !> The foot of a penetrating vertex may also lie beyond an end at a concave corner.
    pure logical function has_foot(blocks, neighbours, choice, detection)  ! total
       type(blocks_type), intent(in) :: blocks          !< present geometry

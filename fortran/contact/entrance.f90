@@ -169,7 +169,7 @@ contains
    end function entrance_edge
 
    !> Find the choice at the other end of a short overlap of parallel edges; 0 if there is none.
-   !> Longer overlaps have contacts at both ends anyway.
+   !> Longer overlaps have contacts at both ends without this search.
    pure integer function other_end(blocks, corners, entrance, size, distance) result(other)
       type(blocks_type), intent(in) :: blocks    !< present geometry
       type(corners_type), intent(in) :: corners  !< choices

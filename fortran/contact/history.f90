@@ -201,7 +201,7 @@ contains
       kept = min(max(0.0_wp, offset), max(offset, distance))
    end function offset_at_distance
 
-   !> Return the change of the distance, m, from an old contact to a new contact.
+   !> Return the absolute change of the distance, m, from an old contact to a new contact.
    pure real(wp) function distance_change(new, c, old, o)
       type(contacts_type), intent(in) :: new, old  !< lists
       integer, intent(in) :: c, o                  !< new and old contact
@@ -337,7 +337,7 @@ contains
    end function can_replace
 
    !> Return the offset, m, of a contact that replaces an old contact.
-   !> The old offset is used unless it would at once compress the spring much more.
+   !> The old offset is used unless it would immediately compress the spring much more.
    pure real(wp) function transferred_offset(distance, pressed, offset) result(transferred)
       real(wp), intent(in) :: distance  !< distance of the new contact, m
       real(wp), intent(in) :: pressed   !< gap of the old contact if in compression, else 0, m
@@ -387,7 +387,7 @@ contains
    end subroutine transfer_forces
 
    !> Reject new contacts that penetrate more than the displacement of a step.
-   !> Such a vertex was already inside the block and now only faces another edge of it.
+   !> Such a vertex was already inside the block and now faces another edge of the same block.
    subroutine reject_deep_contacts(new, history)
       type(contacts_type), intent(inout) :: new     !< list with history
       type(history_type), intent(inout) :: history  !< index of the unmatched contacts

@@ -43,7 +43,7 @@ contains
       contacts%memory(law%row(:law%columns), c) = state%memory(:law%columns)
    end subroutine keep_state
 
-   !> Return the initial state of contact c, or that at zero net slip if slip is assumed to pass 0.
+   !> Return the initial state of contact c, or its state at zero net slip if it passes that.
    pure type(joint_state_type) function assumed_state(contacts, law, c) result(state)
       type(contacts_type), intent(in) :: contacts  !< list with joint laws
       class(joint_law_type), intent(in) :: law     !< law of the contact
@@ -236,7 +236,7 @@ contains
       if (law%has_centre .and. lifts) call pass_centre(law, state, closure, stretch, response)
    end subroutine find_forces
 
-   !> Set the shear force: elastic up to the strength.
+   !> Set the shear force, which is elastic up to the strength, and the state.
    pure subroutine stick_or_slide(law, state, closure, stretch, intact, lifts, response)
       class(joint_law_type), intent(in) :: law         !< law of the contact
       type(joint_state_type), intent(in) :: state      !< state of the contact

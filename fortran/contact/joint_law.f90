@@ -2,7 +2,7 @@
 !> Joint laws: forces of a contact as functions of the closure of its joint and of the stretch of
 !> its shear spring.
 !>
-!> All laws: the closure x is the penetration plus the lift by dilation, counted from zero force;
+!> All laws: the closure x is the penetration plus the lift by dilation, and 0 at zero force;
 !> the normal force has a convex potential `stored`; the shear force is elastic up to `strength`,
 !> which depends on the normal force.  A law overrides the procedures that differ.  The stiffness is
 !> that of a contact, or a stiffness per area that is multiplied by the tributary length.
@@ -33,7 +33,7 @@ module dda_joint_law
    type(column_type), parameter :: shared(3) = [column_type('slip_path'), &
       column_type('weakened', initial=1.0_wp), column_type('net_slip')]
 
-   !> State of a contact, as a law needs it.
+   !> State of a contact, as required by its law.
    type :: joint_state_type
       real(wp) :: length     !< tributary length, m
       real(wp) :: share = 1.0_wp  !< fraction of the stiffness of a contact

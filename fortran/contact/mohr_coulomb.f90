@@ -104,7 +104,7 @@ contains
          + weakened_value(law%cohesion, state%memory(weakened))*state%length
    end function strength
 
-   !> Divide tan φ, c, T and tan ψ by a reduction factor.
+   !> Return tan φ, c, T and tan ψ, divided by a reduction factor.
    pure function reduced_strengths(law, joint, factor) result(strengths)
       class(mohr_coulomb_type), intent(in) :: law  !< law of the joint
       type(joint_type), intent(in) :: joint        !< input of the law

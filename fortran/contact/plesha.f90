@@ -112,7 +112,7 @@ contains
       strength = tan(law%friction + angle(law, state))*max(normal_force, 0.0_wp)
    end function strength
 
-   !> Divide tan φ and tan α₀ by a reduction factor.
+   !> Return tan φ and tan α₀, divided by a reduction factor.
    pure function reduced_strengths(law, joint, factor) result(strengths)
       class(plesha_type), intent(in) :: law   !< law of the joint
       type(joint_type), intent(in) :: joint   !< input of the law

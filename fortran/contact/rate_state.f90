@@ -104,7 +104,7 @@ contains
          *max(normal_force, 0.0_wp)
    end function strength
 
-   !> Divide μ₀, a and b by a reduction factor.
+   !> Return μ₀, a and b, divided by a reduction factor.
    pure function reduced_strengths(law, joint, factor) result(strengths)
       class(rate_state_type), intent(in) :: law  !< law of the joint
       type(joint_type), intent(in) :: joint      !< input of the law

@@ -88,7 +88,7 @@ contains
          if (contacts%with_laws) contacts%point(:contacts%n) = 0
          if (simulation%laws%pointed) call add_points(simulation%points, contacts, &
             simulation%blocks, simulation%laws, simulation%detection%distance)
-         ! A contact keeps its history if its gap has changed by at most the displacement of a step.
+         ! A contact retains its history if its gap changes by at most the displacement of a step.
          associate (history => simulation%history, detection => simulation%detection)
             history%deepest = detection%travel + detection%pressed
             history%largest_jump = detection%travel + 2*detection%deepest + detection%largest_corner

@@ -8,7 +8,7 @@
 !>
 !> If a larger normal force increases the slip resistance, which increases the normal force, the
 !> plain iteration diverges from one fixed point, often by 0.1 % per pass, towards another one at
-!> which contacts lock.  Changes of the bounds that keep their direction and do not decrease are
+!> which contacts lock.  Changes of the bounds that repeat their direction and do not decrease are
 !> therefore extrapolated; other changes that do not decrease are damped.
 module dda_friction_bounds
    use dda_kinds, only: wp

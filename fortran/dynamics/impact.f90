@@ -370,7 +370,7 @@ contains
       gains_energy = lost < -gain_allowed*scale
    end function gains_energy
 
-   !> Reduce the impacts in stages, because they would increase the energy.
+   !> Reduce the impacts step by step, because they would increase the energy.
    !> The forces before the impact are removed, then the restitution is halved, finally it is zero.
    pure subroutine reduce_impacts(impacts, contacts, laws, blocks, step)
       type(impacts_type), intent(inout) :: impacts  !< impacts of this step

@@ -101,7 +101,7 @@ contains
          contacts%tangent(1, c), contacts%line(1, c))
    end subroutine drop_friction
 
-   !> .true. if it was wrongly assumed whether contact c slips past zero net slip.
+   !> .true. if the assumption whether contact c slips past zero net slip was wrong.
    pure logical function passes_centre(contacts, c)  ! total
       type(contacts_type), intent(in) :: contacts  !< contacts of this step, evaluated
       integer, intent(in) :: c  !< number of the contact

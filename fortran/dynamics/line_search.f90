@@ -181,7 +181,7 @@ contains
       slope = sum(piece(:pieces(contacts%n)))
    end subroutine measure_changes
 
-   !> Measure the changes of contacts first … last.
+   !> Measure the changes of gap and slip of contacts first … last.
    pure subroutine measure_changes_range(system, contacts, first, last, slope)
       type(system_type), intent(in) :: system  !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated

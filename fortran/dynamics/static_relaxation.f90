@@ -74,7 +74,7 @@ contains
       call add_counts(iteration, before)
    end subroutine solve_statics
 
-   !> Attempt the open–close iteration; stop if too many states change at once.
+   !> Attempt the open–close iteration; stop if too many states change in one iteration.
    subroutine attempt_states(iteration, system, solver, contacts, laws, converged, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step

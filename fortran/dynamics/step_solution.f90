@@ -66,7 +66,7 @@ contains
 
    contains
 
-      !> Solve with the matrix of the step, or for a change of f̂.
+      !> Solve K̂ x = b with the matrix of the step, or only for the change of f̂.
       subroutine solve_for(b, x)
          real(wp), intent(in) :: b(:,:)     !< [6,n] right-hand side, N
          real(wp), intent(inout) :: x(:,:)  !< [6,n] first guess; on return, solution, m

@@ -234,7 +234,7 @@ contains
       curvature_count = merge(0, 2*point_count(self, i) - 1, self%bolt(i)%grouted)
    end function curvature_count
 
-   !> Return the spring j across bolt i: j = 1 … n for its points, then for its n − 1 legs.
+   !> Return spring j across bolt i: j = 1 … n for its points, then for its n − 1 legs.
    !> The spring of a point acts only on the rotation of its block, and does not count as a support.
    pure type(linear_term_type) function curvature_term(self, i, j, blocks) result(term)
       class(bolts_type), intent(in) :: self  !< elements of this kind

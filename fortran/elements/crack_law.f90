@@ -19,7 +19,7 @@ module dda_crack_law
 
    integer, parameter :: damaged = 1  !< index of D in a state
    integer, parameter :: slipped = 2  !< index of the slip of the friction slider, m
-   !> least tangent over stiffness, which keeps both cells coupled
+   !> least tangent over stiffness, so that both cells remain coupled
    real(wp), parameter :: floor_share = 1.0e-9_wp
 
    !> Law of a joint material.

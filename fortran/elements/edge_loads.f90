@@ -209,7 +209,7 @@ contains
       end do
    end subroutine add_linear_traction
 
-   !> Keep the loads constant in static stages, at their values at a given time.
+   !> Fix the loads in static stages at their values at a given time.
    subroutine freeze_for_statics(self, blocks, time)
       class(edge_loads_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state

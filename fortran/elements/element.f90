@@ -46,7 +46,7 @@ module dda_element
          real(wp), intent(inout) :: load(:,:)          !< [6,blocks] forces, N/m …
       end subroutine force_interface
 
-      !> Add work, losses and stored energy of the converged increment d, before the update.
+      !> Add work, losses and stored energy of the converged increment d, which is not yet applied.
       subroutine budget_interface(self, blocks, step, d, energy)
          import :: element_type, blocks_type, step_type, energy_type, wp
          class(element_type), intent(in) :: self  !< elements of this kind

@@ -179,7 +179,7 @@ contains
       end do
    end subroutine update_stored
 
-   !> Add work, losses and stored energy of the converged increment d, before the update.
+   !> Add work, losses and stored energy of the converged increment d, which is not yet applied.
    subroutine account_elements(elements, blocks, step, d, energy)
       type(elements_type), intent(in) :: elements  !< elements of the model
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
@@ -482,7 +482,7 @@ contains
       blocks%velocity = velocity
    end subroutine match_velocities
 
-   !> Keep loads and prescribed positions constant in statics, without base motions.
+   !> Fix loads and prescribed positions in static stages, and stop base motions.
    subroutine freeze_elements(elements, blocks, time)
       type(elements_type), intent(inout) :: elements  !< elements of the model
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state

@@ -2,7 +2,7 @@
 !> Channels of water in their present geometry: apertures, volumes, conductances and storage.
 !>
 !> Apertures are linear along a channel.  With end apertures a₁ and a₂, length L and viscosity μ,
-!> the cubic law gives the conductance 2a₁²a₂²/(a₁ + a₂)/(12μL) (Witherspoon et al.
+!> the conductance by the cubic law is 2a₁²a₂²/(a₁ + a₂)/(12μL) (Witherspoon et al.
 !> 1980), exact for a wedge.  The volume of a node is ∫ N a ds with the linear shape functions N of
 !> its channels, V = L (a₁/3 + a₂/6), and its storage is V/K_w.
 module dda_flow_network

@@ -282,7 +282,7 @@ contains
       call add_pressures(self%network, self%first, load)
    end subroutine add_force
 
-   !> Add the energy ½ pᵀSp.
+   !> Add the energy ½ pᵀSp of compressed water.
    subroutine add_stored_energy(self, blocks, step, energy)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
@@ -376,7 +376,7 @@ contains
       self%pressure = self%after
    end subroutine accept_step
 
-   !> Keep the boundaries of the water constant in static stages.
+   !> Fix the values of the water boundaries in static stages.
    subroutine freeze_for_statics(self, blocks, time)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state

@@ -55,7 +55,7 @@ contains
       end do
    end subroutine add_to_budget
 
-   !> Keep the forces constant in static stages, at their values at a given time.
+   !> Fix the forces in static stages at their values at a given time.
    subroutine freeze_for_statics(self, blocks, time)
       class(point_loads_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state

@@ -10,7 +10,7 @@
 !>
 !> For an isotropic material the first term consists of springs on ε_x + ε_y, ε_x − ε_y and γ, so a
 !> face has seven springs with constant weights.  Between two materials each side has its own
-!> strain, and the face has a displacement u* that minimises the energy.  This gives four springs on
+!> strain, and the face has a displacement u* that minimises the energy.  Four springs then act on
 !> strains (six minus two that u* eliminates) and four on jumps, with harmonic means of the moduli.
 module dda_weld_springs
    use dda_kinds, only: wp

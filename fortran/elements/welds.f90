@@ -426,7 +426,7 @@ contains
       energy = 0.5_wp*dot_product(spring_force(springs, before, q) + before, q)
    end function spring_energy
 
-   !> Add the energy of all faces.
+   !> Add the stored energy of all faces, including that of their damping.
    subroutine add_stored_energy(self, blocks, step, energy)
       class(welds_type), intent(in) :: self        !< elements of this kind
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state

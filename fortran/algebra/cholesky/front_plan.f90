@@ -269,7 +269,7 @@ contains
 
    !> Assign memory to the updates, for a given number of threads.
    !> Updates from tasks to root fronts are stored until all tasks are done; root fronts then use
-   !> the workspaces of threads.  A single thread adds each update at once.
+   !> the workspaces of threads.  A single thread adds each update immediately.
    pure subroutine plan_updates(plan, threads)
       type(front_plan_type), intent(inout) :: plan  !< symbolic factor with fronts and tasks
       integer, intent(in) :: threads  !< number of threads

@@ -11,7 +11,7 @@
 !> removed term (inertia of the two Schur complements).  If rounding violates this, the update is
 !> rejected.
 !>
-!> A term that changes repeatedly, such as of a contact that opens and closes, keeps its column of
+!> A term that changes repeatedly, such as of a contact that opens and closes, retains its column of
 !> W; terms that cancel are not part of C.
 module dda_low_rank
    use dda_kinds, only: wp, sp

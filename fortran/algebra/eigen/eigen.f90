@@ -284,7 +284,7 @@ contains
       end do
    end subroutine unscale_vectors
 
-   !> Keep selected pairs, in a given order.
+   !> Retain only the selected pairs, in a given order.
    pure subroutine select_pairs(pairs, order)
       type(eigenpairs_type), intent(inout) :: pairs  !< all pairs; on return, selected pairs
       integer, intent(in) :: order(:)  !< [any] numbers of the selected pairs

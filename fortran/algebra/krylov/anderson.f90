@@ -11,7 +11,7 @@ module dda_anderson
    public :: anderson_type, forget, accelerate
 
    integer, parameter :: depth = 10   !< number of stored differences
-   integer, parameter :: long = 6*parallel_from  !< least number of unknowns for threads
+   integer, parameter :: long = 6*parallel_from  !< least number of unknowns to use threads
    !> fraction of the diagonal added to the normal equations, because of rounding errors
    real(wp), parameter :: regular = depth*epsilon(1.0_wp)
 

@@ -85,7 +85,7 @@ module dda_abstract_solver
 
 contains
 
-   !> Factorise the last values with a larger diagonal; default: keep the error.
+   !> Factorise the last values with a larger diagonal; default: retain the error.
    subroutine keep_error(self, matrix, error)
       class(linear_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in) :: matrix  !< K̂

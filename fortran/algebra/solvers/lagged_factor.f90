@@ -41,7 +41,7 @@ contains
 
    !> Factorise the present matrix as preconditioner, with a larger diagonal if `shifted`.
    subroutine refactorise(lagged, matrix, error, shifted)
-      type(lagged_factor_type), intent(inout) :: lagged  !< gets a new factor
+      type(lagged_factor_type), intent(inout) :: lagged  !< receives a new factor
       type(block_matrix_type), intent(in) :: matrix  !< K̂
       !> memory error, or a pivot that is not positive in single precision
       type(error_type), allocatable, intent(out) :: error
