@@ -357,7 +357,7 @@ contains
       new%memory(:, first:last) = old%memory(:, from:to)
    end subroutine copy_history
 
-   !> Return the number of contacts for which a list has memory, the length of parallel arrays.
+   !> Return the number of contacts for which the arrays of a list have memory.
    pure integer function capacity_of(contacts) result(capacity)
       type(contacts_type), intent(in) :: contacts  !< any list
 

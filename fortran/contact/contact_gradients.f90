@@ -38,7 +38,7 @@ contains
          normal(1)*offset(1) + normal(2)*offset(2), -y*reference(1), x*reference(2)]
    end subroutine set_gradient
 
-   !> Compute all rows of contact c.
+   !> Compute the rows of gap and slip of contact c for its two blocks.
    pure subroutine find_rows(contacts, c, rows)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c                     !< number of the contact

@@ -203,7 +203,7 @@ contains
 
    !> Return the absolute change of the distance, m, from an old contact to a new contact.
    pure real(wp) function distance_change(new, c, old, o)
-      type(contacts_type), intent(in) :: new, old  !< lists
+      type(contacts_type), intent(in) :: new, old  !< new and old list of contacts
       integer, intent(in) :: c, o                  !< new and old contact
 
       distance_change = abs(new%gap(c) - (old%new_gap(o) + old%offset(o)))
@@ -284,7 +284,7 @@ contains
    !> Both have the same vertex and edge, or else the same two blocks, a common vertex and the same
    !> direction.  The history must not have been transferred already.
    pure integer function predecessor(new, old, history, c, same_edge) result(found)
-      type(contacts_type), intent(in) :: new, old  !< lists
+      type(contacts_type), intent(in) :: new, old  !< new and old list of contacts
       type(history_type), intent(in) :: history    !< index of the unmatched contacts
       integer, intent(in) :: c                     !< new contact
       logical, intent(in) :: same_edge  !< .true.: predecessors on the same edge; .false.: on others
@@ -311,7 +311,7 @@ contains
 
    !> .true. if contacts c and o are both at corners, or are points with the same number.
    pure logical function same_point(new, c, old, o)
-      type(contacts_type), intent(in) :: new, old  !< lists
+      type(contacts_type), intent(in) :: new, old  !< new and old list of contacts
       integer, intent(in) :: c, o                  !< new and old contact
 
       same_point = .not. new%with_laws
@@ -321,7 +321,7 @@ contains
    !> .true. if new contact c can replace old contact o.
    !> Both must have the same two blocks, about the same distance, and the same direction.
    pure logical function can_replace(new, c, old, o, largest_jump)
-      type(contacts_type), intent(in) :: new, old  !< lists
+      type(contacts_type), intent(in) :: new, old  !< new and old list of contacts
       integer, intent(in) :: c, o                  !< new and old contact
       real(wp), intent(in) :: largest_jump         !< largest change of the distance, m
       real(wp) :: facing
@@ -420,7 +420,7 @@ contains
    !> Find an old contact without a successor whose force new penetrating contact c receives, or 0.
    !> Both contacts have the same vertex and direction.
    pure integer function force_predecessor(new, old, history, c) result(found)
-      type(contacts_type), intent(in) :: new, old  !< lists
+      type(contacts_type), intent(in) :: new, old  !< new and old list of contacts
       type(history_type), intent(in) :: history    !< index of the unmatched contacts
       integer, intent(in) :: c                     !< new contact
       integer :: link, o

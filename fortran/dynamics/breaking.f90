@@ -165,7 +165,7 @@ contains
       associate (weld => simulation%model%welds(i), blocks => simulation%blocks)
          do k = 1, 2
             associate (b => weld%block(k))
-               ! The mean over remainder and triangle preserves the sum of A σ.
+               ! The area-weighted mean of remainder and triangle preserves the sum of A σ.
                area = blocks%rest_share(b)*blocks%area(b)
                elastic = matmul(blocks%stiffness(:, :, b), blocks%position(4:6, b))/blocks%area(b)
                weld%left(:, k) = force(own_strain(:, k)) - weld%area(k)*(elastic &

@@ -17,8 +17,8 @@ module dda_joint_ends
 
    character(len=*), parameter :: bending_topic = 'bending'  !< topic of the warnings
 
-   real(wp), parameter :: most_bending = 0.2_wp   !< least reported bending stress over mean stress
-   real(wp), parameter :: least_bending = 0.01_wp !< bending stress due to rounding over strength
+   real(wp), parameter :: most_bending = 0.2_wp   !< smallest reported bending/mean stress
+   real(wp), parameter :: least_bending = 0.01_wp !< smallest significant bending stress/strength
    real(wp), parameter :: linear = 3.0_wp         !< end stress over stress of the two contacts
 
 contains

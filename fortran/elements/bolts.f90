@@ -176,7 +176,7 @@ contains
       end associate
    end function component_force
 
-   !> Return the mode of a component at a stretch.
+   !> Return the mode (elastic, yielding or slack) of a component at a stretch.
    pure integer function component_mode(self, i, c, stretch) result(mode)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, c  !< number of the element; component
@@ -454,7 +454,7 @@ contains
       end do
    end subroutine accept_step
 
-   !> Inherit the states of former bolts, except of removed bolts.
+   !> Inherit the states of former bolts that are not removed.
    subroutine inherit_state(self, before, blocks)
       class(bolts_type), intent(inout) :: self  !< elements of this kind
       class(element_type), intent(in) :: before  !< former element, of the same type

@@ -27,7 +27,7 @@ module dda_material_points
       crack_points, places
 
    integer, parameter :: crack_points = 3            !< Lobatto points of a broken face
-   real(wp), parameter :: places(crack_points) = [-1.0_wp, 0.0_wp, 1.0_wp]  !< their ξ
+   real(wp), parameter :: places(crack_points) = [-1.0_wp, 0.0_wp, 1.0_wp]  !< ξ of these points
 
    real(wp), parameter :: arc_share = 2.0_wp/3.0_wp  !< see `shape_stress`: 1 − (1/24)/(1/8)
 

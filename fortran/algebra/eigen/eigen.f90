@@ -271,7 +271,7 @@ contains
    !> Transform eigenvectors of the standard problem to eigenvectors of K x = ω² M x.
    subroutine unscale_vectors(factor, values, vectors, pairs)
       type(mass_factor_type), intent(in) :: factor  !< G
-      real(wp), intent(in) :: values(:), vectors(:,:)  !< [n] ω²; [6 blocks,n] vectors
+      real(wp), intent(in) :: values(:), vectors(:,:)  !< [n] ω²; [6 × blocks, n] vectors
       type(eigenpairs_type), intent(inout) :: pairs  !< pairs; receives values and vectors
       integer :: i, blocks
 
