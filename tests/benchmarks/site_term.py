@@ -105,8 +105,10 @@ def main() -> None:
     options = asked(__doc__, shapes=list(SHAPES), large=600, repeats=20, runs=30, columns=10_000,
                     size=10.0, folder=Path)  # fmt: skip
     with tempfile.TemporaryDirectory() as temporary:
+        folder = options.folder or Path(temporary)  # cases are known by the path of their model
+        folder.mkdir(parents=True, exist_ok=True)
         for name in options.shapes:
-            compare(name, Path(temporary), options)
+            compare(name, folder, options)
 
 
 def compare(name: str, folder: Path, options) -> None:
