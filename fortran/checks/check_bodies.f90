@@ -3,7 +3,7 @@
 module dda_check_bodies
    use dda_kinds, only: wp, pi
    use dda_blocks, only: blocks_type, place_of
-   use dda_check_report, only: report_type, add_line, verdict_ok, verdict_warn, advice_if
+   use dda_check_report, only: add_check, add_line, report_type, verdict_warn
    use dda_counting_sort, only: counting_sort
    use dda_elements, only: body_energies
    use dda_model, only: model_type
@@ -75,12 +75,12 @@ contains
          if (size(model%body_names) == 0) return
          thinnest = thinnest_part(blocks, model%welds, model%boundary_edges%piece%edge, &
             blocks%body > 0)
-         if (thinnest%cell > 0) call add_line(report, merge(verdict_ok, verdict_warn, &
-            thinnest%cells >= enough), 'cells', to_text(thinnest%cells)//' across the thinnest '// &
-            'part of a body, '//quoted(trim(model%body_names(blocks%body(thinnest%cell))))// &
-            ', '//short_text(thinnest%width)//' m; bending needs '//to_text(enough), &
-            'deflection of a beam', advice_if(thinnest%cells < enough, 'if this part bends, '// &
-            'cells of '//short_text(thinnest%width/enough)//' m'))
+         if (thinnest%cell > 0) call add_check(report, thinnest%cells >= enough, 'cells', &
+            to_text(thinnest%cells)//' across the thinnest part of a body, '// &
+            quoted(trim(model%body_names(blocks%body(thinnest%cell))))//', '// &
+            short_text(thinnest%width)//' m; bending needs '//to_text(enough), &
+            'deflection of a beam', 'if this part bends, cells of '// &
+            short_text(thinnest%width/enough)//' m')
          call check_yielding(model, blocks, report)
          offset = find_offset_cell(blocks, model%welds)
          if (offset > 0) call add_line(report, verdict_warn, 'cells', 'of body '// &
@@ -90,10 +90,9 @@ contains
          energies = body_energies(simulation%elements, blocks)
          if (.not. energies(2) > 0.0_wp) return
          error = sqrt(energies(1)/energies(2))
-         call add_line(report, merge(verdict_ok, verdict_warn, error <= most_error), 'cells', &
-            'the initial stresses of bodies have an error of about '//short_text(100*error)// &
-            ' % in the energy norm', 'jumps at faces', advice_if(error > most_error, &
-            'smaller cells'))
+         call add_check(report, error <= most_error, 'cells', 'the initial stresses of bodies '// &
+            'have an error of about '//short_text(100*error)//' % in the energy norm', &
+            'jumps at faces', 'smaller cells')
       end associate
    end subroutine check_bodies
 

@@ -1,18 +1,30 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Checks of absorbing boundaries: reflection at dashpots, waves from the sides, and difference
 !> between the motions of the sides and of their free fields.
+!>
+!> Dashpots ρV_p along the normal and ρV_s along the edge reflect a part of the energy of plane
+!> waves in plane strain (Lysmer and Kuhlemeyer 1969).  Units: V_s = 1, ρ = 1.  The incident wave
+!> has the direction (sin i, cos i) to the edge y = 0.  p is the slowness along the edge, which is
+!> the same for the incident and the reflected P and S waves.
+!>
+!> The difference of motions is estimated for waves that are long relative to the depth.  Ground of
+!> depth H(x) on a radiating base moves horizontally like a bar, with u(x) constant over the depth:
+!>
+!>     (E'H u')' + (ρH ω² − iωZ) u = −2iωZ u_in ,
+!>
+!> with the modulus E' for plane strain, the impedance Z = ρV_s of the base, and dashpots at both
+!> ends that connect the sides to the free field 2 u_in/(1 + iωρH/Z), the solution for level ground.
 module dda_check_boundaries
    use dda_kinds, only: wp, pi
    use dda_blocks, only: blocks_type
    use dda_boundary, only: boundary_type
-   use dda_check_report, only: report_type, add_line, verdict_ok, verdict_warn, advice_if
+   use dda_check_report, only: add_check, report_type
    use dda_linear_model, only: linear_model_type
    use dda_model, only: model_type
-   use dda_oblique_reflection, only: wave_p, wave_s, absorbed_angle
-   use dda_side_departure, only: find_side_departure
    use dda_simulation, only: simulation_type
    use dda_text, only: short_text, to_text
    use dda_weld, only: is_shifted
+   use dda_material, only: elasticity
    implicit none
    private
    public :: check_boundaries
@@ -22,6 +34,19 @@ module dda_check_boundaries
    real(wp), parameter :: most_departure = 0.1_wp   !< largest difference of sides and fields
    real(wp), parameter :: touching = 1.0e-6_wp      !< largest closed gap over half the model size
    character(len=*), parameter :: side_names(2) = [character(len=5) :: 'left', 'right']
+
+   integer, parameter :: wave_p = 1, wave_s = 2  !< kinds of waves
+
+   integer, parameter :: cells = 400  !< number of cells of the bar between both sides
+
+   !> Bar with values per cell and at both ends.
+   type :: bar_type
+      real(wp) :: length = 0.0_wp                !< length of a cell, m
+      real(wp) :: mass(cells) = 0.0_wp           !< ρH of each cell, kg/m²
+      real(wp) :: modulus(cells) = 0.0_wp        !< E'H of each cell, N/m
+      real(wp) :: base = 0.0_wp                  !< Z, Pa s/m
+      real(wp) :: dashpot(2) = 0.0_wp  !< dashpot of the left and right side, N s/m per metre
+   end type bar_type
 
 contains
 
@@ -78,7 +103,7 @@ contains
          if (by_scheme > most_reflected) advice = advice//'; a smaller time_step, or '// &
             "integration = 'midpoint' or 'theta'"
       end if
-      call add_line(report, merge(verdict_ok, verdict_warn, advice == ''), 'dashpots', found, &
+      call add_check(report, advice == '', 'dashpots', found, &
          'Lysmer and Kuhlemeyer 1969', advice(min(3, len(advice) + 1):))
    end subroutine check_dashpots
 
@@ -145,10 +170,10 @@ contains
       width = maxval(x) - minval(x)
       arrival = 0.5_wp*width/report%speed(2)
       late = arrival >= duration
-      call add_line(report, merge(verdict_ok, verdict_warn, late), 'sides', 'free or viscous '// &
+      call add_check(report, late, 'sides', 'free or viscous '// &
          'sides do not move like level ground; their waves reach the middle after '// &
          short_text(arrival)//' s of '//short_text(duration)//' s of motion', 'width/(2 V_p)', &
-         advice_if(.not. late, "kind = 'free_field' at both sides, or 'tied' for level ground"))
+         "kind = 'free_field' at both sides, or 'tied' for level ground")
    end subroutine check_sides
 
    !> Warn if irregularities of the ground are too near to sides with free fields.
@@ -157,17 +182,15 @@ contains
       real(wp), intent(in) :: x(:)           !< [vertices] positions at the start, m
       type(report_type), intent(inout) :: report  !< check report
       real(wp) :: frequency, departure, percent
-      logical :: near
 
       frequency = 0.5_wp*(report%band%lowest + report%band%highest)
       call find_side_departure(model, x, frequency, departure)
       if (departure < 0.0_wp) return
-      near = departure > most_departure
       percent = 0.01_wp*nint(1.0e4_wp*departure)
-      call add_line(report, merge(verdict_warn, verdict_ok, near), 'sides', 'motions '// &
+      call add_check(report, departure <= most_departure, 'sides', 'motions '// &
          'of the sides and their free fields will differ by about '//short_text(percent)//' %'// &
          ' at '//short_text(frequency)//' Hz, limit '//short_text(100.0_wp*most_departure) &
-         //' %', 'long-wave estimate', advice_if(near, 'more level ground before the sides'))
+         //' %', 'long-wave estimate', 'more level ground before the sides')
    end subroutine check_free_fields
 
    !> .true. if fixed points or a free field are on a side.
@@ -187,5 +210,145 @@ contains
          end associate
       end do
    end function is_side_fixed
+
+   !> Fraction of the energy of a wave that is reflected as P and S waves together.
+   pure real(wp) function reflected_energy(ratio, wave, angle)
+      real(wp), intent(in) :: ratio  !< V_p/V_s, above √2
+      integer, intent(in) :: wave    !< incident wave: wave_p or wave_s
+      real(wp), intent(in) :: angle  !< angle from the normal, rad, below π/2
+      complex(wp) :: normal(2), row(2, 2), known(2), amplitude(2), determinant
+      real(wp) :: speed(2), p
+
+      speed = [ratio, 1.0_wp]
+      p = sin(angle)/speed(wave)
+      normal = sqrt(cmplx(1.0_wp - (p*speed)**2, 0.0_wp, wp))  ! cosines of both waves
+      if (p*ratio > 1.0_wp) normal(1) = -normal(1)             ! P decays inwards
+      row(:, wave_p) = stress_imbalance(ratio, wave_p, p, -normal(wave_p))
+      row(:, wave_s) = stress_imbalance(ratio, wave_s, p, -normal(wave_s))
+      known = -stress_imbalance(ratio, wave, p, normal(wave))
+      determinant = row(1, 1)*row(2, 2) - row(1, 2)*row(2, 1)
+      amplitude = [known(1)*row(2, 2) - known(2)*row(1, 2), known(2)*row(1, 1) &
+         - known(1)*row(2, 1)]/determinant
+      reflected_energy = sum(abs(amplitude)**2*speed*real(normal))/(speed(wave)*real(normal(wave)))
+   end function reflected_energy
+
+   !> Normal and tangential stress on the edge due to a unit wave, minus the stress of the dashpots,
+   !> divided by −iω.
+   pure function stress_imbalance(ratio, wave, p, cosine)
+      real(wp), intent(in) :: ratio       !< V_p/V_s
+      integer, intent(in) :: wave         !< wave_p or wave_s
+      real(wp), intent(in) :: p           !< slowness along the edge
+      complex(wp), intent(in) :: cosine   !< cosine of the wave direction to the outward normal
+      complex(wp) :: stress_imbalance(2)
+      complex(wp) :: d(2), u(2)
+      real(wp) :: speed, lambda
+
+      lambda = ratio**2 - 2.0_wp
+      speed = merge(ratio, 1.0_wp, wave == wave_p)
+      d = [cmplx(p*speed, 0.0_wp, wp), cosine]
+      u = d
+      if (wave == wave_s) u = [cosine, -d(1)]
+      stress_imbalance(1) = (lambda*sum(d*u) + 2.0_wp*d(2)*u(2))/speed - ratio*u(2)
+      stress_imbalance(2) = (d(2)*u(1) + d(1)*u(2))/speed - u(1)
+   end function stress_imbalance
+
+   !> Largest whole angle, degrees, up to which at most a given energy fraction is reflected.
+   pure integer function absorbed_angle(ratio, wave, share) result(angle)
+      real(wp), intent(in) :: ratio  !< V_p/V_s
+      integer, intent(in) :: wave    !< wave_p or wave_s
+      real(wp), intent(in) :: share  !< fraction of the energy
+
+      do angle = 0, 88
+         if (reflected_energy(ratio, wave, (angle + 1)*pi/180.0_wp) > share) return
+      end do
+   end function absorbed_angle
+
+   !> Find the largest difference between a side and its free field, relative to the free field.
+   !> The result is negative if no base radiates waves or no side has a free field.
+   subroutine find_side_departure(model, x, frequency, departure)
+      type(model_type), intent(in) :: model     !< model as read from the input
+      real(wp), intent(in) :: x(:)              !< [vertices] positions at the start, m
+      real(wp), intent(inout) :: frequency  !< Hz; reduced so that waves are at least 4 depths long
+      real(wp), intent(out) :: departure        !< relative difference
+      type(bar_type) :: bar
+      complex(wp) :: u(cells + 1), free(2)
+      real(wp) :: omega
+
+      departure = -1.0_wp
+      bar = make_side_bar(model, x)
+      if (.not. (bar%base > 0.0_wp .and. maxval(bar%dashpot) > 0.0_wp)) return
+      omega = min(2.0_wp*pi*frequency, 0.5_wp*pi*bar%base/maxval(bar%mass))
+      frequency = omega/(2.0_wp*pi)
+      free = 2.0_wp/cmplx(1.0_wp, omega*bar%mass([1, cells])/bar%base, wp)
+      u = bar_motion(bar, omega, free)
+      departure = maxval(abs(u([1, cells + 1])/free - 1.0_wp), mask=bar%dashpot > 0.0_wp)
+   end subroutine find_side_departure
+
+   !> Distribute the blocks over the cells that they overlap, and set dashpots of base and sides.
+   type(bar_type) function make_side_bar(model, x) result(bar)
+      type(model_type), intent(in) :: model  !< model as read from the input
+      real(wp), intent(in) :: x(:)           !< [vertices] positions at the start, m
+      real(wp) :: left, low, high, plate, share(cells)
+      integer :: b, i
+
+      left = minval(x)
+      bar%length = (maxval(x) - left)/cells
+      associate (blocks => model%blocks)
+         do b = 1, blocks%n
+            associate (own => x(blocks%first(b):blocks%first(b + 1) - 1), &
+               d => blocks%area(b)*elasticity(model%materials(blocks%material(b)), &
+               model%control%plane_strain))
+               low = minval(own) - left
+               high = maxval(own) - left
+               share = [(max(0.0_wp, min(high, i*bar%length) - max(low, (i - 1)*bar%length)), &
+                  i=1, cells)]/((high - low)*bar%length)
+               plate = d(1, 1) - d(1, 2)**2/d(2, 2)
+               bar%mass = bar%mass + share*blocks%mass(b)
+               bar%modulus = bar%modulus + share*plate
+            end associate
+         end do
+      end associate
+      do i = 1, size(model%boundaries)
+         if (model%boundaries(i)%kind == 'compliant') bar%base = bar%base &
+            + 2.0_wp*sum(model%boundaries(i)%dashpot(2, :))/(cells*bar%length)
+      end do
+      do i = 1, size(model%free_fields)
+         associate (field => model%free_fields(i), side => merge(1, 2, &
+            model%free_fields(i)%side == 'left'))
+            bar%dashpot(side) = 2.0_wp*sum(field%boundary%dashpot(1, :))
+         end associate
+      end do
+   end function make_side_bar
+
+   !> Solve for the motion at the ends of the cells for u_in = 1, by tridiagonal elimination.
+   pure function bar_motion(bar, omega, free) result(u)
+      type(bar_type), intent(in) :: bar
+      real(wp), intent(in) :: omega       !< rad/s
+      complex(wp), intent(in) :: free(2)  !< motion of the free fields of the sides
+      complex(wp) :: u(cells + 1)
+      complex(wp) :: diagonal(cells + 1), own, side(2)
+      real(wp) :: k
+      integer :: i
+
+      diagonal = 0.0_wp
+      u = 0.0_wp
+      side = cmplx(0.0_wp, omega*bar%dashpot, wp)
+      diagonal([1, cells + 1]) = side
+      u([1, cells + 1]) = side*free
+      do i = 1, cells
+         own = 0.5_wp*bar%length*cmplx(-omega**2*bar%mass(i), omega*bar%base, wp)
+         diagonal(i:i + 1) = diagonal(i:i + 1) + bar%modulus(i)/bar%length + own
+         u(i:i + 1) = u(i:i + 1) + bar%length*cmplx(0.0_wp, omega*bar%base, wp)
+      end do
+      do i = 1, cells
+         k = bar%modulus(i)/bar%length
+         diagonal(i + 1) = diagonal(i + 1) - k**2/diagonal(i)
+         u(i + 1) = u(i + 1) + k*u(i)/diagonal(i)
+      end do
+      u(cells + 1) = u(cells + 1)/diagonal(cells + 1)
+      do i = cells, 1, -1
+         u(i) = (u(i) + bar%modulus(i)/bar%length*u(i + 1))/diagonal(i)
+      end do
+   end function bar_motion
 
 end module dda_check_boundaries

@@ -1,22 +1,28 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Checks of material damping: damping ratio, frequency band, and cases of too much or too little
-!> damping.
+!> Checks of materials: damping ratio and its frequency band; fit of the curves of a law, resolution
+!> of waves in softened soil, and cells that lose strength faster than they unload.
 module dda_check_material
    use dda_kinds, only: wp
-   use dda_check_report, only: report_type, add_line, verdict_ok, verdict_warn
+   use dda_check_report, only: add_check, add_line, report_type, verdict_warn
    use dda_damping, only: damping_type, has_body, modulus_factor, rayleigh_ratio
    use dda_dense_eigen, only: block_eigen
    use dda_errors, only: error_type
    use dda_linear_model, only: linear_model_type, is_dispersive, shares_of_laws
    use dda_linear_terms, only: add_product, get_row
    use dda_simulation, only: simulation_type
-   use dda_text, only: short_text, to_text
+   use dda_text, only: short_text, to_text, quoted
+   use dda_blocks, only: smaller_side
+   use dda_material, only: elasticity
+   use dda_model, only: model_type
    implicit none
    private
-   public :: check_material
+   public :: check_material, check_laws
 
    real(wp), parameter :: most_ringing = 1000.0_wp  !< most steps of decay to 1/e without a warning
    real(wp), parameter :: good_fit = 0.01_wp        !< largest relative error of ζ without advice
+
+   real(wp), parameter :: strains(2) = [1.0e-3_wp, 1.0e-2_wp]  !< shear strains of reported moduli
+   real(wp), parameter :: coarsest = 1.0_wp/12                 !< largest block size over wavelength
 
 contains
 
@@ -69,7 +75,7 @@ contains
          found = found//'; gravity acts suddenly, so blocks creep under their weight'
          advice = advice//'; settle = .true.'
       end if
-      call add_line(report, merge(verdict_ok, verdict_warn, advice == ''), 'material damping', &
+      call add_check(report, advice == '', 'material damping', &
          found, 'generalised Maxwell bodies', advice(min(3, len(advice) + 1):))
    end subroutine check_maxwell_bodies
 
@@ -107,7 +113,7 @@ contains
          advice = advice//'; a smaller time_step or rayleigh_beta'
          brief = 'strains ring and decay to 1/e in '//short_text(steps)//' steps'
       end if
-      call add_line(report, merge(verdict_ok, verdict_warn, advice == ''), 'Rayleigh damping', &
+      call add_check(report, advice == '', 'Rayleigh damping', &
          found, 'ζ = α/(2ω) + βω/2', advice(min(3, len(advice) + 1):), &
          brief=brief)
 
@@ -184,5 +190,93 @@ contains
       text = short_text(least)
       if (short_text(most) /= text) text = text//' … '//short_text(most)
    end function range_text
+
+   !> Check each material with a law.
+   subroutine check_laws(simulation, report)
+      type(simulation_type), intent(in) :: simulation  !< model with materials and blocks
+      type(report_type), intent(inout) :: report  !< check report
+      character(len=:), allocatable :: words
+      real(wp) :: side
+      integer :: m
+
+      associate (model => simulation%model)
+         do m = 1, size(model%materials)
+            if (.not. any(model%blocks%material == m)) cycle
+            if (.not. model%materials(m)%has_law()) cycle
+            side = largest_block_side(simulation, m)
+            if (model%materials(m)%own_law%in_words() /= '') &
+               call check_curve_fit(model, m, side, report)
+            words = model%materials(m)%own_law%unmet()
+            if (words /= '') call add_line(report, verdict_warn, 'material law', &
+               quoted(trim(model%materials(m)%name))//': '//words, 'fit of the branches', &
+               'more branches; if this does not suffice, less damping at small strains')
+            call check_softening(model, m, side, report)
+         end do
+      end associate
+   end subroutine check_laws
+
+   !> Report the fit of the curves, and check wavelengths in softened soil.
+   subroutine check_curve_fit(model, m, side, report)
+      type(model_type), intent(in) :: model       !< model with materials and blocks
+      integer, intent(in) :: m                    !< material
+      real(wp), intent(in) :: side                !< largest block of the material, m
+      type(report_type), intent(inout) :: report  !< check report
+      character(len=:), allocatable :: found, remedy
+      real(wp) :: left(2), eta
+      logical :: fine
+
+      associate (material => model%materials(m))
+         left = [material%own_law%secant(strains(1)), material%own_law%secant(strains(2))]
+         found = quoted(trim(material%name))//': '//material%own_law%in_words()//'; at '// &
+            '0.1 and 1 % shear strain G/G0 = '//short_text(left(1))//' and '// &
+            short_text(left(2))//', wavelengths are reduced to '//short_text(sqrt(left(1)))// &
+            ' and '//short_text(sqrt(left(2)))//' of their values at small strain'
+         fine = .true.
+         if (report%band%known) then
+            eta = side*report%band%highest/sqrt(left(1)*material%young_modulus/(2.0_wp &
+               *(1.0_wp + material%poisson_ratio)*material%density))
+            found = found//'; at 0.1 % strain, block size λ/'//short_text(1.0_wp/eta)//' at '// &
+               short_text(report%band%highest)//' Hz, limit λ/12'
+            fine = eta <= coarsest
+         end if
+         remedy = ''
+         if (.not. fine) remedy = 'blocks no larger than '//short_text(side*coarsest/eta)// &
+            ' m in soil that will yield'
+         call add_check(report, fine, 'material law', found, 'secant moduli', remedy)
+      end associate
+   end subroutine check_curve_fit
+
+   !> Largest of the smaller sides of the blocks of a material, m.
+   pure real(wp) function largest_block_side(simulation, m) result(side)
+      type(simulation_type), intent(in) :: simulation  !< model with materials and blocks
+      integer, intent(in) :: m                         !< material
+      integer :: b
+
+      side = 0.0_wp
+      do b = 1, simulation%blocks%n
+         if (simulation%model%blocks%material(b) == m) &
+            side = max(side, smaller_side(simulation%blocks, b))
+      end do
+   end function largest_block_side
+
+   !> Warn if blocks lose strength faster than they unload, which causes dynamic jumps.
+   subroutine check_softening(model, m, side, report)
+      type(model_type), intent(in) :: model       !< model with materials and blocks
+      integer, intent(in) :: m                    !< material
+      real(wp), intent(in) :: side                !< largest block of the material, m
+      type(report_type), intent(inout) :: report  !< check report
+      real(wp) :: limit
+
+      associate (material => model%materials(m))
+         limit = material%own_law%largest_thickness(elasticity(material, &
+            model%control%plane_strain))
+         if (.not. limit < huge(1.0_wp)) return
+         call add_check(report, side <= limit, 'material law', &
+            quoted(trim(material%name))//': cells of '//short_text(side)//' m soften; '// &
+            'above '//short_text(limit)//' m cells would lose strength faster than they unload', &
+            'G or E times softening_displacement over the loss of strength', &
+            'smaller cells, or a larger softening_displacement')
+      end associate
+   end subroutine check_softening
 
 end module dda_check_material

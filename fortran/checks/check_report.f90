@@ -12,8 +12,8 @@ module dda_check_report
    use dda_unresolved, only: unresolved_type
    implicit none
    private
-   public :: report_type, line_type, add_line, add_notes, verdict_names, verdict_ok, verdict_warn, &
-      verdict_fail, report_text, advice_if, first_mode, ringing_topic
+   public :: add_check, add_line, add_notes, first_mode, line_type, report_text, report_type, &
+      ringing_topic, verdict_fail, verdict_names, verdict_ok, verdict_warn
 
    !> topics of warnings that `remaining_doubts` may omit after the run
    character(len=*), parameter :: first_mode = 'first mode', ringing_topic = 'ringing'
@@ -75,6 +75,22 @@ contains
       report%worst = max(report%worst, verdict)
    end subroutine add_line
 
+   !> Append a line with verdict ok if a check passes, else a warning with its remedy.
+   subroutine add_check(report, passes, what, found, source, remedy, topic, brief)
+      type(report_type), intent(inout) :: report  !< check report
+      logical, intent(in) :: passes               !< the check passes
+      !> subject; value and limit; source of the limit; remedy of a warning
+      character(len=*), intent(in) :: what, found, source, remedy
+      !> topic and text in the verdict of a run; default: subject; value and limit
+      character(len=*), intent(in), optional :: topic, brief
+
+      if (passes) then
+         call add_line(report, verdict_ok, what, found, source, '', topic, brief)
+      else
+         call add_line(report, verdict_warn, what, found, source, remedy, topic, brief)
+      end if
+   end subroutine add_check
+
    !> Append the notes on probable mistakes in a model.
    subroutine add_notes(report, notes)
       type(report_type), intent(inout) :: report  !< check report
@@ -85,16 +101,6 @@ contains
          call add_line(report, verdict_warn, 'input', trim(notes(i)), 'model', '')
       end do
    end subroutine add_notes
-
-   !> Advice if it is needed, else blank.
-   pure function advice_if(needed, advice) result(text)
-      logical, intent(in) :: needed  !< the advice is needed
-      character(len=*), intent(in) :: advice  !< remedy
-      character(len=:), allocatable :: text
-
-      text = ''
-      if (needed) text = advice
-   end function advice_if
 
    !> Text of the report for a screen.
    pure function report_text(report) result(text)

@@ -10,11 +10,10 @@ module dda_check_simulation
    use dda_check_boundaries, only: check_boundaries
    use dda_contact, only: contact_open
    use dda_equilibrium, only: farthest_moved
-   use dda_check_laws, only: check_laws
-   use dda_check_material, only: check_material
+   use dda_check_material, only: check_laws, check_material
    use dda_check_band, only: band_type, significant_band
-   use dda_check_report, only: report_type, add_line, verdict_ok, verdict_warn, verdict_fail, &
-      advice_if, first_mode, ringing_topic
+   use dda_check_report, only: add_check, add_line, first_mode, report_type, ringing_topic, &
+      verdict_fail, verdict_ok, verdict_warn
    use dda_errors, only: error_type
    use dda_linear_model, only: linear_model_type, energy_share_type, linearise, energy_of, &
       at_frequency, set_penalty, unrelaxed
@@ -218,9 +217,8 @@ contains
          return
       end if
       report%ringing = ringing%steps
-      call add_line(report, merge(verdict_warn, verdict_ok, ringing%steps > most_ringing), &
-         'ringing', ringing%words, 'roots of the scheme', advice_if(ringing%steps > most_ringing, &
-         ringing%advice), ringing_topic, ringing%brief)
+      call add_check(report, .not. ringing%steps > most_ringing, 'ringing', ringing%words, &
+         'roots of the scheme', ringing%advice, ringing_topic, ringing%brief)
    end subroutine check_ringing
 
    !> Report the lowest modes, and check whether the first one oscillates with the present Δt.
@@ -243,8 +241,8 @@ contains
          list = list//short_text(report%modes%frequency(i))
       end do
       if (report%has_modes) list = list//' Hz; '
-      call add_line(report, merge(verdict_ok, verdict_warn, report%has_modes), 'lowest modes', &
-         list//report%modes%words, 'ARPACK', '')
+      call add_check(report, report%has_modes, 'lowest modes', list//report%modes%words, &
+         'ARPACK', '')
       if (.not. report%has_modes) return
       if (report%modes%elongation(1) < 0.0_wp) then
          call add_line(report, verdict_fail, 'first mode', 'it does not oscillate: ω Δt = '// &
@@ -253,10 +251,9 @@ contains
             'does not oscillate, ω Δt = '// &
             short_text(report%modes%omega(1)*linear%time_step)//' > 4')
       else
-         call add_line(report, merge(verdict_ok, verdict_warn, &
-            report%modes%elongation(1) < 0.01_wp), 'first mode', 'period longer by '// &
-            short_text(100*report%modes%elongation(1))//' %, limit 1 %', 'scheme', &
-            advice_if(report%modes%elongation(1) >= 0.01_wp, 'a smaller time_step'), first_mode, &
+         call add_check(report, report%modes%elongation(1) < 0.01_wp, 'first mode', &
+            'period longer by '//short_text(100*report%modes%elongation(1))//' %, limit 1 %', &
+            'scheme', 'a smaller time_step', first_mode, &
             'period '//short_text(100*report%modes%elongation(1))//' % too long')
       end if
    end subroutine check_modes
@@ -295,9 +292,8 @@ contains
       end if
       found = found//'; joints lower the first frequency by '//short_text(100*report%shift)// &
          ' %, limit 5 %; '//penalty_cost_text(linear, report%shift)
-      call add_line(report, merge(verdict_ok, verdict_warn, report%shift < 0.05_wp), 'penalty', &
-         found, 'stiff limit', advice_if(report%shift >= 0.05_wp, &
-         'a higher normal_stiffness, unless the joints are meant to be so soft'), first_mode, &
+      call add_check(report, report%shift < 0.05_wp, 'penalty', found, 'stiff limit', &
+         'a higher normal_stiffness, unless the joints are meant to be so soft', first_mode, &
          'joints lower the frequency by '//short_text(100*report%shift)//' % ('// &
          counted(to_text(linear%by_penalty), 'contact', 'contacts')//')')
    end subroutine check_penalty
@@ -341,23 +337,23 @@ contains
       type(report_type), intent(inout) :: report  !< check report
       real(wp), parameter :: deepest = 0.01_wp, noisiest = 1.0e-3_wp
       real(wp) :: depth, noise, weight
-      character(len=:), allocatable :: brief
+      character(len=:), allocatable :: brief, remedy
 
       weight = norm2(simulation%model%control%gravity)*minval(simulation%blocks%mass, &
          mask=.not. simulation%blocks%removed)
       if (weight == 0.0_wp .or. linear%closed == 0) return
       depth = linear%penetration/report%block_size(1)
       noise = simulation%iteration%noise/weight
-      brief = 'static contacts penetrate by '//short_text(100*depth)//' % of the smallest block'
-      if (.not. depth > deepest) brief = 'rounding amounts to '//short_text(100*noise)// &
-         ' % of the smallest weight'
-      call add_line(report, merge(verdict_ok, verdict_warn, depth <= deepest &
-         .and. noise <= noisiest), 'penalty bounds', 'static contacts penetrate by '// &
-         short_text(100*depth)//' % of the smallest block, limit '//short_text(100*deepest)// &
-         ' %; rounding amounts to '//short_text(100*noise)//' % of its weight, limit '// &
-         short_text(100*noisiest)//' %', 'statics', advice_if(depth > deepest, &
-         'a higher normal_stiffness, or penetration_tolerance')//advice_if(noise > noisiest, &
-         'a lower normal_stiffness'), brief=brief)
+      brief = 'rounding amounts to '//short_text(100*noise)//' % of the smallest weight'
+      remedy = 'a lower normal_stiffness'
+      if (depth > deepest) then
+         brief = 'static contacts penetrate by '//short_text(100*depth)//' % of the smallest block'
+         remedy = 'a higher normal_stiffness, or penetration_tolerance'
+      end if
+      call add_check(report, depth <= deepest .and. noise <= noisiest, 'penalty bounds', &
+         'static contacts penetrate by '//short_text(100*depth)//' % of the smallest block, '// &
+         'limit '//short_text(100*deepest)//' %; rounding amounts to '//short_text(100*noise)// &
+         ' % of its weight, limit '//short_text(100*noisiest)//' %', 'statics', remedy, brief=brief)
    end subroutine check_penalty_bounds
 
    !> Report ratios of block size to wavelength, and of Δt to the time in which waves cross blocks.
@@ -367,6 +363,7 @@ contains
       type(report_type), intent(inout) :: report  !< check report
       real(wp), parameter :: coarsest = 1.0_wp/12  ! of a wavelength or a period
       real(wp) :: eta, period
+      character(len=:), allocatable :: remedy
 
       call add_line(report, verdict_ok, 'CFL', short_text(time_step)//' s against Δx/v = '// &
          short_text(report%shortest(2))//' s (P), '//short_text(report%shortest(1))//' s (S), '// &
@@ -374,20 +371,20 @@ contains
       if (.not. report%band%known) return
       period = 1.0_wp/report%band%highest
       eta = report%longest*report%band%highest
+      remedy = ''
+      if (eta > coarsest) remedy = 'blocks no larger than '// &
+         short_text(coarsest*report%slowest/report%band%highest)//' m'
       call add_line(report, merge(verdict_ok, merge(verdict_warn, verdict_fail, eta <= 0.5_wp), &
          eta <= coarsest), 'element size', 'the block size is λ/'//short_text(1/eta)//' at '// &
          short_text(report%band%highest)//' Hz, limits λ/12, λ/16, λ/20; such waves are '// &
-         dispersion_in_words(blocks, eta), 'paper eq. 12', advice_if(eta > coarsest, &
-         'blocks no larger than '// &
-         short_text(coarsest*report%slowest/report%band%highest)//' m'), &
+         dispersion_in_words(blocks, eta), 'paper eq. 12', remedy, &
          'element size: '//counted(to_text(count_longer(blocks, coarsest*period)), &
          'block', 'blocks')//', λ/'// &
          short_text(1/eta)//' at '//short_text(report%band%highest)//' Hz, limit λ/12')
       ! Blocks smaller than a wave requires do not require a smaller time step.
-      call add_line(report, merge(verdict_ok, verdict_warn, time_step < max(eta, &
-         coarsest)*period), 'time resolution', short_text(time_step)//' s against T/12 = '// &
-         short_text(coarsest*period)//' s, and '//short_text(eta*period)//' s for a block', &
-         'paper eq. 15', advice_if(time_step >= max(eta, coarsest)*period, 'a smaller time_step'))
+      call add_check(report, time_step < max(eta, coarsest)*period, 'time resolution', &
+         short_text(time_step)//' s against T/12 = '//short_text(coarsest*period)//' s, and '// &
+         short_text(eta*period)//' s for a block', 'paper eq. 15', 'a smaller time_step')
    end subroutine check_resolution
 
    !> Number of blocks in which a shear wave takes more than a given time to cross the smaller side.
@@ -425,9 +422,8 @@ contains
          found = found//damping_range_text(report%band, linear)
       end if
       if (found == '') return
-      advice = advice_if(first >= 0.1_wp, 'time_step for a given ratio '// &
-         '(sitedda.time_step_for_damping), or '// &
-         "integration = 'theta' with damping_ratio and damping_frequency")
+      advice = 'time_step for a given ratio (sitedda.time_step_for_damping), or '// &
+         "integration = 'theta' with damping_ratio and damping_frequency"
       topic = first_mode
       brief = 'numerical damping '//short_text(100*first)//' %'
       if (.not. sampled) then
@@ -436,9 +432,8 @@ contains
          brief = 'motions reach '//short_text(report%band%highest)//' Hz, steps '// &
             'resolve only '//short_text(0.5_wp/linear%time_step)//' Hz'
       end if
-      call add_line(report, merge(verdict_ok, verdict_warn, first < 0.1_wp .and. sampled), &
-         'damping', 'by the scheme '//found, '2ζ = (a + b) τ/(1 − a b τ²), '// &
-         'τ = tan(ω Δt/2)', advice, topic, brief)
+      call add_check(report, first < 0.1_wp .and. sampled, 'damping', 'by the scheme '//found, &
+         '2ζ = (a + b) τ/(1 − a b τ²), τ = tan(ω Δt/2)', advice, topic, brief)
    end subroutine check_damping
 
    !> Text on the numerical damping ratio over a band up to the Nyquist frequency.

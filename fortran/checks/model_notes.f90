@@ -3,15 +3,14 @@
 module dda_model_notes
    use dda_kinds, only: wp, pi
    use dda_blocks, only: smaller_side
-   use dda_flow_notes, only: flow_notes
-   use dda_held_blocks, only: find_grounded, find_supported
    use dda_linear_terms, only: linear_terms_type
    use dda_magnitudes, only: magnitude_notes, note_length
    use dda_model, only: model_type
-   use dda_overburden, only: overburden_type, find_overburden
+   use dda_overburden, only: overburden_type, find_grounded, find_overburden, find_supported
    use dda_repeated_names, only: find_repeated
-   use dda_softening, only: coarse_points, long_steps
    use dda_text, only: quoted, short_text, to_text
+   use dda_flow, only: flow_steady, flow_transient, flow_undrained
+   use dda_scheme, only: scheme_named, scheme_type
    implicit none
    private
    public :: model_notes, note_length
@@ -23,6 +22,11 @@ module dda_model_notes
    real(wp), parameter :: most_rounding = 0.01_wp  !< largest relative change of a duration
    real(wp), parameter :: most_strain = 0.02_wp    !< largest strain without a note
    real(wp), parameter :: deepest = 0.05_wp        !< largest penetration over the smaller side
+   real(wp), parameter :: frequency = 1.0_wp  !< frequency of the reported depths in joints, Hz
+   real(wp), parameter :: least_spacings = 2.0_wp !< least cohesive zone over spacing of points
+   !> limit of `note_long_steps` over the time step for which bounds of the fracture energy differ
+   !> by at most 10 % even if a joint fails suddenly (measured with bars)
+   real(wp), parameter :: fine_steps = 20.0_wp
 
 contains
 
@@ -46,24 +50,21 @@ contains
       end if
       call note_motions(model, notes)
       call note_softening(model, notes)
-      notes = [character(len=note_length) :: notes, flow_notes(model), &
-         magnitude_notes(model)]
+      if (allocated(model%flow)) call note_flow(model, notes)
+      notes = [character(len=note_length) :: notes, magnitude_notes(model)]
    end function model_notes
 
    !> Note cohesive joints that are not resolved by their points or by the time steps.
    subroutine note_softening(model, notes)
       type(model_type), intent(in) :: model  !< model as read from the input
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
-      character(len=:), allocatable :: words
       integer :: j
 
       do j = 1, size(model%joints)
          if (model%joints(j)%law /= 'cohesive') cycle
          if (.not. any(model%blocks%joint == j)) cycle
-         words = coarse_points(model, j)
-         if (words /= '') call append_note(notes, words)
-         words = long_steps(model, j)
-         if (words /= '') call append_note(notes, words)
+         call note_coarse_points(model, j, notes)
+         call note_long_steps(model, j, notes)
       end do
    end subroutine note_softening
 
@@ -294,5 +295,129 @@ contains
       block_label = 'block '//to_text(b)
       if (model%block_names(b) /= '') block_label = 'block '//quoted(model%block_names(b))
    end function block_label
+
+   !> Note missing boundary conditions of water in joints, and channels that are too long.
+   !>
+   !> A harmonic pressure of angular frequency ω penetrates a joint to the depth √(2c/ω), with the
+   !> diffusivity c = a³/(12μ)/(1/k + a/K_w).
+   pure subroutine note_flow(model, notes)
+      type(model_type), intent(in) :: model  !< model with flow
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
+      real(wp) :: depth, longest, own
+      integer :: c
+
+      associate (flow => model%flow)
+         if (size(flow%boundary) == 0 .and. any(flow%state == flow_steady)) call append_note( &
+            notes, 'water in joints: no head, pressure or inflow is given, so steady pressures '// &
+            'equal those at the start; add &flow_boundary')
+         depth = huge(1.0_wp)
+         longest = 0.0_wp
+         do c = 1, size(flow%channel)
+            own = pressure_depth(model, c)
+            if (own >= depth) cycle
+            depth = own
+            longest = flow%channel(c)%length
+         end do
+         if (flow%state(2) == flow_transient .and. longest > 0.5_wp*depth) call append_note( &
+            notes, 'water in joints: pressures of '//short_text(frequency)//' Hz reach '// &
+            short_text(depth)//' m into a joint, but a channel is '//short_text(longest)// &
+            ' m long; give channel_length = '//short_text(0.25_wp*depth)// &
+            ', or state = ''undrained''')
+         if (flow%state(2) == flow_undrained .and. depth > longest) call append_note( &
+            notes, 'water in joints: pressures of '//short_text(frequency)//' Hz reach '// &
+            short_text(depth)//' m into a joint, past the next node, but state = '// &
+            "'undrained' allows no flow between nodes; use state = 'transient'")
+      end associate
+   end subroutine note_flow
+
+   !> Depth, m, to which a pressure penetrates the joint of channel c.
+   pure real(wp) function pressure_depth(model, c) result(depth)
+      type(model_type), intent(in) :: model  !< model with flow
+      integer, intent(in) :: c               !< channel
+      real(wp) :: stiffness, diffusivity
+
+      associate (channel => model%flow%channel(c), law => &
+         model%flow%law(model%flow%channel(c)%law), joint => &
+         model%joints(model%blocks%joint(model%flow%channel(c)%edge)))
+         stiffness = joint%normal_stiffness
+         if (.not. stiffness > 0.0_wp) stiffness = 2*model%contact%normal_stiffness/channel%length
+         diffusivity = law%aperture**3/(12.0_wp*law%viscosity) &
+            /(1.0_wp/stiffness + law%aperture/law%bulk_modulus)
+         depth = sqrt(diffusivity/(pi*frequency))
+      end associate
+   end function pressure_depth
+
+   !> Note a cohesive joint whose zone E'G/T² has fewer than three contact points.
+   pure subroutine note_coarse_points(model, j, notes)
+      type(model_type), intent(in) :: model  !< model as read from the input
+      integer, intent(in) :: j               !< joint
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
+      real(wp) :: zone, spacing
+
+      associate (joint => model%joints(j))
+         zone = minval(model%materials%young_modulus)*joint%fracture_energy &
+            /joint%tensile_strength**2
+         spacing = longest_edge(model, j)/(joint%contact_points - 1)
+         if (zone >= least_spacings*spacing) return
+         call append_note(notes, 'the cohesive zone EG/T² of joint '//quoted(trim(joint%name))// &
+            ' is '//short_text(zone)//' m long, but its contact points are up to '// &
+            short_text(spacing)//' m apart: the strength depends on the size of the blocks; '// &
+            'try contact_points = 5 or smaller blocks')
+      end associate
+   end subroutine note_coarse_points
+
+   !> Note a cohesive joint that softens faster than inertia can resist within a step.
+   !> Condition: M/(χΔt²) < T²/(2G) with the two lightest blocks.
+   pure subroutine note_long_steps(model, j, notes)
+      type(model_type), intent(in) :: model  !< model as read from the input
+      integer, intent(in) :: j               !< joint
+      character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
+      type(scheme_type) :: scheme
+      real(wp) :: slope, limit
+
+      scheme = scheme_named(model%control%integration, model%control%theta)
+      associate (joint => model%joints(j))
+         slope = 0.5_wp*max(joint%tensile_strength**2/joint%fracture_energy, &
+            joint%cohesion**2/joint%shear_fracture_energy)
+         if (joint%softening == 'exponential') slope = 2*slope
+         limit = sqrt(0.5_wp*least_mass(model, j)/(scheme%chi*slope))
+         if (model%control%time_step <= limit) return
+         call append_note(notes, 'joint '//quoted(trim(joint%name))//' softens within a step '// &
+            'of time_step = '//short_text(model%control%time_step)//' s: above '// &
+            short_text(limit)//' s the time of failure depends on time_step; below '// &
+            short_text(limit/fine_steps)//' s the bounds of its fracture energy differ by at '// &
+            'most 10 %, even in sudden failure')
+      end associate
+   end subroutine note_long_steps
+
+   !> Length of the longest edge with joint j, m.
+   pure real(wp) function longest_edge(model, j) result(longest)
+      type(model_type), intent(in) :: model  !< model as read from the input
+      integer, intent(in) :: j               !< joint
+      integer :: v
+
+      longest = 0.0_wp
+      associate (blocks => model%blocks)
+         do v = 1, size(blocks%owner)
+            if (blocks%joint(v) == j) longest = max(longest, &
+               norm2(blocks%reference(:, blocks%next(v)) - blocks%reference(:, v)))
+         end do
+      end associate
+   end function longest_edge
+
+   !> Smallest block mass per length of edge with joint j, kg/m².
+   pure real(wp) function least_mass(model, j) result(least)
+      type(model_type), intent(in) :: model  !< model as read from the input
+      integer, intent(in) :: j               !< joint
+      integer :: v
+
+      least = huge(1.0_wp)
+      associate (blocks => model%blocks)
+         do v = 1, size(blocks%owner)
+            if (blocks%joint(v) == j) least = min(least, blocks%mass(blocks%owner(v)) &
+               /norm2(blocks%reference(:, blocks%next(v)) - blocks%reference(:, v)))
+         end do
+      end associate
+   end function least_mass
 
 end module dda_model_notes

@@ -6,6 +6,9 @@
 !> ratio of a mode is the sum of three parts: time integration; materials, with a mass-normalised
 !> shape Σ Im g ε·Kε/(2ω²) + Σ (α x·Mx + β ε·Kε)/(2ω) over blocks (`dda_damping`); dashpots with
 !> extensions s, Σ c s²/(2ω).  This is accurate for small damping that hardly couples modes.
+!>
+!> Blocks joined by springs form parts.  Up to three rigid motions of a part are not restrained by
+!> its supports; they are exact null vectors of the linearised stiffness.
 module dda_modes
    use dda_kinds, only: wp, pi
    use dda_damping, only: modulus_factor
@@ -13,13 +16,14 @@ module dda_modes
    use dda_eigen, only: eigenpairs_type, lowest_eigenvalues, select_pairs
    use dda_errors, only: error_type
    use dda_linear_model, only: linear_model_type, energy_share_type, energy_of, at_frequency, &
-      is_dispersive, shares_of_laws
-   use dda_linear_terms, only: stretch_of, mean_dashpot, end_dashpot, &
-      term_support
-   use dda_rigid_modes, only: find_rigid_modes
+      is_dispersive, shares_of_laws, stiffness_weights
+   use dda_linear_terms, only: stretch_of, mean_dashpot, end_dashpot, term_support, blocks_in, &
+      block_of
+   use dda_partition, only: join, name_parts
    use dda_scheme_response, only: free_damping, period_elongation
    use dda_sorting, only: ascending_order
    use dda_text, only: counted, to_text
+   use dda_dense_eigen, only: symmetric_eigen
    implicit none
    private
    public :: modes_type, find_modes, find_elastic
@@ -47,6 +51,8 @@ module dda_modes
    end type modes_type
 
    real(wp), parameter :: nothing = 1.0e-14_wp  !< ω² that counts as zero over the scale of ω_max²
+   !> stiffness of a support that counts as zero over the largest one
+   real(wp), parameter :: no_support = 1.0e-12_wp
 
 contains
 
@@ -259,5 +265,108 @@ contains
       if (modes%n < wanted) modes%words = modes%words//'; only '//to_text(modes%n)// &
          ' modes have stiffness'
    end subroutine write_mode_text
+
+   !> Find the connected parts of a model and their unrestrained rigid motions.
+   subroutine find_rigid_modes(linear, free, error)
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(null_space_type), intent(out) :: free  !< parts and their free rigid motions
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      real(wp), allocatable :: motion(:,:,:)
+
+      call find_parts(linear, free)
+      call rigid_motions(linear, free, motion)
+      call retain_unrestrained(linear, free, motion, error)
+   end subroutine find_rigid_modes
+
+   !> Number the connected parts of the model.
+   subroutine find_parts(linear, free)
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(null_space_type), intent(inout) :: free  !< parts and their free rigid motions
+      integer :: part(linear%n), i, b, k
+
+      part = [(b, b=1, linear%n)]
+      do i = 1, linear%terms%n
+         do k = 2, blocks_in(linear%terms%term(i))
+            call join(part, linear%terms%term(i)%block_a, block_of(linear%terms%term(i), k))
+         end do
+      end do
+      call name_parts(part)
+      allocate (free%group(linear%n))
+      free%groups = 0
+      do b = 1, linear%n
+         if (part(b) == b) free%groups = free%groups + 1
+         free%group(b) = free%groups
+         if (part(b) < b) free%group(b) = free%group(part(b))
+      end do
+   end subroutine find_parts
+
+   !> Compute two translations and the rotation of each part, mass-orthonormal.
+   !> Rotation is about the centre of mass.  Blocks removed by a stage are separate parts.
+   subroutine rigid_motions(linear, free, motion)
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(null_space_type), intent(in) :: free  !< parts and their free rigid motions
+      real(wp), allocatable, intent(out) :: motion(:,:,:)  !< [6,3,n]
+      real(wp) :: mass(free%groups), centre(2, free%groups), inertia(free%groups), arm(2)
+      integer :: b
+
+      mass = 0.0_wp
+      centre = 0.0_wp
+      inertia = 0.0_wp
+      do b = 1, linear%n
+         associate (g => free%group(b), m => linear%mass(1, 1, b))
+            mass(g) = mass(g) + m
+            centre(:, g) = centre(:, g) + m*linear%position(:, b)
+         end associate
+      end do
+      centre = centre/spread(mass, 1, 2)
+      do b = 1, linear%n
+         associate (g => free%group(b))
+            arm = linear%position(:, b) - centre(:, g)
+            inertia(g) = inertia(g) + linear%mass(3, 3, b) + linear%mass(1, 1, b)*dot_product(arm, &
+               arm)
+         end associate
+      end do
+      allocate (motion(6, 3, linear%n), source=0.0_wp)
+      do b = 1, linear%n
+         associate (g => free%group(b))
+            arm = linear%position(:, b) - centre(:, g)
+            motion(1, 1, b) = 1.0_wp/sqrt(mass(g))
+            motion(2, 2, b) = 1.0_wp/sqrt(mass(g))
+            motion(1:3, 3, b) = [-arm(2), arm(1), 1.0_wp]/sqrt(inertia(g))
+         end associate
+      end do
+   end subroutine rigid_motions
+
+   !> Retain the combinations of the rigid motions of each part that its supports do not restrain.
+   subroutine retain_unrestrained(linear, free, motion, error)
+      type(linear_model_type), intent(in) :: linear  !< linearised model
+      type(null_space_type), intent(inout) :: free  !< parts and their free rigid motions
+      real(wp), intent(in) :: motion(:,:,:)  !< [6,3,n] rigid motions
+      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      real(wp) :: resistance(3, 3, free%groups), row(3)
+      real(wp), allocatable :: values(:)
+      integer :: i, g, b, held
+
+      resistance = 0.0_wp
+      do i = 1, linear%terms%n
+         associate (term => linear%terms%term(i))
+            if (term%block_b > 0 .or. .not. stiffness_weights(term%instant) > 0.0_wp) cycle
+            g = free%group(term%block_a)
+            row = matmul(term%row_a, motion(:, :, term%block_a))
+            resistance(:, :, g) = resistance(:, :, g) + spread(row, 2, 3)*spread(row, 1, 3)
+         end associate
+      end do
+      do g = 1, free%groups
+         call symmetric_eigen(resistance(:, :, g), values, error)
+         if (allocated(error)) return
+         held = count(values > no_support*values(3))
+         resistance(:, 4 - held:, g) = 0.0_wp
+         free%dimension = free%dimension + 3 - held
+      end do
+      allocate (free%basis(6, 3, linear%n))
+      do b = 1, linear%n
+         free%basis(:, :, b) = matmul(motion(:, :, b), resistance(:, :, free%group(b)))
+      end do
+   end subroutine retain_unrestrained
 
 end module dda_modes

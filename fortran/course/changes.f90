@@ -24,7 +24,7 @@ module dda_changes
    use dda_running_maxima, only: change_base
    use dda_simulation, only: simulation_type, next_step
    use dda_stage, only: never
-   use dda_stages, only: book
+   use dda_stages, only: update_budget
    use dda_support, only: fixed_point_type, load_type
    use dda_text, only: to_text
    implicit none
@@ -62,7 +62,7 @@ contains
       call set_elements(simulation%elements, simulation%model, simulation%blocks, &
          simulation%time)
       call match_velocities(simulation%elements, simulation%blocks, next_step(simulation))
-      call book(simulation, energy_changed, 1.0_wp)
+      call update_budget(simulation, energy_changed, 1.0_wp)
       call change_base(simulation)
    end subroutine change_now
 

@@ -11,9 +11,9 @@ module dda_joint_motion
    use dda_contact, only: contacts_type
    use dda_errors, only: error_type, error_input, fail
    use dda_first_contacts, only: first_contacts_type, foot_movement
-   use dda_measured_joint, only: measured_joint_type
    use dda_output_schema, only: columns_of, in_measured_joints
    use dda_simulation, only: simulation_type
+   use dda_support, only: measured_joint_type
    use dda_text, only: quoted
    implicit none
    private

@@ -6,11 +6,10 @@
 !> has its own term.
 module dda_stages
    use dda_kinds, only: wp, long
-   use dda_blocks, only: change_material, place_of, remove_block
+   use dda_blocks, only: change_material, place_of, remove_block, update_geometry
    use dda_columns, only: column_count, column_of, name_column
    use dda_contact, only: filter_contacts
    use dda_crossings, only: part_corners
-   use dda_displaced_block, only: displace_block
    use dda_doubts, only: add_doubt
    use dda_elements, only: block_stress, match_velocities, set_elements
    use dda_energy, only: energy_type, add_energy, total_energy, &
@@ -34,7 +33,7 @@ module dda_stages
    use dda_text, only: quoted, short_text, to_text
    implicit none
    private
-   public :: begin_simulation, begin_first_stage, begin_next_stage, restore_stages, book, &
+   public :: begin_simulation, begin_first_stage, begin_next_stage, restore_stages, update_budget, &
       place_now
 
 contains
@@ -89,29 +88,37 @@ contains
          if (stage%static .and. .not. allocated(error)) call find_equilibrium(simulation, error)
       end associate
       if (findloc(simulation%model%stages%static, .false., 1) == s .and. .not. allocated(error)) &
-         call begin_displaced(simulation, error)
+         call displace_block(simulation, error)
       if (allocated(error)) error%message = simulation%model%file//': stage '// &
          quoted(trim(simulation%model%stages(s)%name))//unsettled_stage_text(error)
    end subroutine begin_next_stage
 
-   !> Displace a block at the start of dynamics, if the input requests it.
-   !> The change of stored energy belongs to the initial state.
-   subroutine begin_displaced(simulation, error)
+   !> Displace a block slightly when dynamics begin, if the input requests it, for a second run.
+   !>
+   !> Both runs agree as long as the motion is predictable.  Bonds, joint crossings and the contacts
+   !> whose slip is measured are determined before the displacement, so that they are equal in both
+   !> runs.  The change of stored energy belongs to the initial state.
+   subroutine displace_block(simulation, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(error_type), allocatable, intent(inout) :: error  !< allocated on failure
+      real(wp) :: way(2)
 
-      associate (b => simulation%model%control%displaced)
+      associate (control => simulation%model%control, b => simulation%model%control%displaced, &
+         blocks => simulation%blocks)
          if (b == 0) return
-         if (simulation%blocks%removed(b)) then
+         if (blocks%removed(b)) then
             call fail(error, error_input, 'displaced_block of &control is block '// &
                block_name(simulation, b)//', which is removed before the first dynamic stage')
             return
          end if
+         way = control%displaced_by*sqrt(blocks%area(b))
+         blocks%position(1:2, b) = blocks%position(1:2, b) + way
+         call update_geometry(blocks)
+         simulation%neighbours%travel = simulation%neighbours%travel + norm2(way)
       end associate
-      call displace_block(simulation)
       call evaluate_present(simulation, error)
-      if (.not. allocated(error)) call book(simulation, energy_initial, 1.0_wp)
-   end subroutine begin_displaced
+      if (.not. allocated(error)) call update_budget(simulation, energy_initial, 1.0_wp)
+   end subroutine displace_block
 
    !> Reject supports that move after their record, because their blocks cannot reach equilibrium.
    subroutine refuse_moving_supports(simulation, error)
@@ -203,7 +210,7 @@ contains
             simulation%time)
          if (any(stage%holds)) call match_velocities(simulation%elements, simulation%blocks, &
             next_step(simulation))
-         call book(simulation, energy_changed, 1.0_wp)
+         call update_budget(simulation, energy_changed, 1.0_wp)
          call remove_parts(simulation, s)
          call set_elements(simulation%elements, simulation%model, simulation%blocks, &
             simulation%time)
@@ -216,12 +223,12 @@ contains
             end associate
             simulation%neighbours%reach = 0.0_wp  ! search neighbours again
          end if
-         call book(simulation, energy_removed, -1.0_wp)
+         call update_budget(simulation, energy_removed, -1.0_wp)
       end associate
    end subroutine change_model
 
    !> Update the stored energies, and add their change to a term of the budget.
-   subroutine book(simulation, term, sign_of)
+   subroutine update_budget(simulation, term, sign_of)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: term  !< term of the budget
       real(wp), intent(in) :: sign_of  !< 1: the term is a gain; −1: a loss
@@ -235,7 +242,7 @@ contains
       before = total_energy(simulation%energy)
       simulation%energy%value(state) = present%value(state)
       call add_energy(simulation%energy, term, sign_of*(total_energy(simulation%energy) - before))
-   end subroutine book
+   end subroutine update_budget
 
    !> Start the motions of a stage; motions of later stages do not start.
    subroutine begin_motions(simulation, s)
@@ -406,7 +413,7 @@ contains
          simulation%statics = simulation%statics//'stage '//quoted(trim(stage%name))//' '// &
             equilibrium%words//static_movement_text(simulation, places)
          if (simulation%stage > 1) then
-            call book_statics(energy, before)
+            call assign_static_losses(energy, before)
             return
          end if
          simulation%statics = simulation%statics//stress_correction_text(simulation, stress)
@@ -459,7 +466,7 @@ contains
    end function static_movement_text
 
    !> Move the numerical losses of static steps to the term of static stages.
-   pure subroutine book_statics(energy, before)
+   pure subroutine assign_static_losses(energy, before)
       type(energy_type), intent(inout) :: energy  !< energy budget, J per metre
       type(energy_type), intent(in) :: before  !< budget at the beginning of the stage
       integer, parameter :: terms(*) = [energy_algorithmic, energy_kinetic_damping, &
@@ -469,7 +476,7 @@ contains
       call add_energy(energy, energy_static, dot_product(signs, energy%value(terms) &
          - before%value(terms)))
       energy%value(terms) = before%value(terms)
-   end subroutine book_statics
+   end subroutine assign_static_losses
 
    !> Apply the changes of all stages so far to a new model, for a run from a checkpoint.
    subroutine restore_stages(simulation)

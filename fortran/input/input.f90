@@ -20,14 +20,12 @@ module dda_input
    use dda_input_free_field, only: check_columns
    use dda_input_material, only: read_material, fit_materials
    use dda_input_materials, only: read_motion
-   use dda_input_measured_joints, only: read_measured_joints
    use dda_input_points, only: read_fixed_point, read_load, read_point, read_amplification, &
-      find_motions, number_of_block
+      read_measured_joints, find_motions, number_of_block
    use dda_input_resolved, only: resolved_values
-   use dda_input_settings, only: read_control, read_contact, read_output, &
+   use dda_input_settings, only: read_control, read_contact, read_output, read_stop, &
       check_output_times, require_analysis
    use dda_input_stages, only: read_stages
-   use dda_input_stop, only: read_stop
    use dda_input_welds, only: check_bodies
    use dda_material, only: joint_type
    use dda_model, only: model_type, default_stiffness

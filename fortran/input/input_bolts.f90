@@ -9,7 +9,7 @@ module dda_input_bolts
    use dda_input_group, only: group_type, input_error, is_set, positions, &
       require_new_name, value_or, name_length
    use dda_input_groups, only: bolt_values, read_values
-   use dda_input_points, only: find_block, holds
+   use dda_input_points, only: block_at, find_block
    use dda_model, only: model_type
    use dda_text, only: quoted, to_text
    implicit none
@@ -188,16 +188,5 @@ contains
          cut = [cut(:k), s, cut(k + 1:)]
       end do
    end subroutine find_cuts
-
-   !> First block that contains a point; 0 if there is none.
-   pure integer function block_at(blocks, point) result(b)
-      type(blocks_type), intent(in) :: blocks  !< blocks of the model
-      real(wp), intent(in) :: point(2)  !< m
-
-      do b = 1, blocks%n
-         if (holds(blocks, b, point)) return
-      end do
-      b = 0
-   end function block_at
 
 end module dda_input_bolts

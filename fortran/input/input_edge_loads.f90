@@ -214,23 +214,23 @@ contains
             if (k > size(pieces)) exit
             if (pieces(k)%edge /= rest%edge) exit
             rest%to = pieces(k)%from
-            call read_remaining()
+            call append_rest()
             rest%from = pieces(k)%to
             k = k + 1
          end do
          rest%to = 1.0_wp
-         call read_remaining()
+         call append_rest()
       end do
       left = left(:n)
 
    contains
 
-      !> Read the remaining given variables.
-      subroutine read_remaining()
+      !> Append the present part to the list, unless it is negligibly short.
+      subroutine append_rest()
          if (rest%to - rest%from <= covered) return
          n = n + 1
          left(n) = rest
-      end subroutine read_remaining
+      end subroutine append_rest
    end function remaining_parts
 
    !> Set a phreatic line within the model.

@@ -6,7 +6,7 @@ module dda_input_joint
    use dda_input_group, only: group_type, input_error, given, value_or
    use dda_input_groups, only: read_values
    use dda_input_text, only: parse_group, split_groups
-   use dda_input_strength, only: reduce_solid
+   use dda_input_material, only: reduce_solid
    use dda_joint_law, only: strength_type
    use dda_joint_laws, only: law_slot_type, new_joint_law
    use dda_material, only: joint_type

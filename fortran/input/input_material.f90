@@ -1,20 +1,28 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Group &material: elasticity by moduli or by wave velocities, and damping.
+!> Group &material: elasticity by moduli or by wave velocities, damping, and laws.
 module dda_input_material
-   use dda_kinds, only: wp
+   use dda_kinds, only: wp, pi
    use dda_blocks, only: set_damping
    use dda_damping, only: damping_type, fit_body, has_body, highest_relaxation, set_rayleigh
    use dda_errors, only: error_type
-   use dda_input_group, only: group_type, input_error, given, require, is_set
+   use dda_input_group, only: group_type, input_error, given, require, is_set, value_or
    use dda_input_groups, only: material_values, read_values
-   use dda_input_material_law, only: check_law, set_law
    use dda_material, only: material_type, set_velocities
    use dda_model, only: model_type
    use dda_scheme, only: scheme_type, scheme_named
    use dda_text, only: to_text
+   use dda_branches, only: branches_type, curve_type, fit_branches
+   use dda_hysteretic_law, only: new_hysteretic_law
+   use dda_soil_curves, only: soil_type, curve_of
+   use dda_joint_law, only: reduced_type => strength_type, reduced_angle
+   use dda_mohr_coulomb_solid, only: mohr_coulomb_solid_type
+   use dda_yield_return, only: strength_type
    implicit none
    private
-   public :: read_material, fit_materials
+   public :: read_material, fit_materials, reduce_solid
+
+   real(wp), parameter :: degree = pi/180.0_wp
+   real(wp), parameter :: rounding = 1.0e-9_wp  !< relative rounding of decimal input values
 
 contains
 
@@ -134,5 +142,207 @@ contains
       end do
       call set_damping(model%blocks, model%materials%damping)
    end subroutine fit_materials
+
+   !> Check that the variables of a law are given and consistent with the rest of the material.
+   subroutine check_law(group, own, material, error)
+      type(group_type), intent(in) :: group           !< &material
+      type(material_values), intent(in) :: own        !< values of the group
+      type(material_type), intent(in) :: material     !< material as read, without its law
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
+      type(soil_type) :: soil
+
+      if (allocated(error)) return
+      if (own%law == 'mohr_coulomb') call check_strength(group, own, error)
+      if (own%law /= 'hysteretic') return
+      call read_soil(group, own, material, soil, error)
+   end subroutine check_law
+
+   !> Set the law of a material, which then includes the damping at small strains.
+   subroutine set_law(group, material, limit, error)
+      type(group_type), intent(in) :: group            !< &material
+      type(material_type), intent(inout) :: material   !< material as read
+      real(wp), intent(in) :: limit            !< largest ω_l permitted by all stages, rad/s
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
+      type(material_values) :: own
+      type(soil_type) :: soil
+      type(curve_type) :: curve
+      type(branches_type) :: branches
+
+      call read_values(group, own, error)
+      if (own%law == 'mohr_coulomb') allocate (material%own_law, source=solid_of(own, material))
+      if (own%law /= 'hysteretic') return
+      call read_soil(group, own, material, soil, error)
+      if (.not. allocated(error)) call curve_of(soil, curve, error)
+      if (allocated(error)) return
+      associate (damping => material%damping, masing => own%damping_curve == 'masing')
+         if (.not. given(group, 'damping_ratio')) &
+            damping%ratio = merge(0.0_wp, curve%damping(1), masing)
+         call fit_branches(curve, own%branches, masing, damping, limit, branches, error)
+         if (allocated(error)) return
+         damping = branches%body
+         damping%by_law = .true.
+      end associate
+      allocate (material%own_law, source=new_hysteretic_law(branches))
+   end subroutine set_law
+
+   !> Read the soil that a group describes.
+   subroutine read_soil(group, own, material, soil, error)
+      type(group_type), intent(in) :: group        !< &material
+      type(material_values), intent(in) :: own     !< values of the group
+      type(material_type), intent(in) :: material  !< material with its moduli
+      type(soil_type), intent(out) :: soil         !< soil as requested
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
+
+      soil%curve = own%curve(:len(soil%curve))
+      soil%plasticity = own%plasticity_index
+      soil%stress = own%mean_stress
+      soil%consolidation = own%ocr
+      soil%frequency = own%reference_frequency
+      soil%reference = own%reference_strain
+      soil%factor = own%curve_factor
+      soil%power = own%curve_power
+      if (is_set(own%shear_strength)) soil%reference = own%shear_strength*2.0_wp &
+         *(1.0_wp + material%poisson_ratio)/material%young_modulus
+      call check_curve(group, own, error)
+      if (allocated(error)) return
+      if (soil%curve == 'gqh') soil%theta = own%curve_fit
+      if (soil%curve == 'table') soil%table = curve_type(own%strains, own%reductions, own%dampings)
+   end subroutine read_soil
+
+   !> Check the values of a curve.
+   subroutine check_curve(group, own, error)
+      type(group_type), intent(in) :: group     !< &material
+      type(material_values), intent(in) :: own  !< values of the group
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
+      integer :: n
+
+      if (own%curve == 'gqh' .and. size(own%curve_fit) /= 5) call input_error(error, group, &
+         "curve = 'gqh' needs the five numbers of curve_fit")
+      if (own%curve /= 'table') return
+      n = size(own%strains)
+      if (n < 2 .or. size(own%reductions) /= n .or. size(own%dampings) /= n) then
+         call input_error(error, group, &
+            "curve = 'table' needs as many strains, reductions and dampings, two at least")
+      else if (any(own%strains(2:) <= own%strains(:n - 1))) then
+         call input_error(error, group, 'strains must ascend')
+      end if
+   end subroutine check_curve
+
+   !> Check that strengths are given together.
+   subroutine check_strength(group, own, error)
+      type(group_type), intent(in) :: group     !< &material
+      type(material_values), intent(in) :: own  !< values of the group
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
+
+      if (own%dilation_angle > own%friction_angle) call input_error(error, group, &
+         'dilation_angle = '//to_text(own%dilation_angle)//' must not be above friction_angle = ' &
+         //to_text(own%friction_angle)//': yielding would add energy')
+      if (is_set(own%tensile_strength)) call check_tension('', own%tensile_strength, &
+         own%cohesion, own%friction_angle)
+      if (is_set(own%residual_tensile_strength)) call check_tension('residual_', &
+         own%residual_tensile_strength, value_or(own%residual_cohesion, own%cohesion), &
+         value_or(own%residual_friction_angle, own%friction_angle))
+      call check_residual('cohesion', own%cohesion, own%residual_cohesion)
+      call check_residual('friction_angle', own%friction_angle, own%residual_friction_angle)
+      call check_residual('tensile_strength', value_or(own%tensile_strength, &
+         cone_apex(own%cohesion, own%friction_angle)), own%residual_tensile_strength)
+      if (.not. is_set(own%softening_displacement) .and. any(is_set([own%residual_cohesion, &
+         own%residual_friction_angle, own%residual_tensile_strength]))) call input_error(error, &
+         group, 'residual strengths need softening_displacement')
+
+   contains
+
+      !> Check that the tensile strength does not exceed c cot φ.
+      subroutine check_tension(prefix, tension, cohesion, angle)
+         character(len=*), intent(in) :: prefix              !< prefix of the names
+         real(wp), intent(in) :: tension, cohesion, angle    !< Pa, Pa, degrees
+
+         if (angle <= 0.0_wp) return
+         if (tension > (1.0_wp + rounding)*cone_apex(cohesion, angle)) call input_error(error, &
+            group, prefix//'tensile_strength = '//to_text(tension)//' Pa must not be above '// &
+            prefix//'cohesion / tan('//prefix//'friction_angle) = '//to_text(cone_apex(cohesion, &
+            angle))//' Pa')
+      end subroutine check_tension
+
+      !> Check that a residual strength does not exceed the peak strength.
+      subroutine check_residual(name, peak, residual)
+         character(len=*), intent(in) :: name       !< name of the strength
+         real(wp), intent(in) :: peak, residual     !< values as given
+
+         if (.not. is_set(residual) .or. .not. is_set(peak)) return
+         if (residual > peak) call input_error(error, group, 'residual_'//name//' = '// &
+            to_text(residual)//' must not be above '//name//' = '//to_text(peak))
+      end subroutine check_residual
+   end subroutine check_strength
+
+   !> Apex of the cone, c cot φ, Pa.
+   pure real(wp) function cone_apex(cohesion, angle)
+      real(wp), intent(in) :: cohesion, angle  !< Pa; degrees
+
+      cone_apex = huge(1.0_wp)
+      if (angle > 0.0_wp) cone_apex = cohesion/tan(degree*angle)
+   end function cone_apex
+
+   !> Divide the strengths c, tan φ and T of a group &material by a factor; limit dilation to φ.
+   subroutine reduce_solid(group, factor, strengths, error)
+      type(group_type), intent(in) :: group  !< &material
+      real(wp), intent(in) :: factor         !< above 0
+      type(reduced_type), allocatable, intent(out) :: strengths(:)  !< names and values
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
+      type(material_values) :: own
+
+      allocate (strengths(0))
+      call read_values(group, own, error)
+      if (allocated(error) .or. own%law /= 'mohr_coulomb') return
+      associate (angle => reduced_angle(own%friction_angle, factor))
+         strengths = [reduced_type('cohesion', own%cohesion/factor), &
+            reduced_type('friction_angle', angle), &
+            reduced_type('dilation_angle', min(own%dilation_angle, angle))]
+      end associate
+      call append_strength('tensile_strength', own%tensile_strength, own%tensile_strength/factor)
+      call append_strength('residual_cohesion', own%residual_cohesion, own%residual_cohesion/factor)
+      call append_strength('residual_tensile_strength', own%residual_tensile_strength, &
+         own%residual_tensile_strength/factor)
+      call append_strength('residual_friction_angle', own%residual_friction_angle, &
+         reduced_angle(own%residual_friction_angle, factor))
+
+   contains
+
+      !> Append a strength, if it is given.
+      subroutine append_strength(name, given, value)
+         character(len=*), intent(in) :: name   !< name of the variable
+         real(wp), intent(in) :: given, value   !< value as given; divided value
+
+         if (is_set(given)) strengths = [strengths, reduced_type(name, value)]
+      end subroutine append_strength
+   end subroutine reduce_solid
+
+   !> Create the law that a group describes.
+   pure type(mohr_coulomb_solid_type) function solid_of(own, material) result(law)
+      type(material_values), intent(in) :: own      !< values of &material
+      type(material_type), intent(in) :: material   !< material with its elasticity
+
+      law%peak = make_strength(own%cohesion, own%friction_angle, own%tensile_strength)
+      law%peak%dilation = degree*own%dilation_angle
+      law%residual = law%peak
+      if (is_set(own%softening_displacement)) then
+         law%softening = own%softening_displacement
+         law%residual = make_strength(value_or(own%residual_cohesion, own%cohesion), &
+            value_or(own%residual_friction_angle, own%friction_angle), &
+            value_or(own%residual_tensile_strength, law%peak%tension))
+         law%residual%dilation = min(law%peak%dilation, law%residual%friction)
+      end if
+      if (is_set(own%initial_stress_z)) law%beyond = own%initial_stress_z &
+         - material%poisson_ratio*sum(own%initial_stress(1:2))
+   end function solid_of
+
+   !> Return a strength without dilation.
+   pure type(strength_type) function make_strength(cohesion, angle, tension) result(strength)
+      real(wp), intent(in) :: cohesion, angle, tension  !< Pa; degrees; Pa or not set
+
+      strength%cohesion = cohesion
+      strength%friction = degree*angle
+      strength%tension = min(cone_apex(cohesion, angle), value_or(tension, huge(1.0_wp)))
+   end function make_strength
 
 end module dda_input_material

@@ -1,23 +1,24 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Groups of material points (&fixed_point, &load, &measured_point), and &amplification between two
-!> measured points.
+!> Groups of material points (&fixed_point, &load, &measured_point), &amplification between two
+!> measured points, and &measured_joint.
 module dda_input_points
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, reference_of
    use dda_errors, only: error_type
-   use dda_input_group, only: group_type, input_error, require_name
+   use dda_input_group, only: group_type, input_error, require_name, positions, require_new_name, &
+      mark_names
    use dda_input_groups, only: amplification_values, fixed_point_values, load_values, &
-      measured_point_values, point_values, read_values
+      measured_point_values, point_values, read_values, measured_joint_values
    use dda_model, only: model_type
    use dda_motion, only: motion_type
    use dda_polygon, only: contains_point
    use dda_settings, only: amplification_type
-   use dda_support, only: fixed_point_type, load_type, point_type
+   use dda_support, only: fixed_point_type, load_type, measured_joint_type, point_type
    use dda_text, only: quoted, to_text
    implicit none
    private
    public :: read_fixed_point, read_load, read_point, read_amplification, find_block, &
-      find_motions, number_of_block, holds, check_times
+      find_motions, number_of_block, block_at, check_times, read_measured_joints
 
    real(wp), parameter :: on_boundary = 1.0e-9_wp  !< tolerance on edges over the block size
 
@@ -38,20 +39,17 @@ contains
       words = 'the point ('//to_text(point(1) + model%origin(1))//', '// &
          to_text(point(2) + model%origin(2))//')'
       if (wanted == '') then
-         do b = 1, model%blocks%n
-            if (holds(model%blocks, b, point)) return
-         end do
-         call input_error(error, group, words//' lies outside every block')
-         b = 0
+         b = block_at(model%blocks, point)
+         if (b == 0) call input_error(error, group, words//' lies outside every block')
          return
       end if
       do b = 1, model%blocks%n  ! several blocks may have this name
          if (model%block_names(b) /= wanted) cycle
-         if (holds(model%blocks, b, point)) return
+         if (is_inside(model%blocks, b, point)) return
       end do
       b = number_of_block(group, 'block', model%block_names, wanted, error)
       if (allocated(error)) return
-      if (.not. holds(model%blocks, b, point)) call input_error(error, group, words// &
+      if (.not. is_inside(model%blocks, b, point)) call input_error(error, group, words// &
          ' lies outside block '//quoted(wanted))
    end subroutine find_block
 
@@ -74,17 +72,28 @@ contains
       b = 0
    end function number_of_block
 
+   !> First block that contains a point; 0 if there is none.
+   pure integer function block_at(blocks, point) result(b)
+      type(blocks_type), intent(in) :: blocks  !< blocks of the model
+      real(wp), intent(in) :: point(2)  !< m
+
+      do b = 1, blocks%n
+         if (is_inside(blocks, b, point)) return
+      end do
+      b = 0
+   end function block_at
+
    !> .true. if a point lies in a block.
-   pure logical function holds(blocks, b, point)
+   pure logical function is_inside(blocks, b, point)
       type(blocks_type), intent(in) :: blocks  !< blocks of the model
       integer, intent(in) :: b  !< number of the block
       real(wp), intent(in) :: point(2)  !< m
 
-      holds = .false.
+      is_inside = .false.
       if (norm2(point - blocks%position(1:2, b)) > (1.0_wp + on_boundary)*blocks%radius(b)) return
-      holds = contains_point(blocks%vertex(:, blocks%first(b):blocks%first(b + 1) - 1), point, &
-         on_boundary*blocks%radius(b))
-   end function holds
+      is_inside = contains_point(blocks%vertex(:, blocks%first(b):blocks%first(b + 1) - 1), &
+         point, on_boundary*blocks%radius(b))
+   end function is_inside
 
    !> Read &fixed_point.
    subroutine read_fixed_point(group, model, new, error)
@@ -196,7 +205,7 @@ contains
 
       do b = first + 1, blocks%n
          if (blocks%body(b) > 0 .and. blocks%body(b) == blocks%body(first)) cycle
-         if (holds(blocks, b, point)) return
+         if (is_inside(blocks, b, point)) return
       end do
       b = 0
    end function other_container
@@ -220,5 +229,50 @@ contains
          new%surface)
       call require_name(error, group, 'base', own%base, points%name, 'measured_point', new%base)
    end subroutine read_amplification
+
+   !> Read all measured joints of an input.
+   subroutine read_measured_joints(model, groups, error)
+      type(model_type), intent(inout) :: model   !< model with its blocks
+      type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
+      type(measured_joint_type) :: new
+      integer, allocatable :: joints(:)
+      integer :: i
+
+      allocate (model%measured_joints(0))
+      joints = positions(groups, 'measured_joint')
+      do i = 1, size(joints)
+         associate (group => groups(joints(i)))
+            call read_measured_joint(group, model%block_names, new, error)
+            if (allocated(error)) return
+            call require_new_name(error, group, new%name, model%measured_joints%name)
+         end associate
+         model%measured_joints = [model%measured_joints, new]
+      end do
+   end subroutine read_measured_joints
+
+   !> Read one group; default of `against` are all other blocks.
+   subroutine read_measured_joint(group, names, new, error)
+      type(group_type), intent(in) :: group    !< group of the input
+      character(len=*), intent(in) :: names(:) !< [n] names of the blocks
+      type(measured_joint_type), intent(out) :: new          !< values of the group
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
+      type(measured_joint_values) :: own
+      logical :: one(size(names)), other(size(names))
+
+      one = .false.
+      other = .false.
+      call read_values(group, own, error)
+      if (allocated(error)) return
+      new%name = own%name
+      call mark_names(own%blocks, 'blocks', names, group, one, error)
+      call mark_names(own%against, 'against', names, group, other, error)
+      if (own%against == '') other = .not. one
+      if (any(one .and. other)) call input_error(error, group, 'block '//quoted(trim( &
+         names(findloc(one .and. other, .true., 1))))//' is in both blocks and against')
+      if (.not. any(other)) call input_error(error, group, &
+         '`blocks` selects all blocks, so none remains for `against`')
+      new%side = merge(1, merge(2, 0, other), one)
+   end subroutine read_measured_joint
 
 end module dda_input_points

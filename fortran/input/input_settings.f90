@@ -1,18 +1,26 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Groups that appear once: &run, &control, &contact, &output.
+!> Groups that appear once: &run, &control, &contact, &output, &stop.
+!>
+!> The time integration of &control and &stage is a scheme of `dda_scheme`, given by its name, by θ,
+!> or by a damping ratio at a frequency.
 module dda_input_settings
-   use dda_kinds, only: wp, long
+   use dda_kinds, only: wp, long, pi
    use dda_errors, only: error_type
-   use dda_input_group, only: group_type, input_error, given, require, value_or, is_set
-   use dda_input_groups, only: control_values, output_values, read_values
-   use dda_input_integration, only: set_integration
+   use dda_input_group, only: group_type, input_error, given, require, value_or, is_set, &
+      require_name, mark_names
+   use dda_input_groups, only: control_values, output_values, read_values, stop_values
    use dda_settings, only: control_type, contact_settings_type, output_settings_type
    use dda_stage, only: stage_type
-   use dda_text, only: to_text
+   use dda_text, only: to_text, quoted
+   use dda_scheme, only: scheme_type
+   use dda_scheme_response, only: forced_damping, theta_for_damping
+   use dda_model, only: model_type, half_size
    implicit none
    private
    public :: read_control, read_contact, read_output, check_output_times, count_steps, &
-      require_analysis
+      require_analysis, set_integration, read_stop
+
+   real(wp), parameter :: usual_rest = 1.0e-6_wp  !< default displacement over the larger model side
 
 contains
 
@@ -122,5 +130,80 @@ contains
          end do
       end do
    end subroutine check_output_times
+
+   !> Set the integration that a group requires; the settings contain Δt and the dynamic factor.
+   subroutine set_integration(group, integration, theta, ratio, frequency, settings, error)
+      type(group_type), intent(in) :: group          !< &control or &stage
+      character(len=*), intent(in) :: integration    !< name of the scheme
+      real(wp), intent(in) :: theta                  !< θ as given, or its default
+      real(wp), intent(in) :: ratio, frequency       !< ratio and frequency, Hz, or `unset`
+      type(control_type), intent(inout) :: settings  !< settings; integration and θ are set
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
+
+      if (allocated(error)) return
+      if (integration /= 'theta' .and. (given(group, 'theta') .or. is_set(ratio))) &
+         call input_error(error, group, 'theta, damping_ratio and damping_frequency need '// &
+         "integration = 'theta', not "//quoted(integration))
+      settings%integration = integration
+      settings%theta = theta
+      if (is_set(ratio)) call match_damping(error, group, ratio, frequency, settings)
+      call require(error, group, 'theta', [settings%theta])
+      if (settings%dynamic_factor < 1.0_wp .and. any(integration == [character(len=14) :: &
+         'midpoint', 'theta'])) call input_error(error, group, 'dynamic_factor = '// &
+         to_text(settings%dynamic_factor)//" needs integration = 'dda' or 'backward_euler': "// &
+         'static steps of other schemes overshoot')
+   end subroutine set_integration
+
+   !> Find θ for a damping ratio at a frequency and the Δt of the settings.
+   subroutine match_damping(error, group, ratio, frequency, settings)
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
+      type(group_type), intent(in) :: group
+      real(wp), intent(in) :: ratio
+      real(wp), intent(in) :: frequency  !< Hz
+      type(control_type), intent(inout) :: settings  !< settings of &control; θ is set
+      real(wp) :: omega
+
+      omega = 2.0_wp*pi*frequency
+      if (omega*settings%time_step >= pi) &
+         call input_error(error, group, 'damping_frequency = '//to_text(frequency)// &
+         ' must lie between 0 and 1/(2 time_step) = '//to_text(0.5_wp/settings%time_step)//' Hz')
+      if (allocated(error)) return
+      settings%theta = theta_for_damping(ratio, omega, settings%time_step)
+      if (settings%theta > 1.0_wp) call input_error(error, group, 'damping_ratio = '// &
+         to_text(ratio)//' is not possible at '//to_text(frequency)//' Hz with time_step = '// &
+         to_text(settings%time_step)//': at most '//to_text(forced_damping(scheme_type(1.0_wp, &
+         1.0_wp), omega, settings%time_step))//', with theta = 1; try a larger time_step')
+   end subroutine match_damping
+
+   !> Read &stop; degrees are converted to radians.
+   subroutine read_stop(group, model, error)
+      type(group_type), intent(in) :: group       !< group of the input
+      type(model_type), intent(inout) :: model    !< model with its blocks
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
+      type(stop_values) :: own
+
+      call read_values(group, own, error)
+      associate (settings => model%stop)
+         allocate (settings%watched(model%blocks%n), source=.false.)
+         call mark_names(own%blocks, 'blocks', model%block_names, group, settings%watched, error)
+         if (own%reference /= '' .and. .not. allocated(error)) call require_name(error, group, &
+            'reference', own%reference, model%block_names, 'block', settings%reference)
+         associate (same => count(model%block_names == own%reference))
+            if (settings%reference > 0 .and. same > 1) call input_error(error, group, &
+               'reference = '//quoted(own%reference)//' is the name of '//to_text(same)// &
+               ' blocks: give it a unique name')
+         end associate
+         if (allocated(error)) return
+         if (settings%reference > 0) settings%watched(settings%reference) = .false.
+         settings%displacement = value_or(own%displacement, 0.0_wp)
+         settings%tilt = value_or(own%tilt, 0.0_wp)*pi/180.0_wp
+         if (is_set(own%fallen)) settings%fallen = own%fallen
+         settings%rest_time = value_or(own%rest_time, 0.0_wp)
+         settings%rest_movement = value_or(own%rest_movement, 2*usual_rest*half_size(model%blocks))
+         if (settings%fallen > count(settings%watched)) call input_error(error, group, &
+            'fallen = '//to_text(settings%fallen)//': only '//to_text(count(settings%watched))// &
+            ' blocks are selected')
+      end associate
+   end subroutine read_stop
 
 end module dda_input_settings

@@ -6,8 +6,7 @@ module dda_input_stages
    use dda_input_group, only: group_type, input_error, given, is_set, positions, require_name, &
       require_new_name, unset, value_or, mark_names
    use dda_input_groups, only: stage_values, read_values
-   use dda_input_integration, only: set_integration
-   use dda_input_settings, only: count_steps
+   use dda_input_settings, only: count_steps, set_integration
    use dda_model, only: model_type
    use dda_scheme, only: default_theta
    use dda_settings, only: control_type

@@ -10,7 +10,7 @@ module dda_column_model
    use dda_free_field, only: free_field_type
    use dda_model, only: model_type
    use dda_stage, only: stage_type
-   use dda_stop_settings, only: stop_settings_type
+   use dda_settings, only: stop_settings_type
    use dda_weld, only: set_welds, take_area, weld_type, welds_within
    implicit none
    private

@@ -8,7 +8,7 @@
 !>     s·Δε = Δψ + loss by the law + loss by the scheme ,
 !>
 !> where ψ is the stored energy and both losses are ≥ 0.  A new law needs one file in `soil` that
-!> extends `material_law_type`, and its name in `dda_input_material_law`.
+!> extends `material_law_type`, and its name in `dda_input_material`.
 module dda_material_law
    use dda_kinds, only: wp
    use dda_scheme, only: step_type

@@ -3,15 +3,13 @@
 module dda_model
    use dda_kinds, only: wp, long
    use dda_settings, only: control_type, contact_settings_type, output_settings_type, &
-      amplification_type
+      amplification_type, stop_settings_type
    use dda_material, only: material_type, joint_type
-   use dda_measured_joint, only: measured_joint_type
-   use dda_support, only: fixed_point_type, load_type, point_type
+   use dda_support, only: fixed_point_type, load_type, measured_joint_type, point_type
    use dda_motion, only: motion_type
    use dda_stage, only: stage_type
    use dda_tie, only: tie_type
    use dda_weld, only: weld_type
-   use dda_stop_settings, only: stop_settings_type
    use dda_blocks, only: blocks_type
    use dda_bolt, only: bolt_type
    use dda_boundary, only: boundary_type, boundary_edge_type, boundary_motion_type

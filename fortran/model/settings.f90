@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Settings of a run: steps, contacts, output.
+!> Settings of a run: steps, contacts, output, early end.
 module dda_settings
    use dda_group_values, only: contact_values, control_values, output_values
    use dda_kinds, only: wp, long
    implicit none
    private
    public :: control_type, contact_settings_type, output_settings_type, amplification_type, &
-      name_output
+      stop_settings_type, name_output
 
    !> Group &control: time stepping and the frame of the analysis.
    type, extends(control_values) :: control_type
@@ -40,6 +40,17 @@ module dda_settings
       real(wp) :: highest = 0.0_wp      !< Hz
       integer :: padding = 8            !< ratio of padded to original length
    end type amplification_type
+
+   !> Rules that end a run before its duration (group &stop); each limit above 0 is active.
+   type :: stop_settings_type
+      real(wp) :: displacement = 0.0_wp    !< displacement of a centroid, m
+      real(wp) :: tilt = 0.0_wp            !< tilt of a block in either direction, rad
+      integer :: fallen = 0                !< number of blocks displaced by more than their size
+      real(wp) :: rest_time = 0.0_wp       !< time without movement, s
+      real(wp) :: rest_movement = 0.0_wp   !< tolerated movement of a vertex in this time, m
+      integer :: reference = 0          !< reference block of movements; 0: initial positions
+      logical, allocatable :: watched(:)   !< [blocks] selected; not allocated: no rule
+   end type stop_settings_type
 
 contains
 

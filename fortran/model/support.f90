@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Supports and loads at material points, and measured points.
+!> Supports and loads at material points, measured points and measured joints.
 module dda_support
    use dda_kinds, only: wp
    use dda_interpolation, only: find_interval
    implicit none
    private
-   public :: fixed_point_type, load_type, point_type, load_at
+   public :: fixed_point_type, load_type, point_type, measured_joint_type, load_at
 
    !> A material point tied by a spring to its initial position plus a prescribed displacement.
    type :: fixed_point_type
@@ -40,6 +40,13 @@ module dda_support
       real(wp) :: place(2) = 0.0_wp                 !< initial position, m
       integer :: other = 0  !< second block at the point, if none is named
    end type point_type
+
+   !> A joint between two sets of blocks whose slip, opening and force are written to the output.
+   type :: measured_joint_type
+      character(len=64) :: name = ''
+      !> [blocks] 1: set whose slip and force are reported; 2: other set; 0: neither
+      integer, allocatable :: side(:)
+   end type measured_joint_type
 
 contains
 

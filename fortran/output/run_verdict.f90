@@ -130,9 +130,9 @@ contains
 
    !> Warnings of the check before the run that are still relevant: not ringing if there was no
    !> motion, and not the first mode if there was no motion or many joints have opened.
-   pure function remaining_doubts(simulation) result(standing)
+   pure function remaining_doubts(simulation) result(remaining)
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
-      type(doubt_type), allocatable :: standing(:)
+      type(doubt_type), allocatable :: remaining(:)
       logical :: at_rest, loose, answered
       integer :: i
 
@@ -140,12 +140,12 @@ contains
       associate (moved => simulation%maxima%moved)
          loose = 2*(moved(2) + moved(3)) > moved(1)
       end associate
-      allocate (standing(0))
+      allocate (remaining(0))
       do i = 1, size(simulation%doubts)
          associate (doubt => simulation%doubts(i))
             answered = doubt%topic == first_mode .and. (at_rest .or. loose)
             answered = answered .or. (doubt%topic == ringing_topic .and. at_rest)
-            if (.not. (answered .and. doubt%of_check)) call add_doubts(standing, [doubt])
+            if (.not. (answered .and. doubt%of_check)) call add_doubts(remaining, [doubt])
          end associate
       end do
    end function remaining_doubts

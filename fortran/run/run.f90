@@ -4,6 +4,9 @@
 !> During the run each sample and frame is appended to the journal, and a partial output and
 !> checkpoints are written at intervals.  These files remain if a run ends before its duration;
 !> `resume_run` continues from them.
+!>
+!> A check of the model takes the time of about 100 steps and the memory of two models.  It is
+!> performed if the model is small, or if it is of medium size and the run is long.
 module dda_run
    use dda_kinds, only: wp, long
    use dda_added_stages, only: has_more_stages, add_stages
@@ -11,16 +14,15 @@ module dda_run
    use dda_changes, only: change_now
    use dda_checkpoint, only: checkpoints_type, begin_checkpoints, save_checkpoint, &
       load_checkpoint, has_checkpoint, remove_spare, remove_checkpoints
-   use dda_doubts, only: add_doubt
+   use dda_doubts, only: add_doubt, add_doubts
    use dda_errors, only: error_type, error_interrupted
    use dda_input, only: read_model
-   use dda_interrupts, only: stop_heard
+   use dda_interrupts, only: stop_heard, stop_requested
    use dda_frame, only: append_frame
    use dda_free_memory, only: reserve_type, make_reserve
    use dda_journal, only: journal_type, open_journal, keep_name, begin_row, append_numbers, &
       row_sample, journal_name
    use dda_model, only: model_type, run_steps, run_duration
-   use dda_model_doubts, only: doubt_as_begun, doubt_as_read
    use dda_output_file, only: write_output, writing_memory, is_complete
    use dda_output_place, only: check_target, partial_name
    use dda_own_file, only: journal_file, netcdf_file, remove_own
@@ -36,6 +38,10 @@ module dda_run
    use dda_team, only: begin_team
    use dda_time_step, only: advance
    use dda_text, only: to_text
+   use dda_check_report, only: report_type, add_notes, verdict_ok
+   use dda_check_simulation, only: check_model
+   use dda_joint_ends, only: bending_topic
+   use dda_model_notes, only: model_notes
    implicit none
    private
    public :: run_type, begin_run, open_drawn, resume_run, change_run, continue_run, flush_run, &
@@ -57,6 +63,14 @@ module dda_run
       logical :: sound = .true.                     !< no step has failed
       logical :: was_complete = .false.  !< the output was complete before the run was resumed
    end type run_type
+
+   integer, parameter :: few_blocks = 200  !< largest model that is checked for every run
+   integer, parameter :: many_blocks = 5000       !< largest model that is checked for long runs
+   integer(long), parameter :: many_steps = 2500 !< steps of a long run: a check takes less than 5 %
+   !> Least limit of open–close iterations in the search for equilibrium; the number of steps of the
+   !> run, if larger.  Stable models need fewer; the search in a failing model costs at most its
+   !> run.
+   integer(long), parameter :: least_budget = 200
 
 contains
 
@@ -405,5 +419,50 @@ contains
          call remove_own(partial_name(file), netcdf_file)
       end associate
    end subroutine remove_leftovers
+
+   !> Add notes on probable mistakes in a model to the warnings of its run.
+   subroutine doubt_as_read(simulation, model)
+      type(simulation_type), intent(inout) :: simulation  !< run of the model
+      type(model_type), intent(in) :: model               !< model as read from the input
+      type(report_type), allocatable :: report
+
+      allocate (report)
+      call add_notes(report, model_notes(model))
+      call add_lines(simulation, report)
+   end subroutine doubt_as_read
+
+   !> Add lines of the check that are not ok to the warnings of a run that begins.
+   subroutine doubt_as_begun(simulation)
+      type(simulation_type), intent(inout) :: simulation  !< simulation whose first stage has begun
+      type(report_type), allocatable :: report
+      type(error_type), allocatable :: error
+      logical :: long
+
+      long = run_steps(simulation%model) >= many_steps
+      associate (n => simulation%blocks%n)
+         if (n > many_blocks .or. (n > few_blocks .and. .not. long)) return
+      end associate
+      allocate (report)
+      call check_model(simulation, report, error, &
+         budget=max(least_budget, run_steps(simulation%model)))
+      if (stop_requested()) return  ! the run reports the stop
+      call add_lines(simulation, report)
+      if (allocated(error)) call add_doubt(simulation%doubts, '', error%message, .true.)
+   end subroutine doubt_as_begun
+
+   !> Add the short text of each line that is not ok, except bending, which the end of the run
+   !> reports.
+   pure subroutine add_lines(simulation, report)
+      type(simulation_type), intent(inout) :: simulation  !< warnings are added
+      type(report_type), intent(in) :: report             !< report of the check
+      integer :: i
+
+      do i = 1, report%n
+         associate (line => report%line(i))
+            if (line%verdict == verdict_ok .or. line%brief%topic == bending_topic) cycle
+            call add_doubts(simulation%doubts, [line%brief])
+         end associate
+      end do
+   end subroutine add_lines
 
 end module dda_run
