@@ -2,17 +2,15 @@
 !> Models that the suites of the pre-checks share, as input texts.
 module check_models
    use dda_kinds, only: wp
-   use dda_input, only: read_model
    use dda_linear_model, only: linear_model_type, linearise
-   use dda_model, only: model_type
    use dda_simulation, only: simulation_type
-   use dda_stages, only: begin_simulation
    use dda_text, only: to_text
+   use models, only: begin, rock
    use testing, only: check_no_error, error
    implicit none
    private
    public :: layered_site, layered_site_two, drum_column, brick_wall, plane_strain_heap
-   public :: loose_blocks, free_stack, hinged_bar, started, linear_of
+   public :: loose_blocks, free_stack, hinged_bar, linear_of
 
    character(len=*), parameter :: nl = new_line('a')
    character(len=*), parameter :: glue = ' friction_angle=50.0, cohesion=1.0e8, '// &
@@ -20,7 +18,7 @@ module check_models
 
 contains
 
-   !> Table I of the paper: 15 equal layers on a base of the same rock.
+   !> Text of Table I of the paper: 15 equal layers on a base of the same rock.
    function layered_site(damping) result(text)
       character(len=*), intent(in), optional :: damping  !< in &material
       character(len=:), allocatable :: text, more
@@ -35,7 +33,7 @@ contains
          "&measured_point name='surface', x=7.5, y=14.5, block='layer_15' /"//nl
    end function layered_site
 
-   !> Table II: five rocks, three layers each, layer 1 on top; the base is of the lowest rock.
+   !> Text of Table II of the paper: five rocks of three layers each, on a base of the lowest rock.
    function layered_site_two() result(text)
       character(len=:), allocatable :: text
       real(wp), parameter :: density(5) = [2643.0_wp, 2483.0_wp, 2243.0_wp, 2162.0_wp, 2403.0_wp]
@@ -56,7 +54,7 @@ contains
          nl//"&measured_point name='surface', x=7.5, y=14.5, block='rock_5_3' /"//nl
    end function layered_site_two
 
-   !> Ten drums of 0.6 × 0.5 m, E 17 GPa, ν 0.22, ρ 2250, on a base block held at four points.
+   !> Text of ten drums of 0.6 × 0.5 m, E 17 GPa, ν 0.22, ρ 2250, on a base held at four points.
    function drum_column(penalty, more, bonded) result(text)
       character(len=*), intent(in) :: penalty    !< N/m
       character(len=*), intent(in) :: more       !< in &control
@@ -73,9 +71,10 @@ contains
          "&measured_point name='top', x=0.0, y=4.75, block='drum_10' /"//nl
    end function drum_column
 
-   !> Running-bond wall of 1 × 0.5 m bricks, E 10 GPa, ν 0.25, ρ 2500, on a base held at four
-   !> points. The displacement ratio keeps the search, whose reach follows the size of the model,
-   !> short of a brick.
+   !> Text of a running-bond wall of 1 × 0.5 m bricks on a base held at four points.
+   !>
+   !> E 10 GPa, ν 0.25, ρ 2500. The displacement ratio keeps the search, whose reach follows the
+   !> size of the model, short of a brick.
    function brick_wall(bricks, courses, penalty, more) result(text)
       integer, intent(in) :: bricks, courses
       character(len=*), intent(in) :: penalty  !< N/m
@@ -91,6 +90,7 @@ contains
          "&measured_point name='top', x=0.5, y="//to_text(0.5_wp*courses - 0.25_wp)//' /'//nl
    end function brick_wall
 
+   !> Text of the groups &control, &contact and &joint.
    function head(time_step, more, penalty, bonded) result(text)
       character(len=*), intent(in) :: time_step, more, penalty
       logical, intent(in), optional :: bonded
@@ -107,7 +107,7 @@ contains
       text = text//"&joint name='joint',"//glue//nl
    end function head
 
-   !> Triangles, a trapezium and rectangles of two rocks in plane strain.
+   !> Text of triangles, a trapezium and rectangles of two rocks in plane strain.
    function plane_strain_heap() result(text)
       character(len=:), allocatable :: text
 
@@ -122,41 +122,41 @@ contains
          '5.0,2.2 /'//nl//'&fixed_point x=0.5, y=-0.5 /'//nl//'&fixed_point x=5.5, y=-0.6 /'//nl
    end function plane_strain_heap
 
-   !> Eleven blocks of one rock that do not touch.
+   !> Text of eleven blocks of one rock that do not touch.
    function loose_blocks() result(text)
       character(len=:), allocatable :: text
       integer :: i
 
       text = head('1.0e-3', ', max_displacement_ratio=0.0004', '1.0e10')// &
-         "&material name='rock', density=2500.0, young_modulus=5.0e9, poisson_ratio=0.25 /"//nl
+         rock//nl
       do i = 0, 10
          text = text//'&layers left='//to_text(2*i)//'.0, bottom=0.0, width=1.0, thickness=0.'// &
             to_text(4 + modulo(i, 3))//' /'//nl
       end do
    end function loose_blocks
 
-   !> A stack that nothing holds.
+   !> Text of a stack that nothing holds.
    function free_stack(count) result(text)
       integer, intent(in) :: count
       character(len=:), allocatable :: text
 
       text = head('1.0e-3', '', '1.0e10')// &
-         "&material name='rock', density=2500.0, young_modulus=5.0e9, poisson_ratio=0.25 /"//nl// &
+         rock//nl// &
          '&layers width=2.0, thickness=0.5, count='//to_text(count)//' /'//nl
    end function free_stack
 
-   !> One block on one fixed point.
+   !> Text of one block on one fixed point.
    function hinged_bar(size) result(text)
       real(wp), intent(in) :: size  !< half of its width, m
       character(len=:), allocatable :: text
 
       text = head('1.0e-3', '', '1.0e10')// &
-         "&material name='rock', density=2500.0, young_modulus=5.0e9, poisson_ratio=0.25 /"//nl// &
+         rock//nl// &
          '&layers width='//to_text(2*size)//', thickness='//to_text(size/2)//' /'//nl// &
          '&fixed_point x='//to_text(size/10)//', y='//to_text(0.4_wp*size)//' /'//nl
    end function hinged_bar
 
-   !> Four fixed points in a base block of some width and 1 m of height below y = 0.
+   !> Text of four fixed points in a base block of the given width and 1 m of height below y = 0.
    function feet(width) result(text)
       real(wp), intent(in) :: width
       character(len=:), allocatable :: text
@@ -171,26 +171,13 @@ contains
       end do
    end function feet
 
-   !> A simulation of an input text.
-   subroutine started(simulation, text)
-      type(simulation_type), intent(out) :: simulation
-      character(len=*), intent(in) :: text
-      type(model_type) :: model
-
-      call read_model(model, 'text.nml', text, error)
-      call check_no_error(error, 'input')
-      if (allocated(error)) return
-      call begin_simulation(simulation, model, error)
-      call check_no_error(error, 'start')
-   end subroutine started
-
-   !> Its linearised model.
+   !> Linearise the model of an input text.
    subroutine linear_of(linear, text, which)
       type(linear_model_type), intent(out) :: linear
       character(len=*), intent(in) :: text, which
       type(simulation_type) :: simulation
 
-      call started(simulation, text)
+      call begin(simulation, text)
       call linearise(linear, simulation, which, error)
       call check_no_error(error, 'linearise')
    end subroutine linear_of

@@ -18,6 +18,7 @@ module models
    use dda_scheme, only: scheme_type, step_type
    use dda_simulation, only: simulation_type
    use dda_stages, only: begin_simulation
+   use dda_start, only: set_rates
    use dda_time_step, only: advance
    use testing, only: check, check_no_error
    implicit none
@@ -25,7 +26,7 @@ module models
    public :: begin, begin_or_fail, run, number, control_text, contact_text, joint_text, &
       block_text, rock
    public :: random, random_pairs, random_vector, sow, star, rectangle, turned, shifted, &
-      blocks_of, place_blocks, fan, relative_balance, walk
+      blocks_of, place_blocks, fan, relative_balance, walk, on_floor
 
    !> E = 5 GPa, ν = 0.25, ρ = 2500 kg/m³.
    character(len=*), parameter :: rock = &
@@ -35,16 +36,19 @@ module models
 
 contains
 
-   !> A run at its first state; anything wrong is a failed check.
-   subroutine begin(simulation, text)
+   !> Begin a run at its first state; anything wrong is a failed check.
+   subroutine begin(simulation, text, rates)
       type(simulation_type), intent(out) :: simulation
       character(len=*), intent(in) :: text
+      real(wp), intent(in), optional :: rates(:,:)  !< [6,blocks] first rates; default: the input's
       type(error_type), allocatable :: error
 
       call begin_or_fail(simulation, text, error)
+      if (present(rates) .and. .not. allocated(error)) call set_rates(simulation, rates, error)
       call check_no_error(error, 'the model starts')
    end subroutine begin
 
+   !> Begin a run at its first state, or give the error of the input.
    subroutine begin_or_fail(simulation, text, error)
       type(simulation_type), intent(out) :: simulation
       character(len=*), intent(in) :: text
@@ -55,7 +59,7 @@ contains
       if (.not. allocated(error)) call begin_simulation(simulation, model, error)
    end subroutine begin_or_fail
 
-   !> Take steps; a step that fails is a failed check and the end of it.
+   !> Take steps up to the first that fails, which is a failed check.
    subroutine run(simulation, steps)
       type(simulation_type), intent(inout) :: simulation
       integer, intent(in) :: steps
@@ -69,7 +73,7 @@ contains
       call check_no_error(error, 'all steps close')
    end subroutine run
 
-   !> What the energy audit leaves over, as a fraction of the largest energy in it.
+   !> The energy without a source, as a fraction of the largest energy of the budget.
    pure real(wp) function relative_balance(energy)
       type(energy_type), intent(in) :: energy
       real(wp) :: largest
@@ -93,6 +97,7 @@ contains
       text = trim(adjustl(buffer))
    end function number
 
+   !> Text of the group &control.
    pure function control_text(time_step, steps, more) result(text)
       real(wp), intent(in) :: time_step
       integer, intent(in) :: steps
@@ -103,6 +108,7 @@ contains
          ' '//more//' /'
    end function control_text
 
+   !> Text of the group &contact.
    pure function contact_text(normal_stiffness, more) result(text)
       real(wp), intent(in) :: normal_stiffness
       character(len=*), intent(in) :: more
@@ -111,6 +117,7 @@ contains
       text = ' &contact normal_stiffness = '//number(normal_stiffness)//' '//more//' /'
    end function contact_text
 
+   !> Text of a group &joint.
    pure function joint_text(friction_angle, cohesion, tensile_strength) result(text)
       real(wp), intent(in) :: friction_angle, cohesion, tensile_strength
       character(len=:), allocatable :: text
@@ -119,6 +126,7 @@ contains
          number(cohesion)//' tensile_strength = '//number(tensile_strength)//' /'
    end function joint_text
 
+   !> Text of a group &block.
    pure function block_text(name, vertices, more) result(text)
       character(len=*), intent(in) :: name
       real(wp), intent(in) :: vertices(:,:)
@@ -135,7 +143,27 @@ contains
       text = text//'/'
    end function block_text
 
-   !> Begin the random numbers again, so that each test is repeatable by itself.
+   !> Text of a floor from (−2, −1) to (2, 0) m that four points hold, and of a block if given.
+   pure function on_floor(block, more, held) result(text)
+      real(wp), intent(in), optional :: block(:,:)    !< its vertices, m
+      character(len=*), intent(in), optional :: more  !< in the group of the block
+      character(len=*), intent(in), optional :: held  !< in the groups of the fixed points
+      character(len=:), allocatable :: text, of_points
+      real(wp) :: points(2, 4)
+      integer :: i
+
+      of_points = ''
+      if (present(held)) of_points = held
+      points = rectangle(-1.9_wp, -0.9_wp, 1.9_wp, -0.1_wp)
+      text = block_text('floor', rectangle(-2.0_wp, -1.0_wp, 2.0_wp, 0.0_wp))
+      if (present(block)) text = text//block_text('b', block, more)
+      do i = 1, 4
+         text = text//' &fixed_point x = '//number(points(1, i))//' y = '//number(points(2, i))// &
+            ' '//of_points//' /'
+      end do
+   end function on_floor
+
+   !> Begin the random numbers again, so that a test is repeatable by itself.
    subroutine sow(from)
       integer, intent(in) :: from
 
@@ -151,6 +179,7 @@ contains
       random = low + (high - low)*real(seed, wp)/real(modulus, wp)
    end function random
 
+   !> Random numbers between −1 and 1.
    function random_vector(n) result(values)
       integer, intent(in) :: n
       real(wp) :: values(n)
@@ -176,6 +205,7 @@ contains
       end do
    end function star
 
+   !> The corners of a rectangle, counter-clockwise.
    pure function rectangle(left, bottom, right, top) result(vertices)
       real(wp), intent(in) :: left, bottom, right, top
       real(wp) :: vertices(2, 4)
@@ -183,6 +213,7 @@ contains
       vertices = reshape([left, bottom, right, bottom, right, top, left, top], [2, 4])
    end function rectangle
 
+   !> The vertices turned round the origin by an angle in radians.
    pure function turned(vertices, angle) result(copy)
       real(wp), intent(in) :: vertices(:,:), angle
       real(wp) :: copy(2, size(vertices, 2))
@@ -190,6 +221,7 @@ contains
       copy = matmul(reshape([cos(angle), sin(angle), -sin(angle), cos(angle)], [2, 2]), vertices)
    end function turned
 
+   !> The vertices shifted by one vector.
    pure function shifted(vertices, by) result(copy)
       real(wp), intent(in) :: vertices(:,:), by(2)
       real(wp) :: copy(2, size(vertices, 2))
@@ -197,7 +229,7 @@ contains
       copy = vertices + spread(by, 2, size(vertices, 2))
    end function shifted
 
-   !> Blocks of the gathered outlines, all of one material, ready for steps.
+   !> Set blocks of the gathered outlines, all of one material, ready for steps.
    subroutine blocks_of(outlines, blocks)
       type(outlines_type), intent(in) :: outlines
       type(blocks_type), intent(out) :: blocks
@@ -211,7 +243,7 @@ contains
       call begin_motion(blocks)
    end subroutine blocks_of
 
-   !> One or two blocks of one rock.
+   !> Set one or two blocks of one rock.
    subroutine place_blocks(blocks, first, second)
       type(blocks_type), intent(out) :: blocks
       real(wp), intent(in) :: first(:,:)             !< [2,vertices] m
@@ -223,8 +255,10 @@ contains
       call blocks_of(outlines, blocks)
    end subroutine place_blocks
 
-   !> Points and weights that integrate quadratics exactly over a polygon that is star-shaped round
-   !> `centre`: the middles of the sides of each triangle of the fan.
+   !> Find points and weights that integrate quadratics exactly over a polygon.
+   !>
+   !> The polygon is star-shaped round `centre`; the points are the middles of the sides of each
+   !> triangle of the fan.
    pure subroutine fan(vertices, centre, points, weights)
       real(wp), intent(in) :: vertices(:,:), centre(2)
       real(wp), allocatable, intent(out) :: points(:,:), weights(:)
@@ -245,8 +279,9 @@ contains
       end do
    end subroutine fan
 
-   !> Take 2,000 steps of a strain point on a path that turns in the plane, at θ = χ: s·Δε = Δψ +
-   !> losses, each ≥ 0, to a fraction of the work, and tangents are symmetric.
+   !> Check energy and tangent of a material law on a path of 2,000 steps that turns in the plane.
+   !>
+   !> With θ = χ: s·Δε = Δψ + losses, each ≥ 0, to a fraction of the work; tangents are symmetric.
    subroutine walk(law, point, theta, rounding, path)
       class(material_law_type), intent(in) :: law
       type(strain_point_type), intent(inout) :: point
@@ -284,7 +319,7 @@ contains
       call check(least > -rounding(2)*work, 'no loss is below 0')
    end subroutine walk
 
-   !> Pairs i ≠ j in any order, with repeats.
+   !> Random pairs i ≠ j in any order, with repeats.
    function random_pairs(n, count) result(pairs)
       integer, intent(in) :: n, count
       integer :: pairs(2, count)

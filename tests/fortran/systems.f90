@@ -1,10 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Random small systems of two blocks and a few contacts, for the tests of the open–close iteration,
-!> with an independent reading of them: energy, gradient, forces.  In every other one an element
-!> couples the two blocks.
+!> Block matrices, and random small systems of two blocks and a few contacts.
+!>
+!> Energy and gradient of a system are computed here from its definition, independently of the
+!> program.  In every other system an element couples the two blocks.
 module systems
    use dda_kinds, only: wp
-   use dda_block_matrix, only: block_matrix_type
+   use dda_block_matrix, only: block_matrix_type, entry_of
    use dda_blocks, only: blocks_type
    use dda_compact_block, only: compact, compact_size
    use dda_system, only: prepare_system, set_matrix_pattern, system_type
@@ -22,14 +23,14 @@ module systems
    use models, only: random, random_vector
    implicit none
    private
-   public :: pattern_of, diagonal_of, random_system, linear_matrix, stiffness, unknowns, flat, &
-      gap_row, slip_row, energy, gradient
+   public :: add_spring, dense_of, diagonal_of, energy, flat, gap_row, gradient, linear_matrix, &
+      pattern_of, random_system, slip_row, stiffness, unknowns
 
    real(wp), parameter :: stiffness = 1.0e3_wp
    real(wp), parameter :: shear_stiffness = stiffness/2.5_wp
    integer, parameter :: unknowns = 12
 
-   !> Given terms as elements.
+   !> Elements that act by given terms.
    type, extends(element_type) :: couplings_type
       type(linear_terms_type) :: terms
    contains
@@ -40,7 +41,7 @@ module systems
 
 contains
 
-   !> The diagonal blocks of a matrix, as far as they are of that kind.
+   !> The diagonal blocks of a matrix as compact blocks.
    pure function diagonal_of(matrix) result(numbers)
       type(block_matrix_type), intent(in) :: matrix
       real(wp) :: numbers(compact_size, matrix%n)
@@ -51,8 +52,7 @@ contains
       end do
    end function diagonal_of
 
-   !> A system of n blocks with the pattern of its near pairs, on which no elements act but given
-   !> couplings.
+   !> Prepare a system of n blocks with the pattern of its near pairs and of given couplings.
    subroutine pattern_of(system, n, near, couplings)
       type(system_type), intent(out) :: system
       integer, intent(in) :: n  !< blocks
@@ -101,14 +101,51 @@ contains
       type(system_type), intent(in) :: system
       real(wp) :: k(unknowns, unknowns)
 
-      k = 0.0_wp
-      k(:6, :6) = system%linear%diagonal(:, :, 1)
-      k(7:, 7:) = system%linear%diagonal(:, :, 2)
-      if (size(system%linear%column) == 0) return
-      k(7:, :6) = system%linear%lower(:, :, 1)
-      k(:6, 7:) = transpose(k(7:, :6))
+      k = dense_of(system%linear)
    end function linear_matrix
 
+   !> The full matrix of a block matrix.
+   pure function dense_of(matrix) result(dense)
+      type(block_matrix_type), intent(in) :: matrix
+      real(wp) :: dense(6*matrix%n, 6*matrix%n)
+      integer :: i, j, e
+
+      dense = 0.0_wp
+      do i = 1, matrix%n
+         dense(6*i - 5:6*i, 6*i - 5:6*i) = matrix%diagonal(:, :, i)
+         do e = matrix%row_start(i), matrix%row_start(i + 1) - 1
+            j = matrix%column(e)
+            dense(6*i - 5:6*i, 6*j - 5:6*j) = matrix%lower(:, :, e)
+            dense(6*j - 5:6*j, 6*i - 5:6*i) = transpose(matrix%lower(:, :, e))
+         end do
+      end do
+   end function dense_of
+
+   !> Add a spring of stiffness k between blocks i and j: matrix += k u uᵀ with u = (a, −b).
+   subroutine add_spring(matrix, i, j, a, b, k)
+      type(block_matrix_type), intent(inout) :: matrix
+      integer, intent(in) :: i, j
+      real(wp), intent(in) :: a(6), b(6), k
+
+      matrix%diagonal(:, :, i) = matrix%diagonal(:, :, i) + k*outer(a, a)
+      matrix%diagonal(:, :, j) = matrix%diagonal(:, :, j) + k*outer(b, b)
+      associate (e => entry_of(matrix, max(i, j), min(i, j)))
+         if (i > j) then
+            matrix%lower(:, :, e) = matrix%lower(:, :, e) - k*outer(a, b)
+         else
+            matrix%lower(:, :, e) = matrix%lower(:, :, e) - k*outer(b, a)
+         end if
+      end associate
+   end subroutine add_spring
+
+   pure function outer(a, b) result(product)
+      real(wp), intent(in) :: a(6), b(6)
+      real(wp) :: product(6, 6)
+
+      product = spread(a, 2, 6)*spread(b, 1, 6)
+   end function outer
+
+   !> Make a random system of two blocks with some contacts.
    subroutine random_system(system, contacts, laws, count, friction_angle)
       type(system_type), intent(out) :: system
       type(contacts_type), intent(out) :: contacts
@@ -229,7 +266,7 @@ contains
 
    end function energy
 
-   !> Its gradient.
+   !> The gradient of `energy`.
    pure function gradient(system, contacts, d, bounds) result(slope)
       type(system_type), intent(in) :: system
       type(contacts_type), intent(in) :: contacts

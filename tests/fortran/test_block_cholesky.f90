@@ -2,7 +2,7 @@
 !> The sparse factor against dense LAPACK, and against itself on another number of threads.
 module test_block_cholesky
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-   use, intrinsic :: ieee_exceptions, only: ieee_all, ieee_get_halting_mode, ieee_set_halting_mode
+   use, intrinsic :: ieee_exceptions, only: ieee_all, ieee_set_halting_mode
    use dda_kinds, only: wp
    use dda_block_graph, only: block_graph_type, graph_of
    use dda_block_matrix, only: block_matrix_type, multiply, set_pattern
@@ -14,6 +14,7 @@ module test_block_cholesky
    use dda_packed_panels, only: packed_size
    use dda_text, only: to_text
    use models, only: random_pairs
+   use systems, only: dense_of
    use testing, only: case, check, check_close, check_fails, check_no_error, error
    !$ use omp_lib, only: omp_get_max_threads, omp_set_num_threads
    implicit none
@@ -157,9 +158,7 @@ contains
    !> A coupling that is no number is not left out as if it were zero.
    subroutine no_number()
       type(factor_type) :: factor
-      logical :: halting(size(ieee_all))
 
-      call ieee_get_halting_mode(ieee_all, halting)
       call ieee_set_halting_mode(ieee_all, .false.)
       call set_pattern(matrix, 25, grid_pairs(5, 5))
       call fill_definite(matrix)
@@ -168,7 +167,6 @@ contains
       call analyse(factor, matrix)
       call factorise(factor, matrix, error)
       call check_fails(error, 'positive pivot')
-      call ieee_set_halting_mode(ieee_all, halting)
    end subroutine no_number
 
    !> A pivot that is not positive is an error that names the row of blocks.
@@ -276,7 +274,7 @@ contains
 
       call set_pattern(matrix, n, pairs)
       call fill_definite(matrix)
-      dense = dense_of()
+      dense = dense_of(matrix)
       call random_number(b)
       expected(:, 1) = reshape(b, [6*n])
       call dposv('L', 6*n, 1, dense, max(1, 6*n), expected, max(1, 6*n), info)
@@ -352,21 +350,6 @@ contains
          end do
       end do
    end subroutine fill_definite
-
-   !> The lower triangle as a dense matrix.
-   function dense_of() result(dense)
-      real(wp) :: dense(6*matrix%n, 6*matrix%n)
-      integer :: i, j, e
-
-      dense = 0.0_wp
-      do i = 1, matrix%n
-         dense(6*i - 5:6*i, 6*i - 5:6*i) = matrix%diagonal(:, :, i)
-         do e = matrix%row_start(i), matrix%row_start(i + 1) - 1
-            j = matrix%column(e)
-            dense(6*i - 5:6*i, 6*j - 5:6*j) = matrix%lower(:, :, e)
-         end do
-      end do
-   end function dense_of
 
    function all_pairs(n) result(pairs)
       integer, intent(in) :: n

@@ -8,7 +8,6 @@ module test_damping
       energy_material_damping
    use dda_nonnegative, only: nonnegative_least_squares
    use dda_simulation, only: simulation_type
-   use dda_start, only: set_rates
    use dda_text, only: to_text
    use models, only: begin, block_text, contact_text, control_text, joint_text, random_vector, &
       rectangle, run
@@ -122,12 +121,8 @@ contains
       integer :: i
 
       call case('losses, '//member//', '//damping)
-      call begin(simulation, pair_text(8.0e-3_wp, member, damping))
-      do i = 1, 2
-         rates(:, i) = 1.0e-4_wp*random_vector(6)
-      end do
-      call set_rates(simulation, rates, error)
-      call check_no_error(error, 'rates')
+      rates = 1.0e-4_wp*reshape(random_vector(12), [6, 2])
+      call begin(simulation, pair_text(8.0e-3_wp, member, damping), rates)
       first = total_energy(simulation%energy)
       total = first
       lost = 0.0_wp

@@ -9,7 +9,8 @@ module test_eigen
    use dda_eigen, only: eigenpairs_type, largest_eigenvalue, lowest_eigenvalues, all_eigenvalues
    use dda_inertia, only: count_above
    use dda_mass_factor, only: mass_factor_type, factor_mass
-   use models, only: random, sow
+   use models, only: random, random_vector, sow
+   use systems, only: add_spring, dense_of
    use testing, only: case, check, check_close, check_fails, check_no_error, error
    implicit none
 
@@ -73,45 +74,22 @@ contains
          if (definite) matrix%diagonal(:, :, i) = random_definite(10.0_wp**random(3.0_wp, 5.0_wp))
       end do
       do i = 1, size(pairs, 2)
-         call add_spring(maxval(pairs(:, i)), minval(pairs(:, i)), 10.0_wp**random(4.0_wp, &
-            7.0_wp))
+         call add_spring(matrix, pairs(1, i), pairs(2, i), random_vector(6), random_vector(6), &
+            10.0_wp**random(4.0_wp, 7.0_wp))
       end do
    end subroutine random_system
 
    function random_definite(scale) result(block)
       real(wp), intent(in) :: scale
       real(wp) :: block(6, 6), rows(6, 6)
-      integer :: i, j
+      integer :: i
 
-      do j = 1, 6
-         do i = 1, 6
-            rows(i, j) = random(-1.0_wp, 1.0_wp)
-         end do
-      end do
+      rows = reshape(random_vector(36), [6, 6])
       block = scale*matmul(transpose(rows), rows)
       do i = 1, 6
          block(i, i) = block(i, i) + 0.2_wp*scale
       end do
    end function random_definite
-
-   subroutine add_spring(a, b, k)
-      use dda_block_matrix, only: entry_of
-      integer, intent(in) :: a, b
-      real(wp), intent(in) :: k
-      real(wp) :: row_a(6), row_b(6)
-      integer :: i, e
-
-      do i = 1, 6
-         row_a(i) = random(-1.0_wp, 1.0_wp)
-         row_b(i) = random(-1.0_wp, 1.0_wp)
-      end do
-      e = entry_of(matrix, a, b)
-      do i = 1, 6
-         matrix%diagonal(:, i, a) = matrix%diagonal(:, i, a) + k*row_a(i)*row_a
-         matrix%diagonal(:, i, b) = matrix%diagonal(:, i, b) + k*row_b(i)*row_b
-         matrix%lower(:, i, e) = matrix%lower(:, i, e) - k*row_b(i)*row_a
-      end do
-   end subroutine add_spring
 
    !> K and M as full matrices, and their eigenvalues by LAPACK dsygv.
    subroutine dense_values(mass, values)
@@ -119,19 +97,13 @@ contains
       real(wp), allocatable, intent(out) :: values(:)
       real(wp) :: k(6*matrix%n, 6*matrix%n), m(6*matrix%n, 6*matrix%n)
       real(wp) :: work(18*matrix%n)
-      integer :: b, e, info
+      integer :: b, info
 
       allocate (values(6*matrix%n))
-      k = 0.0_wp
+      k = dense_of(matrix)
       m = 0.0_wp
       do b = 1, matrix%n
-         k(6*b - 5:6*b, 6*b - 5:6*b) = matrix%diagonal(:, :, b)
          m(6*b - 5:6*b, 6*b - 5:6*b) = mass(:, :, b)
-         do e = matrix%row_start(b), matrix%row_start(b + 1) - 1
-            associate (c => matrix%column(e))
-               k(6*b - 5:6*b, 6*c - 5:6*c) = matrix%lower(:, :, e)
-            end associate
-         end do
       end do
       call dsygv(1, 'N', 'L', 6*matrix%n, k, 6*matrix%n, m, 6*matrix%n, values, work, size(work), &
          info)

@@ -18,7 +18,6 @@ module test_elements
    use dda_scheme, only: scheme_type
    use dda_scheme_response, only: amplification_roots, steady_type, steady_weights
    use dda_simulation, only: next_step, simulation_type
-   use dda_start, only: set_rates
    use dda_transfer, only: prepare_transfer, transfer_at, transfer_type
    use dda_weld, only: weld_type
    use dda_weld_springs, only: jump_stiffness, n_deformations, springs_of, strains_of
@@ -56,11 +55,12 @@ contains
    end subroutine every_member
 
    !> One block of 1 m × 1 m on supports of stiffness `stiffness` at some places.
-   subroutine begin_supported(member, stiffness, places, more)
+   subroutine begin_supported(member, stiffness, places, more, rates)
       character(len=*), intent(in) :: member   !< in &control
       real(wp), intent(in) :: stiffness        !< N/m
       real(wp), intent(in) :: places(:,:)      !< [2,points] m
       character(len=*), intent(in) :: more     !< in each &fixed_point and before them
+      real(wp), intent(in), optional :: rates(:,:)
       character(len=:), allocatable :: text
       integer :: i
 
@@ -73,7 +73,7 @@ contains
       call begin(simulation, control_text(1.0e-3_wp, 100, trim(member)// &
          ' max_displacement_ratio = 0.1')//contact_text(stiffness, 'fixed_point_ratio = 1.0')// &
          joint_text(0.0_wp, 0.0_wp, 0.0_wp)//rock//more//block_text('b', rectangle(-0.5_wp, &
-         -0.5_wp, 0.5_wp, 0.5_wp))//text)
+         -0.5_wp, 0.5_wp, 0.5_wp))//text, rates)
    end subroutine begin_supported
 
    !> From any place and velocity, at any Ω, the energy never grows and the budget closes.
@@ -148,10 +148,8 @@ contains
 
       call case('first velocities, '//trim(member))
       do i = 1, size(stiffness)
-         call begin_supported(member, stiffness(i), reshape([0.0_wp, 0.0_wp], [2, 1]), '')
          rates(:, 1) = random_vector(6)
-         call set_rates(simulation, rates, error)
-         call check_no_error(error, 'rates')
+         call begin_supported(member, stiffness(i), reshape([0.0_wp, 0.0_wp], [2, 1]), '', rates)
          weight = (1.0_wp - chi)**2*stiffness(i)*1.0e-3_wp**2
          after = rates(:, 1)
          after(1:2) = mass/(mass + weight)*after(1:2)
@@ -306,10 +304,9 @@ contains
          text = text//block_text('b', rectangle(left, 0.51_wp*i - 0.505_wp, left + 1.0_wp, &
             0.51_wp*i - 0.005_wp))
       end do
-      call begin(simulation, text)
       rates = 0.0_wp
       rates(2, 2:) = -1.0_wp
-      call set_rates(simulation, rates, error)
+      call begin(simulation, text, rates)
       do i = 1, size(bolt)
          bolt(i) = bolt_type([i, i + 2], reshape([0.2_wp, 0.1_wp, -0.3_wp, 0.0_wp], [2, 2]), &
             [0.6_wp, 0.8_wp], 1.0e7_wp*i, 2.0e4_wp, 0.0_wp, merge(at_end, at_theta, i == 3))

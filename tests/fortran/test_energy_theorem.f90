@@ -9,7 +9,6 @@ module test_energy_theorem
    use dda_contact, only: contact_open
    use dda_energy, only: energy_algorithmic, energy_type, total_energy
    use dda_simulation, only: simulation_type
-   use dda_start, only: set_rates
    use dda_time_step, only: advance
    use models, only: begin, block_text, contact_text, control_text, joint_text, number, random, &
       rectangle
@@ -100,9 +99,7 @@ contains
          top = top + height + max(0.0_wp, random(-0.005_wp, 0.005_wp))
          rates(2, i) = random(-1.0_wp, 1.0_wp)*0.005_wp/dt
       end do
-      call begin(simulation, text)
-      call set_rates(simulation, rates, error)
-      call check_no_error(error, 'rates')
+      call begin(simulation, text, rates)
    end subroutine begin_chain
 
 end module test_energy_theorem

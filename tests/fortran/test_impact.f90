@@ -5,7 +5,6 @@ module test_impact
    use dda_blocks, only: update_geometry
    use dda_energy, only: energy_impact, total_energy
    use dda_simulation, only: simulation_type
-   use dda_start, only: set_rates
    use dda_time_step, only: advance
    use models, only: begin, begin_or_fail, block_text, contact_text, control_text, number, random, &
       rectangle, relative_balance, rock, run, sow
@@ -74,17 +73,15 @@ contains
       real(wp), parameter :: time_step = 1.0e-3_wp
       real(wp) :: rates(6, 2)
 
+      rates = 0.0_wp
+      rates(2, 2) = -1.0_wp
       call begin(simulation, control_text(time_step, 1000, 'max_displacement_ratio = 0.05')// &
          contact_text(0.5_wp*mass*(omega/time_step)**2, '')//rock//joint_of(joint)// &
          block_text('ground', rectangle(-2.0_wp, -1.0_wp, 2.0_wp, 0.0_wp))// &
          block_text('stone', rectangle(-0.5_wp, (2.0_wp + phase)*time_step, &
          0.5_wp, 1.0_wp + (2.0_wp + phase)*time_step))// &
          ' &fixed_point x = -2.0 y = -1.0 / &fixed_point x = 2.0 y = -1.0 /'// &
-         ' &fixed_point x = -2.0 y = 0.0 / &fixed_point x = 2.0 y = 0.0 /')
-      rates = 0.0_wp
-      rates(2, 2) = -1.0_wp
-      call set_rates(simulation, rates, error)
-      call check_no_error(error, 'rates')
+         ' &fixed_point x = -2.0 y = 0.0 / &fixed_point x = 2.0 y = 0.0 /', rates)
    end subroutine begin_drop
 
    !> Take steps; the largest growth of the energy in one of them, of the first energy.
@@ -108,13 +105,12 @@ contains
    subroutine free_blocks_of_two_masses()
       real(wp) :: rates(6, 2)
 
+      rates = 0.0_wp
+      rates(1, 1) = 1.0_wp
       call begin(simulation, control_text(1.0e-3_wp, 1000, 'max_displacement_ratio = 0.05')// &
          contact_text(1.0e8_wp, '')//rock//joint_of('restitution = 0.6')// &
          block_text('left', rectangle(-1.0023_wp, 0.0_wp, -0.0023_wp, 1.0_wp))// &
-         block_text('right', rectangle(0.0_wp, -0.5_wp, 2.0_wp, 1.5_wp)))
-      rates = 0.0_wp
-      rates(1, 1) = 1.0_wp
-      call set_rates(simulation, rates, error)
+         block_text('right', rectangle(0.0_wp, -0.5_wp, 2.0_wp, 1.5_wp)), rates)
       call run(simulation, 12)
       associate (v => simulation%blocks%velocity)
          call check_close(v(1, 1) + 4.0_wp*v(1, 2), 1.0_wp, 'momentum', relative=1.0e-9_wp)
@@ -174,9 +170,7 @@ contains
          rates(1:3, b + 1) = [random(-1.0_wp, 1.0_wp), -random(0.5_wp, 1.0_wp)*b, &
             random(-0.5_wp, 0.5_wp)]
       end do
-      call begin(simulation, text)
-      call set_rates(simulation, rates, error)
-      call check_no_error(error, 'rates')
+      call begin(simulation, text, rates)
    end subroutine begin_pile
 
    !> Stones fall on heavy ground that shakes: an iterative solution leaves no energy unexplained.

@@ -15,7 +15,6 @@ module test_integration
    use dda_scheme, only: scheme_type, scheme_named
    use dda_scheme_response, only: amplification_roots, free_damping, oscillates, period_elongation
    use dda_simulation, only: simulation_type
-   use dda_start, only: set_rates
    use eigenvalues, only: roots_of, distance_of
    use models, only: begin, block_text, contact_text, control_text, joint_text, number, rectangle, &
       relative_balance, run
@@ -232,11 +231,9 @@ contains
       integer :: i
 
       call case('a bond that breaks, '//trim(names(member)))
-      call begin_bonded(1.0e-2_wp)
       rates = 0.0_wp
       rates(2, :) = [-0.5_wp, 0.5_wp]
-      call set_rates(simulation, rates, error)
-      call check_no_error(error, 'rates')
+      call begin_bonded()
       do i = 1, 50
          rates = simulation%blocks%velocity
          call run(simulation, 1)
@@ -248,11 +245,10 @@ contains
       call check(simulation%energy%value(energy_fracture) >= 0.0_wp, 'fracture takes energy')
       call check(relative_balance(simulation%energy) < 1.0e-9_wp, 'the budget closes')
       call case('a bond that breaks in shear, '//trim(names(member)))
-      call begin_bonded(1.0e-2_wp)
-      rates = 0.0_wp
       rates(1, :) = [-1.0_wp, 1.0_wp]
       rates(2, :) = [0.1_wp, -0.1_wp]
-      call set_rates(simulation, rates, error)
+      rates(3:, :) = 0.0_wp
+      call begin_bonded()
       do i = 1, 50
          call run(simulation, 1)
          if (simulation%counters%broken > 0) exit
@@ -271,14 +267,12 @@ contains
 
    contains
 
-      subroutine begin_bonded(dt)
-         real(wp), intent(in) :: dt
-
-         call begin(simulation, control_text(dt, 100, member_text(member))// &
+      subroutine begin_bonded()
+         call begin(simulation, control_text(1.0e-2_wp, 100, member_text(member))// &
             ' &material density = 2500.0 young_modulus = 1.0e15 poisson_ratio = 0.25 /'// &
             contact_text(penalty, '')//joint_text(28.64788975654116_wp, 2.0e4_wp, 2.0e4_wp)// &
             block_text('low', rectangle(-0.5_wp, -1.0_wp, 0.5_wp, 0.0_wp))// &
-            block_text('high', rectangle(-0.5_wp, 0.0_wp, 0.5_wp, 1.0_wp)))
+            block_text('high', rectangle(-0.5_wp, 0.0_wp, 0.5_wp, 1.0_wp)), rates)
       end subroutine begin_bonded
    end subroutine breaking_bond
 

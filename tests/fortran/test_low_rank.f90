@@ -2,12 +2,12 @@
 !> A factor that follows springs put in and taken out, against the changed matrix itself.
 module test_low_rank
    use dda_kinds, only: wp
-   use dda_block_matrix, only: block_matrix_type, entry_of, multiply, set_pattern
+   use dda_block_matrix, only: block_matrix_type, multiply, set_pattern
    use dda_low_rank, only: rebuild_low_rank, update_low_rank
    use dda_rank_one, only: add_change, forget_changes, most_changes, rank_one_type
    use dda_linear_solver, only: analyse, choose_solver, renew, solve, solver_type
    use dda_lagged_factor, only: analyse_lagged, refactorise, lagged_factor_type
-   use systems, only: diagonal_of
+   use systems, only: add_spring, diagonal_of
    use models, only: random, random_vector
    use testing, only: case, check, check_no_error, error
    !$ use omp_lib, only: omp_get_max_threads, omp_set_num_threads
@@ -53,7 +53,7 @@ contains
       end do
       do i = 1, n
          do k = 1, 3
-            call put_spring(matrix, pairs(1, i), pairs(2, i), random_vector(6), random_vector(6), &
+            call add_spring(matrix, pairs(1, i), pairs(2, i), random_vector(6), random_vector(6), &
                stiff)
          end do
       end do
@@ -78,30 +78,6 @@ contains
       call refactorise(lagged, matrix, error, .false.)
       call check_no_error(error, 'the factor')
    end subroutine factor_wall
-
-   !> matrix += k u uᵀ, u = (a, −b).
-   subroutine put_spring(matrix, i, j, a, b, k)
-      type(block_matrix_type), intent(inout) :: matrix
-      integer, intent(in) :: i, j
-      real(wp), intent(in) :: a(6), b(6), k
-
-      matrix%diagonal(:, :, i) = matrix%diagonal(:, :, i) + k*outer(a, a)
-      matrix%diagonal(:, :, j) = matrix%diagonal(:, :, j) + k*outer(b, b)
-      associate (e => entry_of(matrix, max(i, j), min(i, j)))
-         if (i > j) then
-            matrix%lower(:, :, e) = matrix%lower(:, :, e) - k*outer(a, b)
-         else
-            matrix%lower(:, :, e) = matrix%lower(:, :, e) - k*outer(b, a)
-         end if
-      end associate
-   end subroutine put_spring
-
-   pure function outer(a, b) result(product)
-      real(wp), intent(in) :: a(6), b(6)
-      real(wp) :: product(6, 6)
-
-      product = spread(a, 2, 6)*spread(b, 1, 6)
-   end function outer
 
    !> Put some springs between neighbours into a matrix, and note them.
    subroutine change(matrix, changes, count)
@@ -129,7 +105,7 @@ contains
       subroutine exchange(from, to)
          integer, intent(in) :: from, to
 
-         call put_spring(matrix, from, to, a, b, stiff)
+         call add_spring(matrix, from, to, a, b, stiff)
          call add_change(changes, from, a, to, b, stiff)
       end subroutine exchange
    end subroutine change

@@ -7,11 +7,11 @@ module test_modes
    use dda_linear_terms, only: term_shear, term_support
    use dda_modes, only: modes_type, find_modes
    use dda_simulation, only: simulation_type
-   use dda_start, only: set_rates
    use dda_time_step, only: advance
    use dda_text, only: to_text
    use check_models, only: layered_site, layered_site_two, drum_column, brick_wall, loose_blocks, &
-      hinged_bar, free_stack, started, linear_of
+      hinged_bar, free_stack, linear_of
+   use models, only: begin
    use testing, only: case, check, check_close, check_no_error, error
    implicit none
 
@@ -119,8 +119,7 @@ contains
       real(wp) :: q(0:steps), first(6, linear%n), a(2, 2), b(2), solution(2), size_of_log
       integer :: k, block
 
-      call started(simulation, text)
-      call set_rates(simulation, speed*shape/maxval(abs(shape)), error)
+      call begin(simulation, text, speed*shape/maxval(abs(shape)))
       first = simulation%blocks%position
       q(0) = 0.0_wp
       do k = 1, steps
@@ -152,7 +151,7 @@ contains
       call linear_of(linear, drum_column('1.0e8', ', gravity=0.0, -9.81', bonded=.false.), 'closed')
       call find_modes(linear, 1, modes, error)
       closed = modes%frequency(1)
-      call started(simulation, drum_column('1.0e8', ', gravity=0.0, -9.81', bonded=.false.))
+      call begin(simulation, drum_column('1.0e8', ', gravity=0.0, -9.81', bonded=.false.))
       call linearise(linear, simulation, 'present', error)
       call find_modes(linear, 3, modes, error)
       call check_no_error(error, 'present')

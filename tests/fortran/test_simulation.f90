@@ -10,7 +10,7 @@ module test_simulation
    use dda_simulation, only: finished, simulation_type, summary
    use dda_time_step, only: advance
    use models, only: begin, begin_or_fail, block_text, contact_text, control_text, joint_text, &
-      number, rectangle, rock, run, turned
+      number, on_floor, rectangle, rock, run, turned
    use testing, only: case, check, check_close, check_fails, check_no_error, error
    implicit none
 
@@ -172,10 +172,7 @@ contains
       call begin(simulation, control_text(1.0e-4_wp, 6000, gravity// &
          'max_displacement_ratio = 0.002')//contact_text(1.0e8_wp, '')// &
          ' &material density = 2500.0 young_modulus = 1.0e15 poisson_ratio = 0.2 /'// &
-         joint_text(0.0_wp, 0.0_wp, 0.0_wp)//block_text('floor', rectangle(-2.0_wp, -1.0_wp, &
-         2.0_wp, 0.0_wp))//block_text('b', rectangle(-0.5_wp, 1.0_wp, 0.5_wp, 2.0_wp))// &
-         ' &fixed_point x = -1.9 y = -0.9 / &fixed_point x = 1.9 y = -0.9 / &fixed_point x = '// &
-         '-1.9 y = -0.1 /'//' &fixed_point x = 1.9 y = -0.1 /')
+         joint_text(0.0_wp, 0.0_wp, 0.0_wp)//on_floor(rectangle(-0.5_wp, 1.0_wp, 0.5_wp, 2.0_wp)))
       lowest = huge(1.0_wp)
       do i = 1, 6000
          call advance(simulation, error)
@@ -200,9 +197,7 @@ contains
 
       call begin(simulation, control_text(1.0e-3_wp, 10, gravity//'settle = .true.')// &
          contact_text(1.0e9_wp, '')//rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
-         block_text('floor', rectangle(-2.0_wp, -1.0_wp, 2.0_wp, 0.0_wp))// &
-         block_text('b', rectangle(-0.5_wp, 0.0_wp, 0.5_wp, 1.0_wp))// &
-         ' &fixed_point x = -1.9 y = -0.9 / &fixed_point x = 1.9 y = -0.9 /')
+         on_floor(rectangle(-0.5_wp, 0.0_wp, 0.5_wp, 1.0_wp)))
       call equilibrate(simulation, equilibrium, error)
       call check_no_error(error, 'it rests')
       height = simulation%blocks%position(2, 2)
@@ -223,9 +218,7 @@ contains
 
       call begin(simulation, control_text(1.0e-3_wp, 10, gravity)//contact_text(1.0e9_wp, '') &
          //rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
-         block_text('floor', rectangle(-2.0_wp, -1.0_wp, 2.0_wp, 0.0_wp))// &
-         block_text('b', rectangle(-0.5_wp, 0.2_wp, 0.5_wp, 1.2_wp))// &
-         ' &fixed_point x = -1.9 y = -0.9 / &fixed_point x = 1.9 y = -0.9 /')
+         on_floor(rectangle(-0.5_wp, 0.2_wp, 0.5_wp, 1.2_wp)))
       call equilibrate(simulation, equilibrium, error)
       call check_no_error(error, 'it falls and rests')
       call check_close(simulation%blocks%position(2, 2) - simulation%blocks%position(2, 1), &
@@ -243,10 +236,7 @@ contains
       call begin(simulation, control_text(1.0e-2_wp, 200, gravity// &
          "time_step_control = 'adaptive' least_time_step = 1.0e-6 max_displacement_ratio = "// &
          '0.005')//contact_text(1.0e9_wp, '')//rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
-         block_text('floor', rectangle(-2.0_wp, -1.0_wp, 2.0_wp, 0.0_wp))// &
-         block_text('b', rectangle(-0.5_wp, 0.5_wp, 0.5_wp, 1.5_wp))// &
-         ' &fixed_point x = -1.9 y = -0.9 / &fixed_point x = 1.9 y = -0.9 / &fixed_point x = '// &
-         '-1.9 y = -0.1 /'//' &fixed_point x = 1.9 y = -0.1 /')
+         on_floor(rectangle(-0.5_wp, 0.5_wp, 0.5_wp, 1.5_wp)))
       least = huge(1.0_wp)
       largest_at_rest = 0.0_wp
       do i = 1, 100000

@@ -16,6 +16,7 @@ module test_transfer
    use dda_transfer, only: transfer_type, transfer_peak_type, prepare_transfer, transfer_at, &
       undamped_transfer_at, transfer_peak
    use check_models, only: layered_site, layered_site_two, brick_wall, linear_of
+   use systems, only: dense_of
    use testing, only: case, check, check_close, check_fails, check_no_error, error
    implicit none
 
@@ -228,21 +229,15 @@ contains
          end subroutine zgesv
       end interface
       complex(wp) :: a(6*linear%n, 6*linear%n), x(6, linear%n), rate, inertia, factor
-      integer :: i, e, b, info, pivot(6*linear%n)
+      integer :: i, b, info, pivot(6*linear%n)
 
       associate (dt => linear%time_step, turn => 2.0_wp*pi*frequency*linear%time_step)
          rate = cmplx(0.0_wp, 2.0_wp/dt*tan(0.5_wp*turn), wp)
          inertia = rate*(1.0_wp - exp(cmplx(0.0_wp, -turn, wp)))/dt
       end associate
-      a = 0.0_wp
+      a = dense_of(linear%stiffness)
       do b = 1, linear%n
-         a(6*b - 5:6*b, 6*b - 5:6*b) = linear%stiffness%diagonal(:, :, b) &
-            + inertia*linear%mass(:, :, b)
-         do e = linear%stiffness%row_start(b), linear%stiffness%row_start(b + 1) - 1
-            i = linear%stiffness%column(e)
-            a(6*b - 5:6*b, 6*i - 5:6*i) = linear%stiffness%lower(:, :, e)
-            a(6*i - 5:6*i, 6*b - 5:6*b) = transpose(linear%stiffness%lower(:, :, e))
-         end do
+         a(6*b - 5:6*b, 6*b - 5:6*b) = a(6*b - 5:6*b, 6*b - 5:6*b) + inertia*linear%mass(:, :, b)
       end do
       x = 0.0_wp
       do i = 1, linear%terms%n
