@@ -29,8 +29,8 @@ module dda_advice
 
 contains
 
-   !> Find the first frequency above zero at a penalty, to which all springs and supports are
-   !> scaled.
+   !> Find the first frequency above zero at a given penalty.
+   !> All springs and supports are scaled to this penalty.
    subroutine first_frequency(linear, normal_stiffness, frequency, error)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       real(wp), intent(in) :: normal_stiffness  !< N/m per metre of thickness
@@ -75,8 +75,8 @@ contains
       if (limit > 0.0_wp) frequency = 1.0_wp/sqrt(limit)
    end subroutine stiff_limit
 
-   !> Find the penalty at which the first frequency is a percentage below its limit for k → ∞, or
-   !> below a given frequency.
+   !> Find the penalty at which the first frequency is lower than a target by a percentage.
+   !> The target is a given frequency, or the limit for k → ∞.
    subroutine penalty_for_shift(linear, percent, penalty, error, reference)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: percent                 !< reduction, %, between 0 and 100
@@ -138,8 +138,8 @@ contains
       end if
    end subroutine penalty_for_frequency
 
-   !> Find the root of 1/f² − 1/target², which is almost linear in s = 1/k, by bracketing and regula
-   !> falsi with the Illinois weight.
+   !> Find the root of 1/f² − 1/target², which is almost linear in s = 1/k.
+   !> The root is bracketed and found by regula falsi with the Illinois weight.
    subroutine find_root(work, first_guess, penalty, error)
       type(linear_model_type), intent(inout) :: work  !< linearised model, changed
       real(wp), intent(in) :: first_guess  !< N/m per metre of thickness
@@ -179,10 +179,10 @@ contains
    !> Bracket the root: g < 0 at s(1) (too stiff), g > 0 at s(2) (too soft).
    subroutine bracket_root(work, first_guess, penalty, s, g, bracketed, error)
       type(linear_model_type), intent(inout) :: work  !< linearised model, changed
-      real(wp), intent(in) :: first_guess
+      real(wp), intent(in) :: first_guess  !< penalty to begin with, N/m
       type(penalty_type), intent(inout) :: penalty  !< normal stiffness and its effects
-      real(wp), intent(out) :: s(2), g(2)
-      logical, intent(out) :: bracketed
+      real(wp), intent(out) :: s(2), g(2)  !< ends of the bracket and their differences
+      logical, intent(out) :: bracketed    !< the bracket contains the root
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), parameter :: stride = 8.0_wp
       real(wp) :: new_s, new_g
@@ -207,9 +207,9 @@ contains
    !> Compute the difference of 1/f² at k = 1/s from 1/target².
    subroutine frequency_misfit(work, s, penalty, g, error)
       type(linear_model_type), intent(inout) :: work  !< linearised model, changed
-      real(wp), intent(in) :: s
+      real(wp), intent(in) :: s   !< 1/k, m/N
       type(penalty_type), intent(inout) :: penalty  !< normal stiffness and its effects
-      real(wp), intent(out) :: g
+      real(wp), intent(out) :: g  !< difference, s²
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       g = 0.0_wp

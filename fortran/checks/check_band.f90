@@ -36,6 +36,7 @@ contains
       end do
    end subroutine significant_band
 
+   !> Find the band of one motion.
    subroutine motion_band(motion, band)
       type(motion_type), intent(in) :: motion  !< prescribed motion
       type(band_type), intent(out) :: band  !< frequency band, Hz

@@ -62,8 +62,8 @@ contains
       end if
    end function dispersion_in_words
 
-   !> Check the number of cells across the thinnest part, slender cells in offset rows, and the
-   !> error of initial stresses.
+   !> Check the resolution of bodies by their cells.
+   !> Cells across the thinnest part, slender cells in offset rows and initial stresses are checked.
    subroutine check_bodies(simulation, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(report_type), intent(inout) :: report  !< check report
@@ -96,8 +96,8 @@ contains
       end associate
    end subroutine check_bodies
 
-   !> Warn if a body of yielding material is less than four cells thick: a cell yields by its mean
-   !> stress, which excludes bending within the cell.
+   !> Warn if a body of yielding material is less than four cells thick.
+   !> A cell yields by its mean stress, which excludes bending within the cell.
    subroutine check_yielding(model, blocks, report)
       type(model_type), intent(in) :: model        !< model with its materials
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
@@ -143,8 +143,8 @@ contains
       end do
    end function thinnest_part
 
-   !> Count the cells that a ray from an edge crosses up to an opposite side; 0 if there is no such
-   !> side.
+   !> Count the cells that a ray from an edge crosses up to an opposite side.
+   !> The count is 0 if there is no opposite side.
    pure subroutine count_crossed_cells(blocks, welds, first, weld, free, edge, cells, width)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(weld_type), intent(in) :: welds(:)  !< welds of all bodies

@@ -322,7 +322,7 @@ contains
 
    !> Solve for the motion at the ends of the cells for u_in = 1, by tridiagonal elimination.
    pure function bar_motion(bar, omega, free) result(u)
-      type(bar_type), intent(in) :: bar
+      type(bar_type), intent(in) :: bar   !< ground as a bar
       real(wp), intent(in) :: omega       !< rad/s
       complex(wp), intent(in) :: free(2)  !< motion of the free fields of the sides
       complex(wp) :: u(cells + 1)

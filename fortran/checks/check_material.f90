@@ -37,8 +37,8 @@ contains
          call check_rayleigh(linear, report)
    end subroutine check_material
 
-   !> Check generalised Maxwell bodies: fit, moduli at the first mode, band of the record, and creep
-   !> under gravity.
+   !> Check the damping by generalised Maxwell bodies.
+   !> Checked are fit, moduli at the first mode, band of the record, and creep under gravity.
    subroutine check_maxwell_bodies(simulation, linear, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -79,8 +79,8 @@ contains
          found, 'generalised Maxwell bodies', advice(min(3, len(advice) + 1):))
    end subroutine check_maxwell_bodies
 
-   !> Check Rayleigh damping: damping ratios, speed limit of falling blocks due to α, and ringing of
-   !> strains due to β.
+   !> Check Rayleigh damping.
+   !> Checked are damping ratios, the speed limit of fall due to α, and ringing of strains due to β.
    subroutine check_rayleigh(linear, report)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
@@ -131,8 +131,8 @@ contains
       end function damping_ratio_text
    end subroutine check_rayleigh
 
-   !> Number of steps in which the stiffest strain decays to 1/e, if dashpots make its rate change
-   !> sign in each step; otherwise 0.
+   !> Number of steps in which the stiffest strain decays to 1/e while it rings; otherwise 0.
+   !> A strain rings if dashpots make its rate change sign in each step.
    !>
    !> If only a dashpot c acts on a mass m, v₁/v₀ = [1 − (1 − χ) cΔt/m]/[1 + χ cΔt/m].
    real(wp) function strain_ringing_steps(linear) result(steps)
@@ -156,8 +156,8 @@ contains
       if (root < 0.0_wp) steps = -1.0_wp/log(-root)
    end function strain_ringing_steps
 
-   !> Collect βK of each block, with all other blocks fixed; both cells of a welded face include its
-   !> springs fully.
+   !> Collect βK of each block, with all other blocks fixed.
+   !> Both cells of a welded face include the springs of the face fully.
    subroutine collect_dashpots(linear, dashpot)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), allocatable, intent(out) :: dashpot(:,:,:)  !< [6,6,n] βK, N s/m
@@ -184,7 +184,7 @@ contains
 
    !> Text of a number, or of a range of two numbers.
    pure function range_text(least, most) result(text)
-      real(wp), intent(in) :: least, most
+      real(wp), intent(in) :: least, most  !< ends of the range
       character(len=:), allocatable :: text
 
       text = short_text(least)

@@ -153,8 +153,8 @@ contains
       end if
    end subroutine check_contacts
 
-   !> Warn if gravity acts suddenly on many blocks with closed head joints, whose contacts neither
-   !> press nor open until the first wave of settlement has passed.
+   !> Warn if gravity acts suddenly on many blocks with closed head joints.
+   !> Contacts of head joints neither press nor open until the first wave of settlement has passed.
    subroutine check_sudden_gravity(simulation, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(report_type), intent(inout) :: report  !< check report
@@ -203,8 +203,8 @@ contains
       call add_line(report, verdict_ok, 'time step', found, 'paper eq. 13', '')
    end subroutine check_omega_max
 
-   !> Report the decay of velocities that change sign in each step; warn if it takes more than
-   !> `most_ringing` steps.
+   !> Report the decay of velocities that change sign in each step.
+   !> A decay that takes more than `most_ringing` steps is a warning.
    subroutine check_ringing(linear, report)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
@@ -298,8 +298,8 @@ contains
          counted(to_text(linear%by_penalty), 'contact', 'contacts')//')')
    end subroutine check_penalty
 
-   !> Text on the penalty that reduces the first frequency by 1 %, with the condition number of the
-   !> contact iteration at the present and at this penalty.
+   !> Text on the penalty that reduces the first frequency by 1 %.
+   !> It includes the condition number of the contact iteration at the present and at this penalty.
    !>
    !> The iteration converges more slowly for a larger condition number of K̂ relative to inertia,
    !> κ = 1 + θχ z k_n Δt²/m, where z k_n/m is the largest ratio of contact stiffness to block mass.
@@ -329,8 +329,8 @@ contains
          short_text(ratio*linear%normal_stiffness)//' N/m, with '//short_text(1.0_wp + ratio*cost)
    end function penalty_cost_text
 
-   !> Check the static penetration, which a higher penalty reduces, and the forces due to rounding
-   !> of positions, which a higher penalty increases.
+   !> Check the static penetration and the forces due to rounding of positions.
+   !> A higher penalty reduces the penetration and increases the forces due to rounding.
    subroutine check_penalty_bounds(simulation, linear, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(linear_model_type), intent(in) :: linear  !< linearised model

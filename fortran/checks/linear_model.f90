@@ -345,8 +345,8 @@ contains
       end do
    end subroutine add_contacts
 
-   !> Set the instant at which the joint law of a contact acts, and whether its stiffness is a
-   !> penalty.
+   !> Set the instant at which the joint law of a contact acts.
+   !> Also set whether the stiffness of the contact is a penalty.
    pure subroutine set_law_properties(laws, contacts, c, term)
       type(laws_type), intent(in) :: laws             !< stiffness and strength of the contacts
       type(contacts_type), intent(in) :: contacts     !< contacts of this step
@@ -380,7 +380,7 @@ contains
       type(linear_term_type), intent(inout) :: term  !< term of the list
       integer, intent(in) :: kind           !< term_normal or term_shear
       real(wp), intent(in) :: stiffness     !< N/m per metre of thickness
-      real(wp), intent(in) :: row_v(6), row_e(6)
+      real(wp), intent(in) :: row_v(6), row_e(6)  !< rows of the blocks of vertex and edge
       type(linear_term_type) :: dashpot
 
       term%kind = kind
@@ -449,7 +449,7 @@ contains
    pure subroutine add_term_energy(energy, kind, holder, part)
       type(energy_share_type), intent(inout) :: energy  !< J per metre of thickness
       integer, intent(in) :: kind, holder  !< kind of term; number of the term or block
-      real(wp), intent(in) :: part
+      real(wp), intent(in) :: part         !< energy, J per metre of thickness
 
       energy%share(kind) = energy%share(kind) + part
       ! of equal energies, the first term is recorded

@@ -215,8 +215,8 @@ contains
       end associate
    end subroutine note_strain
 
-   !> Note the largest penetration into a support due to weight, relative to the smaller side of the
-   !> block.
+   !> Note the largest penetration of a block into a support due to weight.
+   !> The penetration is relative to the smaller side of the block.
    pure subroutine note_penetration(model, overburden, held, notes)
       type(model_type), intent(in) :: model  !< model as read from the input
       type(overburden_type), intent(in) :: overburden  !< weights on all blocks

@@ -192,6 +192,7 @@ contains
          '; the eigenvalue search has failed')
    end subroutine check_bracket
 
+   !> Text on the bounds of the highest frequency.
    pure function bracket_text(bracket) result(text)
       type(bracket_type), intent(in) :: bracket  !< bounds of ω_max, rad/s
       character(len=:), allocatable :: text
@@ -199,6 +200,7 @@ contains
       text = short_text(bracket%lower)//' and '//short_text(bracket%upper)
    end function bracket_text
 
+   !> Text of a fraction as a percentage.
    pure function percent_text(share) result(text)
       real(wp), intent(in) :: share  !< fraction of the energy
       character(len=:), allocatable :: text

@@ -140,8 +140,8 @@ contains
       end do
    end subroutine find_grounded
 
-   !> Find blocks supported directly or by other blocks: blocks that touch a supported block, are
-   !> joined to it by springs, or would fall on it.
+   !> Find blocks supported directly or by other blocks.
+   !> A block is supported by a block that it touches, is joined to by springs, or would fall on.
    subroutine find_supported(model, held, terms, overburden, supported)
       type(model_type), intent(in) :: model  !< model as read from the input
       logical, intent(in) :: held(:)         !< [blocks] supported by springs to the ground

@@ -210,7 +210,7 @@ contains
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(weights_type), intent(in) :: weights  !< factors in steady vibration
       real(wp), intent(in) :: force(:,:,:)  !< [6,n,instants] forces, N/m and N
-      complex(wp), intent(in) :: y(:)
+      complex(wp), intent(in) :: y(:)       !< coordinates of the solution in the reduced model
       real(wp), intent(out) :: re(6, linear%n), im(6, linear%n)
       real(wp), dimension(6, linear%n) :: x_re, x_im
       complex(wp) :: pull
@@ -265,8 +265,8 @@ contains
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(weights_type), intent(in) :: weights  !< factors in steady vibration
       integer, intent(in) :: b  !< number of the block
-      complex(wp), intent(in) :: x(6)
-      real(wp), intent(inout) :: re(6), im(6)
+      complex(wp), intent(in) :: x(6)  !< motion of the block
+      real(wp), intent(inout) :: re(6), im(6)  !< residual of the block
       complex(wp) :: force(6)
 
       associate (k => linear%law(b))
@@ -290,11 +290,11 @@ contains
       end do
    end function linear_combination
 
-   !> Add c u to x.
+   !> Add c times the row u of a term to x.
    pure subroutine add_term_row(term, c, x)
       type(linear_term_type), intent(in) :: term  !< term of the list
-      real(wp), intent(in) :: c
-      real(wp), intent(inout) :: x(:,:)
+      real(wp), intent(in) :: c          !< factor
+      real(wp), intent(inout) :: x(:,:)  !< [6,n] sum
       real(wp) :: row(6)
       integer :: k, b
 

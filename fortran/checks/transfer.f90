@@ -230,6 +230,7 @@ contains
       undamped_transfer_at = ratio_at(transfer, frequency, undamped_weights(frequency))
    end function undamped_transfer_at
 
+   !> Ratio of the output to the input at a frequency with given factors.
    complex(wp) function ratio_at(transfer, frequency, weights) result(ratio)
       type(transfer_type), intent(in) :: transfer  !< prepared transfer function
       real(wp), intent(in) :: frequency  !< Hz

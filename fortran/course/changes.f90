@@ -199,8 +199,8 @@ contains
       call move_alloc(points, own%fixed_points)
    end subroutine adopt_points
 
-   !> Set the targets of points that are fixed again, or have another motion, to their positions,
-   !> and keep other targets.
+   !> Set the targets of points that are fixed again, or have another motion, to their positions.
+   !> Other targets do not change.
    subroutine set_targets_here(simulation, before, motions)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(fixed_point_type), intent(in) :: before(:)  !< points before the change

@@ -157,9 +157,9 @@ contains
          simulation%system%rhs)
    end subroutine equilibrate
 
-   !> Search again, without relaxation if relaxed steps stalled, and vice versa: from the start, or,
-   !> if relaxed steps have nearly reached equilibrium, from the present state.  If no search
-   !> reaches equilibrium, the first search is reported.
+   !> Search again, without relaxation if relaxed steps stalled, and vice versa.
+   !> The search begins at the start, or at the present state if relaxed steps have nearly reached
+   !> equilibrium.  If no search reaches equilibrium, the first search is reported.
    subroutine search_again(simulation, start, equilibrium, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(simulation_type), intent(in) :: start          !< state before the first static step
@@ -356,8 +356,8 @@ contains
          simulation%system%d, unused(1), unused(2))
    end subroutine evaluate_present
 
-   !> Find the unbalanced forces on the blocks at rest in their present positions, from contacts,
-   !> stresses and elements.  Moments are divided by the radius.
+   !> Find the unbalanced forces on the blocks at rest in their present positions.
+   !> Forces are of contacts, stresses and elements; moments are divided by the radius.
    subroutine find_unbalanced_forces(simulation, equilibrium, error)
       type(simulation_type), intent(inout) :: simulation  !< contacts are listed again
       type(equilibrium_type), intent(inout) :: equilibrium  !< largest force and worst block are set
@@ -389,8 +389,8 @@ contains
       call compare_with_tolerance(simulation, equilibrium)
    end subroutine find_unbalanced_forces
 
-   !> Find the largest force, the block with the largest ratio of force to tolerance, and the
-   !> unsupported block with the largest ratio of tolerance to weight.
+   !> Find the largest unbalanced force and the blocks farthest from equilibrium.
+   !> They have the largest ratio of force to tolerance; of tolerance to weight if unsupported.
    subroutine compare_with_tolerance(simulation, equilibrium)
       type(simulation_type), intent(in) :: simulation  !< unbalanced forces are in `system%rhs`
       type(equilibrium_type), intent(inout) :: equilibrium  !< largest force and worst block are set
@@ -447,8 +447,8 @@ contains
       block_weight = norm2(simulation%model%control%gravity)*simulation%blocks%mass(b)
    end function block_weight
 
-   !> Find the contact in compression with the largest penetration that its force does not explain,
-   !> so that forces balance only because its gap has an offset.
+   !> Find the contact in compression with the largest penetration that its force does not explain.
+   !> Forces balance there only because the gap has an offset.
    subroutine find_unexplained_penetration(simulation, equilibrium)
       type(simulation_type), intent(in) :: simulation  !< simulation whose contacts are evaluated
       type(equilibrium_type), intent(inout) :: equilibrium  !< record; without equilibrium if found

@@ -20,8 +20,8 @@ module dda_output_times
 
 contains
 
-   !> Shorten the next adaptive step to end at the next output time, or, if this time is one to two
-   !> steps ahead, half-way.
+   !> Shorten the next adaptive step to end at the next output time.
+   !> If this time is one to two steps ahead, the step ends half-way.
    pure subroutine aim_at_output(simulation, aim)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(aim_type), intent(out) :: aim                  !< target time

@@ -156,7 +156,7 @@ contains
 
    !> .true. if the stage begins a motion or changes blocks, supports, materials or joints.
    pure logical function changes_model(stage)  ! total
-      type(stage_type), intent(in) :: stage
+      type(stage_type), intent(in) :: stage  !< stage that begins
 
       changes_model = any(stage%removed) .or. any(stage%released) .or. any(stage%holds) &
          .or. any(stage%loads) .or. .not. all(stage%begins) &
@@ -314,7 +314,7 @@ contains
    !> Add bolts and edge loads of the stage.
    pure subroutine add_attachments(model, stage)
       type(model_type), intent(inout) :: model  !< model; bolts and edge loads change
-      type(stage_type), intent(in) :: stage
+      type(stage_type), intent(in) :: stage  !< stage that begins
 
       associate (n => size(model%bolts))
          model%bolts%present = model%bolts%present .or. stage%added(:n)
@@ -326,7 +326,7 @@ contains
    pure subroutine drop_attachments(model, removed, stage)
       type(model_type), intent(inout) :: model  !< model; bolts and edge loads change
       logical, intent(in) :: removed(:)         !< [blocks]
-      type(stage_type), intent(in) :: stage
+      type(stage_type), intent(in) :: stage  !< stage that begins
       integer :: i
 
       associate (n => size(model%bolts))

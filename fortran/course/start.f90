@@ -164,8 +164,8 @@ contains
       call move_alloc(across, simulation%detection%across)
    end subroutine skip_crossings
 
-   !> Set the velocities of all blocks, which supports then correct.  The change of kinetic energy
-   !> is part of the initial state before the first step, and energy input later.
+   !> Set the velocities of all blocks, which supports then correct.
+   !> The change of kinetic energy is initial energy before the first step, and energy input later.
    subroutine set_rates(simulation, rates, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       real(wp), intent(in) :: rates(:,:)  !< [6,blocks] velocities, m/s, rad/s, 1/s

@@ -100,15 +100,17 @@ contains
       if (.not. is_counted_block) is_counted_block = findloc(body, body(b), 1) == b
    end function is_counted_block
 
+   !> Angle in degrees.
    pure real(wp) function to_degrees(angle)
       real(wp), intent(in) :: angle  !< rad
 
       to_degrees = angle*180.0_wp/pi
    end function to_degrees
 
-   !> End the run if no vertex has moved in the time window, in the last stage, after the end of all
-   !> motions and changes of loads.  Movement is relative to the supports if they all continue at
-   !> the same velocity after their records.
+   !> End the run if no vertex has moved in the time window.
+   !> The rule applies in the last stage, after the end of all motions and changes of loads.
+   !> Movement is relative to the supports if they all continue at the same velocity after their
+   !> records.
    pure subroutine judge_rest(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       real(wp) :: moved(3), drifted(2)

@@ -173,8 +173,9 @@ contains
       end if
    end subroutine find_owner_group
 
-   !> .true. if the variable of this group may be meant: it depends on no other variable, or the
-   !> other variable has a suitable value in the text or by default.
+   !> .true. if the variable of this group may be meant.
+   !> It depends on no other variable, or the other variable has a suitable value in the text or by
+   !> default.
    pure logical function is_meant(text, groups, group, variable)
       character(len=*), intent(in) :: text              !< text of the input
       type(group_type), intent(in) :: groups(:)         !< groups of the text

@@ -107,8 +107,8 @@ contains
          ' = '//to_text(band(1))//', '//to_text(band(2))//' must ascend')
    end subroutine check_band
 
-   !> Fit laws and branches of all materials to the time steps of all stages, and assign them to the
-   !> blocks.
+   !> Fit laws and branches of all materials to the time steps of all stages.
+   !> The blocks receive the fitted laws and branches of their materials.
    subroutine fit_materials(model, groups, error)
       type(model_type), intent(inout) :: model  !< model with its stages
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order

@@ -18,8 +18,8 @@ module dda_input_stages
 
 contains
 
-   !> Read the stages of an input.  Without &stage, &control gives a dynamic stage, after a static
-   !> stage if settle = .true.
+   !> Read the stages of an input.
+   !> Without &stage, &control gives a dynamic stage, after a static stage if settle = .true.
    subroutine read_stages(model, groups, error)
       type(model_type), intent(inout) :: model  !< model with blocks, supports, motions, materials
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
@@ -73,7 +73,7 @@ contains
    !> Return a stage without changes of the model.
    pure subroutine unchanged_stage(model, stage)
       type(model_type), intent(in) :: model  !< model as read from the input
-      type(stage_type), intent(inout) :: stage
+      type(stage_type), intent(inout) :: stage  !< stage to complete
       integer :: i
 
       allocate (stage%removed(model%blocks%n), source=.false.)
@@ -165,7 +165,7 @@ contains
       type(model_type), intent(in) :: model  !< model as read from the input
       type(group_type), intent(in) :: group  !< group of the input
       type(stage_values), intent(in) :: own  !< values of the group
-      type(stage_type), intent(inout) :: stage
+      type(stage_type), intent(inout) :: stage  !< stage to complete
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=64) :: names(size(stage%added))
 
@@ -185,7 +185,7 @@ contains
 
    !> Set number and length of steps, and their integration.
    subroutine set_stepping(stage, own, control, group, error)
-      type(stage_type), intent(inout) :: stage
+      type(stage_type), intent(inout) :: stage  !< stage to complete
       type(stage_values), intent(inout) :: own       !< values of the group
       type(control_type), intent(in) :: control      !< default settings
       type(group_type), intent(in) :: group          !< group of the input

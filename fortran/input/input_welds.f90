@@ -53,8 +53,9 @@ contains
       end associate
    end subroutine weld_cells
 
-   !> Set the joints that replace faces when they break: the joint given for their two materials, or
-   !> else the weaker (in tension) of both materials' joints.  Faces without a joint never break.
+   !> Set the joints that replace faces when they break.
+   !> A face has the joint given for its two materials, or else the one of both materials' joints
+   !> that is weaker in tension.  Faces without a joint never break.
    subroutine set_fracture(model, groups, error)
       type(model_type), intent(inout) :: model   !< model with its welds
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
@@ -162,8 +163,8 @@ contains
       loose = 0
    end subroutine find_loose_cell
 
-   !> Check that stages remove whole bodies; cells that remain would have open faces that are no
-   !> sides.
+   !> Check that stages remove whole bodies.
+   !> Cells that remain would have open faces that are no sides.
    subroutine check_bodies(model, error)
       type(model_type), intent(in) :: model  !< model with its stages
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained

@@ -140,8 +140,8 @@ contains
          source=0.0_wp)
    end subroutine begin_motion
 
-   !> Deallocate data that the blocks of the run have, except the initial state and lists that
-   !> stages change.
+   !> Deallocate data that the blocks of the run have.
+   !> The initial state and lists that stages change remain.
    pure subroutine keep_first_state(blocks)
       type(blocks_type), intent(inout) :: blocks  !< initial blocks, before `begin_motion`
 

@@ -75,9 +75,9 @@ contains
       half_size = blocks%half_size
    end function half_size
 
-   !> Least distance, m, at which contacts are listed: 2.5 times the largest displacement per step,
-   !> but at most a fraction of the smallest block, because large models would list many open
-   !> contacts.
+   !> Least distance, m, at which contacts are listed.
+   !> It is 2.5 times the largest displacement per step, but at most a fraction of the smallest
+   !> block, because large models would list many open contacts.
    pure real(wp) function contact_distance(model)
       type(model_type), intent(in) :: model  !< complete model
 

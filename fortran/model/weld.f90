@@ -140,8 +140,8 @@ contains
       end do
    end function welds_within
 
-   !> Find the edges of the outline at each vertex of a body, by passing from cell to cell around
-   !> it.
+   !> Find the edges of the outline at each vertex of a body.
+   !> The search passes from cell to cell around the vertex.
    pure subroutine find_outlines(blocks, welds)
       type(blocks_type), intent(inout) :: blocks  !< with inner edges
       type(weld_type), intent(in) :: welds(:)     !< all faces

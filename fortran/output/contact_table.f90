@@ -59,8 +59,8 @@ contains
       end associate
    end function contact_table
 
-   !> Table of contacts under compression: vertex and edge (from 0), fraction of the edge, normal
-   !> and shear force, N/m.
+   !> Table of contacts under compression.
+   !> Columns: vertex and edge (from 0), fraction of the edge, normal and shear force, N/m.
    function closed_contacts(simulation) result(table)
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       real(wp), allocatable :: table(:,:)   !< [contacts, 5]

@@ -54,8 +54,8 @@ contains
          verdict%joints_most(joints, columns_of(in_measured_joints)), source=0.0_wp)
    end function new_verdict
 
-   !> Add samples in the order of the run.  The outer loop is over points, which keeps the
-   !> oscillators of a point in the cache.
+   !> Add samples in the order of the run.
+   !> The outer loop is over points, which keeps the oscillators of a point in the cache.
    pure subroutine add_samples(verdict, time, velocity, acceleration)
       type(run_verdict_type), intent(inout) :: verdict   !< verdict of the samples so far
       real(wp), intent(in) :: time(:)                    !< [samples] s
@@ -128,8 +128,9 @@ contains
       if (words /= '') call add_doubt(verdict%doubts, 'energy', words)
    end subroutine judge_movement
 
-   !> Warnings of the check before the run that are still relevant: not ringing if there was no
-   !> motion, and not the first mode if there was no motion or many joints have opened.
+   !> Warnings of the check before the run that are still relevant after the run.
+   !> Ringing and the first mode are not relevant without motion, nor is the first mode if many
+   !> joints have opened.
    pure function remaining_doubts(simulation) result(remaining)
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       type(doubt_type), allocatable :: remaining(:)
@@ -233,8 +234,9 @@ contains
       is_without_movement = is_at_rest(simulation, simulation%maxima%largest(of_displacement)%value)
    end function is_without_movement
 
-   !> Add the largest values that exceed rounding to the table.  Accelerations of blocks and
-   !> velocities at the end are stored only as numbers, because ringing and impacts dominate them.
+   !> Add the largest values that exceed rounding to the table.
+   !> Accelerations of blocks and velocities at the end are stored only as numbers, because ringing
+   !> and impacts dominate them.
    subroutine tabulate_maxima(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< figures are added
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
@@ -322,8 +324,8 @@ contains
       end do
    end function output_words
 
-   !> Add the largest distance of a block from its position in the input, if displacements are
-   !> measured from equilibrium.
+   !> Add the largest distance of a block from its position in the input.
+   !> The distance is added only if displacements are measured from equilibrium.
    subroutine add_distance_from_input(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< a value and a figure are added
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
@@ -359,8 +361,9 @@ contains
       end if
    end function owner_names
 
-   !> Add the intensity of shaking of a measured point: numbers for all frequencies and for resolved
-   !> frequencies; table lines for resolved frequencies, along the axis with the larger value.
+   !> Add the intensity of shaking of a measured point.
+   !> Numbers are for all and for resolved frequencies; table lines are for resolved frequencies,
+   !> along the axis with the larger value.
    subroutine judge_point(verdict, simulation, i, told)
       type(run_verdict_type), intent(inout) :: verdict   !< verdict of all samples
       type(simulation_type), intent(in) :: simulation  !< simulation at the time of the last sample
@@ -387,8 +390,8 @@ contains
 
    contains
 
-      !> Add a result along both axes, and a table line with the larger value and then the smaller
-      !> one.
+      !> Add a result along both axes.
+      !> The table line has the larger value and then the smaller one.
       subroutine add_point(title, key, values, units, words)
          character(len=*), intent(in) :: title, key, units, words
          real(wp), intent(in) :: values(2)
@@ -450,8 +453,8 @@ contains
       end do
    end subroutine judge_joints
 
-   !> Add a variable of a measured joint, except components of forces: the last value and, for
-   !> lengths, the largest value.  Values below `least` are 0.
+   !> Add a variable of a measured joint, except components of forces.
+   !> Added are the last value and, for lengths, the largest value.  Values below `least` are 0.
    subroutine judge_joint(verdict, variable, joint, most_and_last, least)
       type(run_verdict_type), intent(inout) :: verdict       !< figures and values are added
       type(output_variable_type), intent(in) :: variable     !< variable of the joint

@@ -101,7 +101,7 @@ contains
    pure subroutine reader_unit(units, value, shown, scale)
       character(len=*), intent(in) :: units  !< units as in the list of maxima
       real(wp), intent(in) :: value          !< not negative
-      character(len=:), allocatable, intent(out) :: shown
+      character(len=:), allocatable, intent(out) :: shown  !< displayed unit
       real(wp), intent(out) :: scale         !< factor from the unit to the displayed unit
       integer :: i
 

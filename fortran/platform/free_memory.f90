@@ -144,8 +144,8 @@ contains
          ' GB of memory, which the system refuses; '//advice_on_factors)
    end subroutine fail_allocation
 
-   !> Free bytes according to the system, the limits of the process and its control groups; huge if
-   !> unknown.  A limit on addresses must also leave space for a buffer of BLAS.
+   !> Free bytes by the system, the limits of the process and its control groups; huge if unknown.
+   !> A limit on addresses must also leave space for a buffer of BLAS.
    real(wp) function free_memory() result(bytes)
       bytes = min(kibi*number_after('/proc/meminfo', 'MemAvailable:', unknown), &
          free_in_groups(), free_addresses() - missing_buffers(1))

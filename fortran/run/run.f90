@@ -85,8 +85,8 @@ contains
       if (.not. allocated(error)) call begin_stages(run, error)
    end subroutine begin_run
 
-   !> Set up the simulation of a model in its initial geometry; `continue_run` begins the first
-   !> stage.
+   !> Set up the simulation of a model in its initial geometry.
+   !> The first stage begins in `continue_run`.
    subroutine open_drawn(run, model, writes, error)
       type(run_type), intent(out) :: run  !< run and its files
       type(model_type), intent(in) :: model  !< model as read from the input
@@ -385,8 +385,8 @@ contains
       is_done = finished(run%simulation)
    end function is_done
 
-   !> Write the output: under its own name if the run is complete, otherwise as partial output with
-   !> a checkpoint.  Close the files.
+   !> Write the output and close the files.
+   !> The output of an incomplete run is partial, with a checkpoint.
    subroutine end_run(run, error)
       type(run_type), intent(inout) :: run  !< run and its files
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -450,8 +450,8 @@ contains
       if (allocated(error)) call add_doubt(simulation%doubts, '', error%message, .true.)
    end subroutine doubt_as_begun
 
-   !> Add the short text of each line that is not ok, except bending, which the end of the run
-   !> reports.
+   !> Add the short text of each line of the check that is not ok.
+   !> Lines on bending are omitted, because the end of the run reports bending.
    pure subroutine add_lines(simulation, report)
       type(simulation_type), intent(inout) :: simulation  !< warnings are added
       type(report_type), intent(in) :: report             !< report of the check

@@ -84,8 +84,9 @@ contains
          + s*(12.0_wp*curve%higher(2, i) + s*20.0_wp*curve%higher(3, i)))
    end function acceleration_at
 
-   !> Acceleration for a step (m/s²): its value at a time within the step; if the record ends within
-   !> the step, the mean over the step, so that the last acceleration counts for its part only.
+   !> Acceleration of a motion for a step, m/s².
+   !> It is the value at a time within the step; if the record ends within the step, the mean over
+   !> the step, so that the last acceleration counts for its part only.
    pure function step_acceleration(curve, from, to, time) result(acceleration)
       type(motion_curve_type), intent(in) :: curve  !< joined samples
       real(wp), intent(in) :: from, to              !< start and end of the step, s
@@ -214,8 +215,8 @@ contains
       curve%method = ''
    end subroutine allocate_curve
 
-   !> First derivative at the samples: of fourth order; of second order at the two samples of each
-   !> end.
+   !> First derivative at the samples, of fourth order inside.
+   !> It is of second order at the two samples of each end.
    pure function first_derivatives(value, h) result(slope)
       real(wp), intent(in) :: value(:)         !< [samples]
       real(wp), intent(in) :: h                !< s

@@ -158,8 +158,8 @@ contains
       scale = max(maxval(abs(load)), maxval(abs(stress)))
    end subroutine find_forces
 
-   !> Solve the tangent equations for the correction of Δu by elimination from the surface
-   !> downwards.
+   !> Solve the tangent equations for the correction of Δu.
+   !> Elimination proceeds from the surface downwards.
    pure subroutine solve_tangents(column, time_step, tangent, residual, correction)
       type(shear_column_type), intent(in) :: column  !< column
       real(wp), intent(in) :: time_step     !< Δt, s

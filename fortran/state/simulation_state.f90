@@ -357,8 +357,8 @@ contains
       call solver%active%serialise(matrix, archive)
    end subroutine serialise_solver
 
-   !> Save or restore the complete contact list: the next step inherits from the list, and frames
-   !> contain it.
+   !> Save or restore the complete contact list.
+   !> The next step inherits from the list, and frames contain it.
    subroutine serialise_contacts(archive, contacts, blocks, neighbours, joints)
       type(archive_type), target, intent(inout) :: archive  !< archive that is written or read
       type(contacts_type), intent(inout) :: contacts        !< list, replaced when read
