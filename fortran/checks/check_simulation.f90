@@ -344,16 +344,18 @@ contains
       if (weight == 0.0_wp .or. linear%closed == 0) return
       depth = linear%penetration/report%block_size(1)
       noise = simulation%iteration%noise/weight
-      brief = 'rounding amounts to '//short_text(100*noise)//' % of the smallest weight'
+      brief = 'rounding of contact forces reaches '//short_text(100*noise)// &
+         ' % of the smallest weight'
       remedy = 'a lower normal_stiffness'
       if (depth > deepest) then
          brief = 'static contacts penetrate by '//short_text(100*depth)//' % of the smallest block'
-         remedy = 'a higher normal_stiffness, or penetration_tolerance'
+         remedy = 'a higher normal_stiffness, or set penetration_tolerance'
       end if
       call add_check(report, depth <= deepest .and. noise <= noisiest, 'penalty bounds', &
          'static contacts penetrate by '//short_text(100*depth)//' % of the smallest block, '// &
-         'limit '//short_text(100*deepest)//' %; rounding amounts to '//short_text(100*noise)// &
-         ' % of its weight, limit '//short_text(100*noisiest)//' %', 'statics', remedy, brief=brief)
+         'limit '//short_text(100*deepest)//' %; rounding of contact forces reaches '// &
+         short_text(100*noise)//' % of the smallest weight, limit '// &
+         short_text(100*noisiest)//' %', 'statics', remedy, brief=brief)
    end subroutine check_penalty_bounds
 
    !> Report ratios of block size to wavelength, and of Δt to the time in which waves cross blocks.
@@ -376,7 +378,7 @@ contains
          short_text(coarsest*report%slowest/report%band%highest)//' m'
       call add_line(report, merge(verdict_ok, merge(verdict_warn, verdict_fail, eta <= 0.5_wp), &
          eta <= coarsest), 'element size', 'the block size is λ/'//short_text(1/eta)//' at '// &
-         short_text(report%band%highest)//' Hz, limits λ/12, λ/16, λ/20; such waves are '// &
+         short_text(report%band%highest)//' Hz, limit λ/12 (strict: λ/20); these waves are '// &
          dispersion_in_words(blocks, eta), 'paper eq. 12', remedy, &
          'element size: '//counted(to_text(count_longer(blocks, coarsest*period)), &
          'block', 'blocks')//', λ/'// &

@@ -46,7 +46,7 @@ contains
 
    !> Set the dashpots of all contacts for the next step, before impacts are detected.
    subroutine damp_contacts(contacts, laws, blocks, step)
-      type(contacts_type), intent(inout) :: contacts  !< contacts of this step, with joints
+      type(contacts_type), intent(inout) :: contacts  !< contacts of this step; their joints are set
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the next step

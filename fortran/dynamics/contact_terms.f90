@@ -3,10 +3,10 @@
 !> springs or forces of its block have changed.
 !>
 !> In an iteration, a contact has the forces N = N₀ − K_n (z − z₀) and T = T₀ + K_s s at gap z and
-!> slip s.  N₀, K_n, T₀ and K_s depend on its state, its law, the instant at which it acts, its
-!> damping and its retained stiffness.  To prevent overshoot, an open contact may retain a fraction
-!> of its normal spring, and a sliding contact a fraction of its shear spring.  The force of this
-!> fraction is zero at the last iterate, so the solution does not change.
+!> slip s.  N₀, K_n, T₀ and K_s depend on its state, its law, the time in the step at which
+!> its springs act, its damping and its retained stiffness.  To prevent overshoot, an open contact
+!> may retain a fraction of its normal spring, and a sliding contact a fraction of its shear spring.
+!> The force of this fraction is zero at the last iterate, so the solution does not change.
 !>
 !> Within a step the geometry of the contacts is constant and the open–close iteration changes few
 !> of their states.  A contact whose spring or force differs from the assembled one marks both its

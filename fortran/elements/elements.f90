@@ -389,12 +389,12 @@ contains
       end do
    end function plastic_strain
 
-   !> Estimate the stress error of each cell as an energy, and sum the energy of all faces.
-   !> Unit: J per metre of thickness.
+   !> Estimate the stress error of each cell by the energy of the jumps at its faces, and sum the
+   !> strain energy of all faces, J per metre of thickness.
    subroutine estimate_stress_errors(elements, blocks, error, stored)
       type(elements_type), intent(in) :: elements  !< elements of the model
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
-      real(wp), intent(out) :: error(:), stored    !< [blocks] jump energies; sum over all faces
+      real(wp), intent(out) :: error(:), stored    !< [blocks] energy of jumps; strain energy
       integer :: i
 
       error = 0.0_wp

@@ -375,7 +375,7 @@ contains
       end do
    end subroutine read_points
 
-   !> Read rules that end the run early, and output times at which steps must end.
+   !> Read &stop; check that output intervals are whole numbers of fixed time steps.
    subroutine read_ends(model, groups, error)
       type(model_type), intent(inout) :: model  !< model with its blocks and stages
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order

@@ -239,7 +239,7 @@ contains
       character(len=*), intent(in) :: path           !< path of the file, for messages
       type(block_file_type), intent(in) :: found     !< content of the file
       integer, intent(in) :: source                  !< number of the group
-      integer, intent(in) :: m, j                    !< material and joint of blocks without names
+      integer, intent(in) :: m, j                    !< material and joint where the file names none
       type(model_type), intent(in) :: model          !< model with its materials and joints
       type(outlines_type), intent(inout) :: outlines !< outlines; new blocks are added
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained

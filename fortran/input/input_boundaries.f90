@@ -21,7 +21,7 @@ module dda_input_boundaries
    use dda_material, only: material_type, elasticity
    use dda_model, only: model_type
    use dda_support, only: fixed_point_type, point_type
-   use dda_text, only: quoted, to_text
+   use dda_text, only: quoted, short_text, to_text
    use dda_tie, only: tie_faces
    use dda_weld, only: weld_type, is_shifted, take_area
    implicit none
@@ -383,7 +383,8 @@ contains
             if (is_set(reading%shear_velocity)) speed = speed*(reading%shear_velocity/speed(2))
             speed(1) = value_or(reading%pressure_velocity, speed(1))
             if (speed(1) <= speed(2)) call input_error(error, group, &
-               'pressure_velocity must be above shear_velocity')
+               'pressure_velocity ('//short_text(speed(1))// &
+               ' m/s) must exceed the velocity of S waves ('//short_text(speed(2))//' m/s)')
             boundary%normal(:, i) = piece_normal(model%blocks, pieces(i))
             boundary%dashpot(:, i) = 0.5_wp*density*piece_length(model%blocks, pieces(i))*speed
          end do

@@ -87,7 +87,7 @@ contains
       stage%material = [(i, i=1, size(model%materials))]
    end subroutine unchanged_stage
 
-   !> Let motions that no stage names begin with the first dynamic stage.
+   !> Start motions that are not listed in any stage with the first dynamic stage.
    pure subroutine begin_other_motions(stages)
       type(stage_type), intent(inout) :: stages(:)
       integer :: m, s, dynamic

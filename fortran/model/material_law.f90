@@ -101,7 +101,7 @@ contains
       never_rests = .false.
    end function never_rests
 
-   !> Stresses of the frozen bounds of a step at a strain; default: none.
+   !> Return the stresses to which a law freezes its bounds in a step; default: 0.
    pure function no_frozen_stress(self, point, state, strain, change, step) result(stress)
       class(material_law_type), intent(in) :: self  !< law
       type(strain_point_type), intent(in) :: point  !< data of the point

@@ -12,7 +12,7 @@ module dda_weld
    public :: weld_type, set_welds, new_weld, take_area, welds_within, is_shifted, is_whole
    public :: weld_whole, weld_cracked, weld_open
 
-   integer, parameter :: weld_whole = 0    !< intact face, with a strain
+   integer, parameter :: weld_whole = 0    !< intact face: springs connect its two cells
    integer, parameter :: weld_cracked = 1  !< face replaced by a joint, and closed
    integer, parameter :: weld_open = 2     !< the edges of the face are sides of the body
 
@@ -145,7 +145,7 @@ contains
    pure subroutine find_outlines(blocks, welds)
       type(blocks_type), intent(inout) :: blocks  !< with inner edges
       type(weld_type), intent(in) :: welds(:)     !< all faces
-      integer, parameter :: most_cells = 64       !< most cells around a vertex
+      integer, parameter :: most_cells = 64       !< largest number of cells around a vertex
       integer :: beyond(2, size(blocks%owner)), v, at, turn
 
       blocks%outline(1, :) = blocks%previous

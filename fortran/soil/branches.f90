@@ -175,7 +175,7 @@ contains
       end do
    end function branch_damping
 
-   !> Fit g_j to the secant moduli only; all branches slip.
+   !> Fit g_j to the secant moduli only, with F_j = 1: no fraction is recoverable.
    subroutine fit_moduli(branches, curve)
       type(branches_type), intent(inout) :: branches  !< branches with γ_j and the body
       type(curve_type), intent(in) :: curve           !< curve of the soil

@@ -123,7 +123,7 @@ class Ground(schema.GroundValues):
         return ground if self.outline is None else shapely.difference(ground, self.outline)
 
     def _ground_block(self, name: str, polygon) -> dict:
-        """Return a block of the ground; edges at the core have the joint of ties."""
+        """Return a ground block; its edges at the core have the joint 'NAME tie'."""
         corners = shapely.get_coordinates(shapely.orient_polygons(polygon).exterior)[:-1]
         side, tie = f"{self.name} side", f"{self.name} tie"
         values = {"vertices": corners, "name": name, "joint": side, "material": self.material}

@@ -374,7 +374,7 @@ class Model(Groups):
         return [self.folder / group.file for group in groups if group.file]
 
     def _renamed_files(self, folder: Path, prefix: str) -> dict[int, dict]:
-        """Return the changed variables of groups whose file has another path from a folder.
+        """Return the variables of groups whose file path differs if written to `folder`.
 
         The keys are identities of groups.  Long motions are written to files, with this prefix.
         """

@@ -586,7 +586,7 @@ class Simulation:
 
     @property
     def energies(self) -> dict[str, float]:
-        """Energies, J per metre of thickness; ``balance`` is the residual of the audit."""
+        """Energies, J per metre of thickness; ``balance`` is the residual of the budget."""
         values = map(float, self._read_table("energies")[0])
         return dict(zip(engine_names("energies"), values, strict=True))
 

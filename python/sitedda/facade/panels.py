@@ -103,7 +103,7 @@ def draw_profile(axes: Axes, found) -> None:
 
 
 def draw_budget(axes: Axes, found: Budget) -> None:
-    """Draw energies as stacked areas, and the residual of the audit separately."""
+    """Draw energies as stacked areas, and the residual of the budget separately."""
     at = np.unique(np.linspace(0, len(found.time) - 1, _SAMPLES).astype(int))
     time = found.time[at]
     size, unit = in_unit(float(found.given.max(initial=0.0)), "J/m")
@@ -123,7 +123,7 @@ def draw_budget(axes: Axes, found: Budget) -> None:
     values = (-bound, 0, bound)
     labels = [f"{value:.2g}".replace("-", "−") for value in values]
     rest.set_yticks(values, labels=labels, fontsize=7)
-    rest.annotate(f"residual of the audit ({unit})", (0.01, 1.0), xycoords="axes fraction",
+    rest.annotate(f"residual of the energy budget ({unit})", (0.01, 1.0), xycoords="axes fraction",
                   va="top", fontsize=7.5, color=FAINT)  # fmt: skip
 
 

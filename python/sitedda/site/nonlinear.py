@@ -167,7 +167,7 @@ class NonlinearResponse(SiteResponse):
         )  # fmt: skip
 
     def coarse_spectrum(self, periods: ArrayLike) -> NDArray[np.float64]:
-        """Return Sa of the surface in cells and steps of twice the size, m/s²; NaN: no such run."""
+        """Return Sa (m/s²) of the run with cells and steps twice as large, or NaN."""
         if self.coarse is None:
             return np.full(np.shape(periods), np.nan)
         return self._spectral_acceleration(

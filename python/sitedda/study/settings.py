@@ -169,8 +169,8 @@ def _path_in_folder(here: Path, what: str, name) -> str:
         raise InputError(f"{what} = {name!r} is not a file name")
     if not is_below(here, name):
         option = {"folder": "--folder", "table": "--output"}[what]
-        raise InputError(f"{what} = {name!r} is not at or below the folder of the study; "
-                         f"give such a path by {option}")  # fmt: skip
+        raise InputError(f"{what} = {name!r} is outside of the folder of the study file; "
+                         f"to write there, remove {what} and use the option {option}")  # fmt: skip
     return name
 
 

@@ -465,4 +465,4 @@ def test_studies_say_the_doubts_of_their_runs(write_input):
     assert all(line.startswith("check: ") for line in words[0].splitlines())
     size = r"check: element size: \d+ blocks, λ/.* at .* Hz, limit λ/12"
     assert re.search(size, words[0])
-    assert "penetration: a vertex of block 2 'block' is" in words[1]
+    assert "penetration: a vertex of block 2 'block' penetrates" in words[1]

@@ -111,7 +111,7 @@ def random_column(seed: int, unknowns: tuple[int, int], measured: tuple[int, int
 
 
 def _check_coverage(first: int, count: int) -> dict:
-    """Return whether the band of each unknown contains its true value, and processor time, s."""
+    """Return whether each band contains the true value; also return the processor time, s."""
     begin, inside = time.process_time(), []
     for seed in range(first, first + count):
         model, seen, priors, true = random_column(seed, (1, 4), (2, 5))

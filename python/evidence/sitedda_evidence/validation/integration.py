@@ -197,7 +197,7 @@ class Audited(NamedTuple):
     gain: float  # largest increase of the total energy since the start
     growth: float  # largest increase of the total energy in a step
     lowest: float  # smallest change of the total energy since the start
-    residual: float  # largest residual of the audit
+    residual: float  # largest residual of the energy budget
     time: np.ndarray  # s
     total: np.ndarray  # change of the total energy since the start
 

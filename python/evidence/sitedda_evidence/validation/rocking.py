@@ -383,7 +383,7 @@ def pulse_text(width, height, pulse, way, time_step, duration, **more) -> str:
 
 
 def pulse_limit(width, height, acceleration, way, time_step=1e-3, share=5e-4, **more):
-    """Return the shortest pulse (s) that overturns the block in the engine, and the audit.
+    """Return the shortest pulse (s) that overturns the block, and the largest energy residual.
 
     Bisection starts between 0.9 and 1.1 of :func:`pulse_duration` and ends at a relative width of
     `share`.  The duration is NaN if the block overturns at 0.9 or does not at 1.1.

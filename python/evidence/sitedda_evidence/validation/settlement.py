@@ -81,7 +81,7 @@ class Settled(NamedTuple):
     """Energies of a wall, over a scale of energy, and its final state."""
 
     gain: float  # largest increase of the energy since the start, over the scale
-    residual: float  # largest residual of the audit over the work
+    residual: float  # largest residual of the energy budget over the work
     iterations: int  # largest number per step
     time: np.ndarray  # s
     total: np.ndarray  # change of the energy since the start, over the scale

@@ -281,7 +281,7 @@ def cantilever(short: bool) -> Outcome:
 
 
 def _joint_stiffness(count: int) -> float:
-    """Return k_n (N/m) with EI of a beam of 10 m x 1 m: E w³/12 = k_n w² h/2."""
+    """Return k_n (N/m) that gives the chain the EI of a beam 1 m wide: E w³/12 = k_n w² h/2."""
     return YOUNG / (6 * 10.0 / count)
 
 
