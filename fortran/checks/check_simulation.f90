@@ -350,6 +350,7 @@ contains
       if (depth > deepest) then
          brief = 'static contacts penetrate by '//short_text(100*depth)//' % of the smallest block'
          remedy = 'a higher normal_stiffness, or set penetration_tolerance'
+         if (noise > noisiest) remedy = 'set penetration_tolerance'
       end if
       call add_check(report, depth <= deepest .and. noise <= noisiest, 'penalty bounds', &
          'static contacts penetrate by '//short_text(100*depth)//' % of the smallest block, '// &

@@ -27,7 +27,7 @@ module dda_flow_groups
    !> fraction of the conductance of channels above the water table in steady flow
    real(wp), parameter :: of_air = 1.0e-3_wp
    !> rounds of the search for the water table in which dry nodes may become wet; in later ones none
-   integer, parameter :: free_rounds = 30
+   integer, parameter :: free_rounds = 60
    real(wp), parameter :: rounding = 1.0e-9_wp  !< rounding of potentials over the largest one
 
 contains
@@ -199,6 +199,7 @@ contains
       if (.not. network%flows) then
          do i = 1, size(fixed)
             associate (first => network%first(i), blocks => network%first(i + 1) - network%first(i))
+               if (blocks < 2) cycle
                call add_spring(network, i, merge(0.0_wp, 1.0_wp/compliance_of(network, i), &
                   fixed(i)), blocks, network%block(first), network%row(1, first), terms)
             end associate
@@ -229,8 +230,8 @@ contains
       if (n < 2) return
       call reserve_term(terms)
       associate (term => terms%term(terms%n))
-         if (.not. is_spring_of(term, node, block)) &
-            term = new_spring(node, block, network%flow%place(:, node))
+         if (.not. is_spring_of(term, node, block)) term = new_spring(node, block)
+         term%place = network%flow%place(:, node)
          term%coefficient = stiffness
          term%row_a = row(:, 1)
          term%row_b = -row(:, 2)
@@ -253,13 +254,12 @@ contains
    end function is_spring_of
 
    !> Return the spring of a node, without its values.
-   pure type(linear_term_type) function new_spring(node, block, place) result(term)
-      integer, intent(in) :: node       !< number of the node
-      integer, intent(in) :: block(:)   !< blocks beside the node
-      real(wp), intent(in) :: place(2)  !< position of the node, m
+   pure type(linear_term_type) function new_spring(node, block) result(term)
+      integer, intent(in) :: node      !< number of the node
+      integer, intent(in) :: block(:)  !< blocks beside the node
 
       term = linear_term_type(kind=term_water, instant=at_end, source=node, block_a=block(1), &
-         block_b=block(2), place=place)
+         block_b=block(2))
       if (size(block) == 2) return
       term%further = block(3:)
       allocate (term%further_row(6, size(term%further)))

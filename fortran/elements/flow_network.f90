@@ -27,7 +27,7 @@ module dda_flow_network
       real(wp), allocatable :: row(:,:)        !< [6,rows] ∂V/∂q per metre of thickness
       integer, allocatable :: row_of(:,:,:)  !< [sides,ends,channels] row of node and block in B
       real(wp), allocatable :: aperture(:,:)   !< [ends,channels] m
-      real(wp), allocatable :: conductance(:)  !< [channels] m²/(Pa s)
+      real(wp), allocatable :: conductance(:)  !< [channels] m²/(Pa s); 0 without flow
       real(wp), allocatable :: volume(:)       !< [nodes] m³ per metre of thickness
       real(wp), allocatable :: storage(:)      !< [nodes] m³/Pa per metre of thickness
       real(wp), allocatable :: unit_weight(:)  !< [nodes] N/m³

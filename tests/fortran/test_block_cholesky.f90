@@ -2,7 +2,6 @@
 !> The sparse factor against dense LAPACK, and against itself on another number of threads.
 module test_block_cholesky
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-   use, intrinsic :: ieee_exceptions, only: ieee_all, ieee_set_halting_mode
    use dda_kinds, only: wp
    use dda_block_graph, only: block_graph_type, graph_of
    use dda_block_matrix, only: block_matrix_type, multiply, set_pattern
@@ -157,6 +156,7 @@ contains
 
    !> A coupling that is no number is not left out as if it were zero.
    subroutine no_number()
+      use, intrinsic :: ieee_exceptions, only: ieee_all, ieee_set_halting_mode  ! restored on return
       type(factor_type) :: factor
 
       call ieee_set_halting_mode(ieee_all, .false.)

@@ -3,7 +3,6 @@
 !> cannot, and words where none can.
 module test_linear_solver
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-   use, intrinsic :: ieee_exceptions, only: ieee_all, ieee_set_halting_mode
    use dda_kinds, only: wp
    use dda_band_matrix, only: band_type, order_band
    use dda_block_matrix, only: block_matrix_type, multiply, set_pattern
@@ -150,6 +149,7 @@ contains
 
    !> Numbers that single precision cannot hold: the lagged factor hands over to the direct solver.
    subroutine beyond_single_precision()
+      use, intrinsic :: ieee_exceptions, only: ieee_all, ieee_set_halting_mode  ! restored on return
       integer, parameter :: n = 70
 
       call ieee_set_halting_mode(ieee_all, .false.)
@@ -253,6 +253,7 @@ contains
 
    !> A NaN on the right must not come back as a solution.
    subroutine no_numbers(name)
+      use, intrinsic :: ieee_exceptions, only: ieee_all, ieee_set_halting_mode  ! restored on return
       character(len=*), intent(in) :: name
       integer, parameter :: n = 70
       real(wp) :: x(6, n), b(6, n)
@@ -272,6 +273,7 @@ contains
    !> A matrix that is not definite is refused; conjugate gradients may be lucky, and must then be
    !> right.
    subroutine no_pivot(name)
+      use, intrinsic :: ieee_exceptions, only: ieee_all, ieee_set_halting_mode  ! restored on return
       character(len=*), intent(in) :: name
       integer, parameter :: n = 70
       real(wp) :: x(6, n), b(6, n), image(6, n)

@@ -51,7 +51,18 @@ class Family:
 
     def modes(self, theta, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the lowest ω² (rad²/s²) that have stiffness, ascending, and modes y as columns."""
-        stiffness, wanted = self.stiffness(theta), count + _FREE
+        stiffness, free = self.stiffness(theta), _FREE
+        limit = _NO_STIFFNESS * abs(stiffness).max()
+        while True:
+            squares, y = self._lowest(stiffness, count + free)
+            first = int(np.searchsorted(squares, limit))
+            if first <= free or squares.size < count + free:
+                return squares[first : first + count], y[:, first : first + count]
+            free = 2 * first
+
+    @staticmethod
+    def _lowest(stiffness, wanted: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the lowest eigenvalues of a matrix, ascending, and eigenvectors as columns."""
         if isinstance(stiffness, np.ndarray):
             last = min(wanted, len(stiffness)) - 1
             squares, y = linalg.eigh(stiffness, subset_by_index=(0, last))
@@ -62,8 +73,7 @@ class Family:
             squares, y = eigsh(stiffness.tocsc(), wanted, sigma=-shift)
             order = np.argsort(squares)
             squares, y = squares[order], y[:, order]
-        first = np.searchsorted(squares, _NO_STIFFNESS * abs(stiffness).max())
-        return squares[first : first + count], y[:, first : first + count]
+        return squares, y
 
     def slopes(self, squares: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return derivatives of ω², shape (unknowns, modes), and of modes y by eq. 2.

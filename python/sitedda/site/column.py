@@ -102,11 +102,16 @@ class Column:
     def decay_time(self, kind: str) -> float:
         """Return the time in which free vibration decays to 1/1000, s.
 
-        It is estimated for the first mode of a uniform column with the smallest damping ratio. In
-        an outcrop motion each reflection at a half-space takes a fraction; a within motion fixes
-        the base.
+        The damping ratio is that of the layers, weighted by their strain energy: the stress of the
+        first mode over the travel time is taken as that of a uniform column. In an outcrop motion
+        each reflection at a half-space takes a fraction; a within motion fixes the base.
         """
-        rate = np.pi * min(layer.damping_at([1.0])[0] for layer in self.layers)
+        times = [layer.thickness / layer.shear_velocity for layer in self.layers[::-1]]
+        share = np.cumsum([0.0, *times]) / self.travel_time  # from the base
+        energy = np.diff(share + np.sin(np.pi * share) / np.pi)[::-1]
+        energy /= [layer.density * layer.shear_velocity for layer in self.layers]
+        damping = [layer.damping_at([1.0])[0] for layer in self.layers]
+        rate = np.pi * np.average(damping, weights=energy)
         if kind == "outcrop" and isinstance(self.base, HalfSpace):
             mass = sum(layer.density * layer.thickness for layer in self.layers)
             below = self.base.density * self.base.shear_velocity * self.travel_time
@@ -352,11 +357,10 @@ class Column:
         if scheme is None:
             decay = self.decay_time(kind)
             ground = ground.padded(decay)
-            left = 1e3 ** -(ground.zeros / decay)
-            if left > _WRAPPED:
-                warnings.warn(f"{100 * left:.3g} % of the free vibration remains when the record "
-                              "repeats, and contaminates the result: increase the damping of the "
-                              "layers, or use a half-space with an outcrop motion",
+            if 1e3 ** -(ground.zeros / decay) > _WRAPPED:
+                warnings.warn(f"more than {100 * _WRAPPED:g} % of the free vibration remains when "
+                              "the record repeats, and contaminates the result: increase the "
+                              "damping of the layers, or use a half-space with an outcrop motion",
                               stacklevel=2)  # fmt: skip
         return ColumnResponse(self, ground, depth, kind, scheme)
 

@@ -56,6 +56,16 @@ class SoilCurves:
         for name, values in zip(("strain", "reduction", "damping"), arrays, strict=True):
             object.__setattr__(self, name, values)
 
+    def __eq__(self, other) -> bool:
+        return isinstance(other, SoilCurves) and self._content == other._content
+
+    def __hash__(self) -> int:
+        return hash(self._content)
+
+    @property
+    def _content(self) -> tuple[bytes, ...]:
+        return tuple(one.tobytes() for one in (self.strain, self.reduction, self.damping))
+
     def reduction_at(self, strain: ArrayLike) -> NDArray[np.float64]:
         """Return G/G_max at shear strains."""
         return np.interp(_log_strain(strain), np.log(self.strain), self.reduction)

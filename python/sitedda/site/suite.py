@@ -311,12 +311,13 @@ def _check_sites(profiles) -> list[Site]:
 
 def _read_motions(motions, levels, measure: str, period) -> Records:
     """Return motions, their names, and their factors at the levels."""
-    if not isinstance(motions, Mapping):
-        motions = {i: one for i, one in enumerate(motions, 1)}
+    if isinstance(motions, Mapping):
+        named = [(str(name), one) for name, one in motions.items()]
+    else:
+        named = [(_motion_name(one, i), one) for i, one in enumerate(motions, 1)]
     found = []
-    for name, one in motions.items():
+    for name, one in named:
         ground = Motion.of(one if hasattr(one, "acceleration") else read_record(one))
-        name = name if isinstance(name, str) else _motion_name(one, name)
         found.append(Record(name, ground.acceleration, ground.time_step))
     return Records(found, np.ravel(levels), measure, period=period)
 

@@ -78,9 +78,10 @@ def test_a_suite_is_its_cases(bore):
     }
     rock = spectral_acceleration(ground, STEP, periods)
     for name, one in three.items():
+        near = 1e-6 if name == "nonlinear" else 1e-9  # yielding amplifies rounding of the factor
         case = table.sel(analysis=name, motion="b").isel(profile=1, level=1)
-        np.testing.assert_allclose(case.sa, one.spectrum(periods), rtol=1e-6)
-        np.testing.assert_allclose(case.amplification, one.spectrum(periods) / rock, rtol=1e-6)
+        np.testing.assert_allclose(case.sa, one.spectrum(periods), rtol=near)
+        np.testing.assert_allclose(case.amplification, one.spectrum(periods) / rock, rtol=near)
     factors = np.log(table.amplification.sel(analysis="linear").isel(level=0).values).reshape(4, 3)
     statistics = found.statistics.sel(analysis="linear").isel(level=0)
     np.testing.assert_allclose(statistics["median"], np.exp(factors.mean(0)))

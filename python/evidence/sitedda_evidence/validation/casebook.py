@@ -138,7 +138,7 @@ def block_on_slope(short: bool) -> Outcome:
 
 
 def _run_released_block(height: float, friction: float, duration: float):
-    """Release a block; return displacement down the slope (m), rotation (rad) and polygons."""
+    """Release a block; return displacement (m) and clockwise rotation (rad), and polygons."""
     model = single_block(friction, float(np.degrees(PSI)), 10.0, height)
     model.control(time_step=1e-3)
     model.joint("glue", friction_angle=80.0, cohesion=1e9, tensile_strength=1e9)
@@ -151,7 +151,7 @@ def _run_released_block(height: float, friction: float, duration: float):
         while not simulation.advance(100):
             pass
         x, _, turn = (simulation.coordinates[1] - start)[:3]
-        return float(x), abs(float(turn)), simulation.polygons
+        return float(x), -float(turn), simulation.polygons
 
 
 @case(

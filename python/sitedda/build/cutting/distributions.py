@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Random lengths and angles of joints, reproducible from a seed in every version.
+"""Random lengths and angles of joints, reproducible from a seed in every version up to rounding.
 
 Raw 64-bit integers come from numpy's Philox generator, whose key is (seed, stream).  The formulas
-of distributions are defined here, because the formulas of numpy may change.
+of numpy's distributions may change and are not used.
 """
 
 from statistics import NormalDist
