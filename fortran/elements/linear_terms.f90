@@ -220,16 +220,21 @@ contains
       end do
    end subroutine scale_penalty
 
-   !> List the pairs of blocks that terms couple; pairs may repeat.
+   !> List the pairs of blocks that terms couple; a pair may repeat, but not for consecutive terms.
    pure function coupled_blocks(terms) result(pairs)
       type(linear_terms_type), intent(in) :: terms  !< springs and dashpots
       integer, allocatable :: pairs(:,:)  !< [2,any]
       integer :: i, j, k, count
 
-      allocate (pairs(2, sum([(blocks_in(terms%term(i))*(blocks_in(terms%term(i)) - 1)/2, &
-         i=1, terms%n)])))
       count = 0
       do i = 1, terms%n
+         if (.not. repeats_blocks(terms, i)) count = count &
+            + blocks_in(terms%term(i))*(blocks_in(terms%term(i)) - 1)/2
+      end do
+      allocate (pairs(2, count))
+      count = 0
+      do i = 1, terms%n
+         if (repeats_blocks(terms, i)) cycle
          do j = 2, blocks_in(terms%term(i))
             do k = 1, j - 1
                count = count + 1
@@ -238,6 +243,23 @@ contains
          end do
       end do
    end function coupled_blocks
+
+   !> .true. if term i acts on the same blocks as the term before it.
+   pure logical function repeats_blocks(terms, i)
+      type(linear_terms_type), intent(in) :: terms  !< springs and dashpots
+      integer, intent(in) :: i  !< number of the term
+      integer :: k
+
+      repeats_blocks = .false.
+      if (i == 1) return
+      associate (term => terms%term(i), before => terms%term(i - 1))
+         if (blocks_in(term) /= blocks_in(before)) return
+         do k = 1, blocks_in(term)
+            if (block_of(term, k) /= block_of(before, k)) return
+         end do
+      end associate
+      repeats_blocks = .true.
+   end function repeats_blocks
 
    !> Add weight × c u uᵀ of all terms to a matrix, unless its pattern lacks pairs of their blocks.
    !>

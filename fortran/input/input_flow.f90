@@ -6,7 +6,7 @@ module dda_input_flow
    use dda_edge_load, only: load_level, load_surface, load_uniform
    use dda_errors, only: error_type
    use dda_flow, only: channel_type, flow_boundary_type, flow_law_type, flow_states, flow_type, &
-      flow_undrained
+      flow_transient, flow_undrained
    use dda_input_edges, only: take_polyline
    use dda_input_group, only: group_type, input_error, given, is_set, positions, value_or, &
       mark_names
@@ -25,6 +25,8 @@ module dda_input_flow
 
    !> most nodes with flow, which a dense factor solves together (4000: some seconds per step)
    integer, parameter :: most_nodes = 4000
+   !> most nodes × blocks² of transient flow, which are added to K̂ (4e8: some seconds per step)
+   real(wp), parameter :: most_springs = 4.0e8_wp
 
 contains
 
@@ -71,13 +73,22 @@ contains
       type(flow_type), intent(in) :: flow    !< with its nodes
       type(group_type), intent(in) :: group  !< group of the input
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      integer :: n
+      logical, allocatable :: beside(:)
+      integer :: n, i
 
       n = size(flow%place, 2)
+      allocate (beside(maxval([(flow%channel(i)%block, i=1, size(flow%channel))])), source=.false.)
+      do i = 1, size(flow%channel)
+         beside(flow%channel(i)%block) = .true.
+      end do
       if (n > most_nodes .and. any(flow%state /= flow_undrained)) call input_error(error, group, &
          'the joints have '//to_text(n)//' nodes, and at most '//to_text(most_nodes)// &
          ' can be solved together: give state = ''undrained'' and state_at_rest = ''undrained'',' &
          //' or select fewer joints')
+      if (n*real(count(beside), wp)**2 > most_springs .and. any(flow%state == flow_transient)) &
+         call input_error(error, group, 'transient flow with '//to_text(n)//' nodes beside '// &
+         to_text(count(beside))//' blocks requires too much time and memory (nodes × blocks² ' &
+         //'above 4e8): give another state and state_at_rest, or select fewer joints')
    end subroutine limit_nodes
 
    !> Read the law of the water in the joints of a group; the first group sets the flow state.

@@ -122,6 +122,8 @@ contains
          call set_pattern(matrix, 4, coupled_blocks(terms))
          call add_to_matrix(terms, weights, matrix, fits)
          call check(fits, 'the pattern of the terms')
+         call add_term(terms, terms%term(1))
+         call check(size(coupled_blocks(terms), 2) == merge(1, 3, k == 1), 'pairs are listed once')
          call set_pattern(matrix, 4, reshape([1, 2], [2, 1]))
       end do
    end subroutine terms_beyond_the_pattern

@@ -16,11 +16,23 @@ sys.path.insert(0, str(ROBUSTNESS))
 
 from attack import KINDS, attack, kept_case, spread  # noqa: E402
 from fuzz import FILES, PYTHON_PROBE, Probe, Tally, ask_about, fuzz  # noqa: E402
+from model_text import namelist  # noqa: E402
+from mutations import models, unquoted  # noqa: E402
 
 pytestmark = pytest.mark.slow
 
 CASES = sorted(file for file in (ROBUSTNESS / "cases").iterdir() if file.is_file())
 ATTACKS = sorted((ROBUSTNESS / "cases" / "attacks").iterdir())
+
+
+@pytest.mark.parametrize("groups", models(), ids=lambda groups: groups[-1][0])
+def test_models_to_be_spoilt_are_good(groups, tmp_path):
+    file = tmp_path / "good.nml"
+    file.write_text(unquoted(namelist(groups)))
+    with Probe(PYTHON_PROBE) as probe:
+        tally = Tally()
+        assert not ask_about(probe, "input", file, tally)
+    assert tally.answers["ok"] == 1
 
 
 @pytest.mark.parametrize(("kind", "count"), [("input", 400), ("record", 300)])

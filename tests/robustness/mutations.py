@@ -59,7 +59,7 @@ def models() -> list[list]:
     wet = [
         *resting,
         ("flow", {"aperture": 1e-3, "state": "transient", "saturation": 0.9}),
-        ("flow_boundary", {"side": "left", "head": [2.0, 3.0], "time": [0.0, 1e-3]}),
+        ("flow_boundary", {"along": [0, 0, 0, 1.6], "head": [2.0, 3.0], "time": [0.0, 1e-3]}),
         ("traction", {"side": "right", "level": 1.0, "added_mass": True}),
     ]
     return [shaken, resting, column, original, tight, based, wet, flying_block(steps=5)]

@@ -471,3 +471,7 @@ def test_a_large_network_is_refused_or_undrained():
         sitedda.run(model)
     model["flow"][0](state="undrained", state_at_rest="undrained")
     assert sitedda.run(model).complete
+    model["wall"][0](courses=10)
+    model["flow"][0](state="transient")
+    with pytest.raises(InputError, match=r"transient flow with \d+ nodes beside 8\d\d blocks"):
+        sitedda.run(model)
