@@ -124,7 +124,8 @@ contains
 
       self%network%flows = stage_flow_state(self) /= flow_undrained
       call set_groups(self%network, self%group)
-      call set_springs(self%network, self%conductance, self%fixed .or. self%vented, self%group)
+      if (stage_flow_state(self) /= flow_steady) call set_springs(self%network, &
+         self%conductance, self%fixed .or. self%vented, self%group)
    end subroutine begin_state
 
    !> Return the flow state of the stage: steady, transient or undrained.
