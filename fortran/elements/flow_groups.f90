@@ -7,6 +7,8 @@
 !> of a node is B with the stiffness 1/S, and couples only the blocks around the node.
 module dda_flow_groups
    use dda_kinds, only: wp
+   use dda_counting_sort, only: counting_sort
+   use dda_flow, only: connected_nodes
    use dda_flow_network, only: network_type
    use dda_lapack, only: dpotrf, dtrsm
    use dda_linear_terms, only: linear_term_type, linear_terms_type, reserve_term, blocks_in, &
@@ -36,61 +38,30 @@ contains
    pure subroutine set_groups(network, groups)
       type(network_type), intent(in) :: network  !< network of the model
       type(group_type), allocatable, intent(out) :: groups(:)  !< groups of all nodes, or none
-      integer :: label(size(network%volume)), owner(size(network%volume)), c, i, n, low
-      logical :: changed
+      integer :: first(size(network%volume)), owner(size(network%volume)), i, n
+      integer, allocatable :: start(:), order(:)
 
       if (.not. network%flows) then
          allocate (groups(0))
          return
       end if
-      label = [(i, i=1, size(label))]
-      changed = .true.
-      do while (changed)
-         changed = .false.
-         do c = 1, size(network%absent)
-            if (network%absent(c)) cycle
-            associate (node => network%flow%channel(c)%node)
-               low = minval(label(node))
-               changed = changed .or. any(label(node) /= low)
-               label(node) = low
-            end associate
-         end do
-      end do
+      first = connected_nodes(network%flow, network%absent)
       n = 0
-      do i = 1, size(label)
-         if (label(i) == i) n = n + 1
+      do i = 1, size(first)
+         if (first(i) == i) n = n + 1
          owner(i) = n
-         if (label(i) /= i) owner(i) = owner(label(i))
+         if (first(i) /= i) owner(i) = owner(first(i))
       end do
+      call counting_sort(n, owner, start, order)
       allocate (groups(n))
-      call list_nodes(owner, groups)
       do i = 1, n
+         groups(i)%node = order(start(i):start(i + 1) - 1)
          associate (nodes => size(groups(i)%node))
             allocate (groups(i)%factor(nodes, nodes))
             call find_blocks(network, groups(i))
          end associate
       end do
    end subroutine set_groups
-
-   !> List the nodes of each group.
-   pure subroutine list_nodes(owner, groups)
-      integer, intent(in) :: owner(:)               !< [nodes] group
-      type(group_type), intent(inout) :: groups(:)  !< groups of all nodes
-      integer :: count(size(groups)), i, g
-
-      count = 0
-      do i = 1, size(owner)
-         count(owner(i)) = count(owner(i)) + 1
-      end do
-      do g = 1, size(groups)
-         allocate (groups(g)%node(count(g)))
-      end do
-      count = 0
-      do i = 1, size(owner)
-         count(owner(i)) = count(owner(i)) + 1
-         groups(owner(i))%node(count(owner(i))) = i
-      end do
-   end subroutine list_nodes
 
    !> Find the blocks beside the nodes of a group, and allocate its springs.
    pure subroutine find_blocks(network, group)

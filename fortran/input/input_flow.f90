@@ -3,10 +3,11 @@
 module dda_input_flow
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
+   use dda_counting_sort, only: counting_sort
    use dda_edge_load, only: load_level, load_surface, load_uniform
    use dda_errors, only: error_type
-   use dda_flow, only: channel_type, flow_boundary_type, flow_law_type, flow_states, flow_type, &
-      flow_transient, flow_undrained
+   use dda_flow, only: channel_type, connected_nodes, flow_boundary_type, flow_law_type, &
+      flow_states, flow_type, flow_transient, flow_undrained
    use dda_input_edges, only: take_polyline
    use dda_input_group, only: group_type, input_error, given, is_set, positions, value_or, &
       mark_names
@@ -68,28 +69,52 @@ contains
       call set_water(model, groups, error)
    end subroutine read_flow
 
-   !> Reject more nodes with flow than can be solved together.
+   !> Reject more connected nodes with flow than can be solved together.
    subroutine limit_nodes(flow, group, error)
       type(flow_type), intent(in) :: flow    !< with its nodes
       type(group_type), intent(in) :: group  !< group of the input
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      logical, allocatable :: beside(:)
-      integer :: n, i
+      integer, allocatable :: sizes(:,:)
+      integer :: most(2)
 
-      n = size(flow%place, 2)
-      allocate (beside(maxval([(flow%channel(i)%block, i=1, size(flow%channel))])), source=.false.)
-      do i = 1, size(flow%channel)
-         beside(flow%channel(i)%block) = .true.
-      end do
-      if (n > most_nodes .and. any(flow%state /= flow_undrained)) call input_error(error, group, &
-         'the joints have '//to_text(n)//' nodes, and at most '//to_text(most_nodes)// &
+      if (allocated(error) .or. all(flow%state == flow_undrained)) return
+      sizes = part_sizes(flow)
+      if (maxval(sizes(1, :)) > most_nodes) call input_error(error, group, 'the joints have '// &
+         to_text(maxval(sizes(1, :)))//' connected nodes, and at most '//to_text(most_nodes)// &
          ' can be solved together: give state = ''undrained'' and state_at_rest = ''undrained'',' &
          //' or select fewer joints')
-      if (n*real(count(beside), wp)**2 > most_springs .and. any(flow%state == flow_transient)) &
-         call input_error(error, group, 'transient flow with '//to_text(n)//' nodes beside '// &
-         to_text(count(beside))//' blocks requires too much time and memory (nodes × blocks² ' &
-         //'above 4e8): give another state and state_at_rest, or select fewer joints')
+      most = sizes(:, maxloc(sizes(1, :)*real(sizes(2, :), wp)**2, 1))
+      if (most(1)*real(most(2), wp)**2 > most_springs .and. any(flow%state == flow_transient)) &
+         call input_error(error, group, 'transient flow with '//to_text(most(1))//' connected '// &
+         'nodes beside '//to_text(most(2))//' blocks requires too much time and memory (nodes '// &
+         '× blocks² above 4e8): give another state and state_at_rest, or select fewer joints')
    end subroutine limit_nodes
+
+   !> Return the numbers of nodes and of blocks beside them for each part of connected nodes.
+   pure function part_sizes(flow) result(sizes)
+      type(flow_type), intent(in) :: flow  !< with its nodes and channels
+      integer, allocatable :: sizes(:,:)   !< [2,nodes] values at the first node of a part, else 0
+      integer :: part(size(flow%place, 2)), i, side
+      integer, allocatable :: start(:), order(:), seen(:)
+
+      part = connected_nodes(flow, [(.false., i=1, size(flow%channel))])
+      allocate (sizes(2, size(part)), source=0)
+      allocate (seen(maxval([(flow%channel(i)%block, i=1, size(flow%channel))])), source=0)
+      do i = 1, size(part)
+         sizes(1, part(i)) = sizes(1, part(i)) + 1
+      end do
+      call counting_sort(size(part), [(part(flow%channel(i)%node(1)), i=1, size(flow%channel))], &
+         start, order)
+      do i = 1, size(order)
+         associate (channel => flow%channel(order(i)), p => part(flow%channel(order(i))%node(1)))
+            do side = 1, 2
+               if (seen(channel%block(side)) == p) cycle
+               seen(channel%block(side)) = p
+               sizes(2, p) = sizes(2, p) + 1
+            end do
+         end associate
+      end do
+   end function part_sizes
 
    !> Read the law of the water in the joints of a group; the first group sets the flow state.
    subroutine read_law(model, group, i, own, law_of, error)

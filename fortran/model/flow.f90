@@ -6,10 +6,11 @@
 module dda_flow
    use dda_kinds, only: wp
    use dda_interpolation, only: find_interval
+   use dda_partition, only: join, name_parts
    implicit none
    private
    public :: flow_type, flow_law_type, flow_boundary_type, channel_type, value_at, acts_at, &
-      flow_states, flow_steady, flow_transient, flow_undrained
+      connected_nodes, flow_states, flow_steady, flow_transient, flow_undrained
 
    integer, parameter :: flow_steady = 1     !< pressures are in equilibrium with the boundaries
    integer, parameter :: flow_transient = 2  !< water is stored and flows
@@ -63,6 +64,19 @@ module dda_flow
    end type flow_type
 
 contains
+
+   !> Return for each node the first of the nodes that channels connect with it.
+   pure function connected_nodes(flow, absent) result(first)
+      type(flow_type), intent(in) :: flow   !< flow of the model
+      logical, intent(in) :: absent(:)      !< [channels] channels without water
+      integer :: first(size(flow%place, 2)), c, i
+
+      first = [(i, i=1, size(first))]
+      do c = 1, size(flow%channel)
+         if (.not. absent(c)) call join(first, flow%channel(c)%node(1), flow%channel(c)%node(2))
+      end do
+      call name_parts(first)
+   end function connected_nodes
 
    !> .true. if a boundary acts at a given time.
    pure logical function acts_at(boundary, time)  ! total

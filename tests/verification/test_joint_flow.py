@@ -473,5 +473,16 @@ def test_a_large_network_is_refused_or_undrained():
     assert sitedda.run(model).complete
     model["wall"][0](courses=10)
     model["flow"][0](state="transient")
-    with pytest.raises(InputError, match=r"transient flow with \d+ nodes beside 8\d\d blocks"):
+    with pytest.raises(InputError, match=r"with \d+ connected nodes beside 8\d\d blocks"):
         sitedda.run(model)
+
+
+def test_many_separate_networks_are_accepted():
+    """The limit on nodes and blocks is one of connected nodes."""
+    model = sitedda.Model("columns", time_step=1e-3, steps=1)
+    model.material("rock", density=2500.0, young_modulus=1e10, poisson_ratio=0.2)
+    model.joint("joint", friction_angle=35.0)
+    for number in range(500):
+        model.drums(name=f"c{number}_", centre=2.0 * number, width=1, height=1, count=2)
+    model.flow(aperture=1e-3, state="transient")
+    assert sitedda.run(model).complete
