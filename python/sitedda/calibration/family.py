@@ -24,7 +24,7 @@ _NO_STIFFNESS = 1e-12  # ω² below this fraction of the largest entry: rigid mo
 _EQUAL = 1e-8  # relative difference of ω² that counts as round-off
 _STEP = 1e-4  # relative change of an unknown, small so that few contacts change
 _LINEAR = 1e-3  # largest relative curvature of K: settled contacts move by micrometres
-_FREE = 12  # largest number of motions without stiffness
+_FREE = 12  # motions without stiffness for which the first search suffices
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Family:
             from scipy.sparse.linalg import eigsh
 
             shift = 1e-9 * stiffness.diagonal().mean()  # K itself may be singular
-            squares, y = eigsh(stiffness.tocsc(), wanted, sigma=-shift)
+            squares, y = eigsh(stiffness.tocsc(), min(wanted, stiffness.shape[0] - 1), sigma=-shift)
             order = np.argsort(squares)
             squares, y = squares[order], y[:, order]
         return squares, y
