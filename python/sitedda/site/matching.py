@@ -76,7 +76,7 @@ def matched(
     Returns
     -------
     xarray.Dataset
-        ``attrs['misfit']`` is the largest relative misfit, at 960 periods a decade and 16 times as
+        ``attrs['misfit']`` is the largest relative misfit, at 960 periods a decade and 8 times as
         many at its maxima.
 
     Raises

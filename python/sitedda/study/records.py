@@ -146,7 +146,7 @@ class Records:
 
 def _ln_sa_scatter(motions: list) -> dict:
     """Return the scatter of ln Sa of records with a common mean, as an attribute of the table."""
-    if len(motions) < 2 or None in motions:
+    if len(motions) < 2 or None in motions or not all(one[0].any() for one in motions):
         return {}
     shapes = np.array([np.log(spectral_acceleration(acceleration, step, _PERIODS, 0.05))
                        for acceleration, _, step in motions])  # fmt: skip
