@@ -2,6 +2,7 @@
 """Read regular files up to a maximum size."""
 
 import os
+import re
 import stat
 from pathlib import Path
 
@@ -51,7 +52,7 @@ def read_numbers(file, most: int) -> tuple[list[str], list[tuple[int, list[float
     Raises
     ------
     InputError
-        If there are no rows, or a row does not have a number for each heading.
+        If there are no rows, a heading is repeated, or a row does not have a number for each.
     """
     lines = read_bounded(file, most).decode("utf-8-sig", "replace").splitlines()
     rows = [(i, [cell.strip(' \t"') for cell in line.split(",")])
@@ -59,16 +60,28 @@ def read_numbers(file, most: int) -> tuple[list[str], list[tuple[int, list[float
     if len(rows) < 2 or not all(rows[0][1]):
         raise InputError(f"{file}: give a heading with the name of each column, and rows of "
                          "numbers")  # fmt: skip
-    names, found = rows[0][1], []
-    for line, cells in rows[1:]:
+    (first, names), *rest = rows
+    if "\0" in lines[0] or (len(names) == 1 and re.search(r"[;\t]", names[0])):
+        raise InputError(f"{file}, line {first}: {lines[first - 1]!r} has no commas: write a table "
+                         "in UTF-8, with commas between columns and decimal points")  # fmt: skip
+    if repeated := [name for name in names if names.count(name) > 1]:
+        raise InputError(f"{file}, line {first}: heading {repeated[0]!r} is repeated")
+    found = []
+    for line, cells in rest:
         if len(cells) != len(names):
             raise InputError(f"{file}, line {line}: {len(cells)} values under {len(names)} "
                              "headings; give one value per heading")  # fmt: skip
-        try:
-            found.append((line, [float(cell or "nan") for cell in cells]))
-        except ValueError as trouble:
-            raise InputError(f"{file}, line {line}: {trouble}") from None
+        found.append((line, [_number_in(f"{file}, line {line}: {name}", cell)
+                             for name, cell in zip(names, cells, strict=True)]))  # fmt: skip
     return names, found
+
+
+def _number_in(where: str, cell: str) -> float:
+    """Return the number in a cell of a table; NaN if the cell is empty."""
+    try:
+        return float(cell or "nan")
+    except ValueError:
+        raise InputError(f"{where} = {cell!r} is not a number") from None
 
 
 def _unreadable_error(file, trouble: Exception) -> OutputError:

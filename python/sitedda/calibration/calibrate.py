@@ -201,7 +201,7 @@ def calibrate(
     if not seen:
         raise InputError("there is no measured mode")
     changes = dict(changes or {}) | more
-    mean, deviation = np.log(prior).mean(1), np.log(prior[:, 1] / prior[:, 0]) / (2 * BAND)
+    mean, deviation = np.log(prior).mean(1), np.ptp(np.log(prior), axis=1) / (2 * BAND)
     centre = dict(zip(unknowns, np.exp(mean).tolist(), strict=True))
     *_, points = matrices(model, contacts, changes | centre)
     observations = Observations(seen, points)
@@ -316,7 +316,9 @@ def _find_peaks(posterior: Posterior, seed: int) -> tuple[Posterior, list[tuple]
         theta = posterior.values(steps)[:, : len(family.parts)]
         return [(one, *family.modes(t, count + 2)) for one, t in zip(steps, theta, strict=True)]
 
-    vectors, found = [y for *_, y in solve(np.zeros(size), BAND * np.eye(size))], []
+    start, found = solve(np.zeros(size), BAND * np.eye(size)), []
+    posterior.seen.check_count(min(len(squares) for _, squares, _ in start))
+    vectors = [y for *_, y in start]
     for _ in range(_ROUNDS):
         posterior = replace(posterior, family=family.reduced(np.hstack(vectors)))
         found, error = posterior.peaks([z for z, _ in found] or posterior.starts(seed)), 0.0
@@ -360,6 +362,8 @@ def _find_warnings(found: Calibration, peak, deviation, counting: float, sampler
         words += [f"only a combination of {name} and {other} is determined (correlation "
                   f"{found.correlation[i, j]:.2f})" for j, other in enumerate(found.names[:i])
                   if abs(found.correlation[i, j]) > _ALIKE]  # fmt: skip
+    if any(len(one.shape) == 1 for one in found.measured):
+        words.append("shapes of one component are not compared: they fit any mode")
     if counting < _FEW and sampler == "laplace":
         words.append("the posterior is not Gaussian: use the sampler 'ensemble'")
     if found.reduction_error > 100 * _EXACT:

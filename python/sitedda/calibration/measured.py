@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from ..base.reading import read_numbers
 BAND = 1.6449  # number of standard deviations on either side of the median that contain 90 %
 _LARGEST = 2**22  # largest size of a table of modes, bytes
 _SHAPE_DEVIATION = 0.05  # standard deviation of each component of a shape of unit length
+_APART = 4.0  # standard deviations by which measured frequencies of modes may be in wrong order
 _NUMBER = Range(1, 1000, whole=True)
 _COLUMNS = {
     "frequency": POSITIVE, "deviation": POSITIVE, "low": POSITIVE, "high": POSITIVE,
@@ -42,6 +44,8 @@ class MeasuredMode:
         Number of the model's mode from 1; 0: by its shape, or the same place in the list.
     damping, damping_deviation : float
         Damping ratio and its standard deviation; NaN: not measured.
+    origin : str
+        File and line, for messages.
 
     Raises
     ------
@@ -56,6 +60,7 @@ class MeasuredMode:
     mode: int = 0
     damping: float = math.nan
     damping_deviation: float = math.nan
+    origin: str = field(default="", compare=False, repr=False)
 
     def __post_init__(self):
         for name in ("frequency", "deviation", "shape_deviation"):
@@ -91,13 +96,13 @@ def measured_modes(source) -> list[MeasuredMode]:
     for line, values in rows:
         given = {n: v for n, v in zip(names, values, strict=True) if not math.isnan(v)}
         try:
-            found.append(_mode_of(given))
+            found.append(_mode_of(given, f"{source}, line {line}"))
         except InputError as trouble:
             raise InputError(f"{source}, line {line}: {trouble}") from None
     return found
 
 
-def _mode_of(row: dict[str, float]) -> MeasuredMode:
+def _mode_of(row: dict[str, float], origin: str) -> MeasuredMode:
     """Return the mode of a row of a table."""
     shape = {n: row[n] for n in row if n not in _COLUMNS}
     values: dict = {n: _COLUMNS[n].check(n, row[n]) for n in row if n in _COLUMNS}
@@ -105,11 +110,14 @@ def _mode_of(row: dict[str, float]) -> MeasuredMode:
     if low and high:
         if not low < high:
             raise InputError(f"low = {low:g} must be below high = {high:g}")
-        values = {"frequency": (low + high) / 2, "deviation": (high - low) / (2 * BAND)} | values
+        if "frequency" in values or "deviation" in values:
+            raise InputError(f"low = {low:g} and high = {high:g} are given, and frequency or "
+                             "deviation: give one pair only")  # fmt: skip
+        values |= {"frequency": (low + high) / 2, "deviation": (high - low) / (2 * BAND)}
     for name in ("frequency", "deviation"):
         if name not in values:
             raise InputError(f"{name} is missing: give frequency and deviation, or low and high")
-    return MeasuredMode(shape=shape, **values)
+    return MeasuredMode(shape=shape, origin=origin, **values)
 
 
 class Observations:
@@ -134,17 +142,44 @@ class Observations:
         for i, one in enumerate(modes):
             for name in one.shape:
                 if name[:-2] not in points:
-                    raise InputError(f"the shape of mode {i + 1} has {name}, but the measured "
-                                     f"points of the model are {points}")  # fmt: skip
+                    raise InputError(f"{self.place(i)}: the shape has {name}, but the measured "
+                                     f"points of the model are {', '.join(points)}")  # fmt: skip
             named = one.shape if len(one.shape) > 1 else {}  # a single component fits any shape
             shape = np.array(list(named.values()))
             if named and not np.any(shape):
-                raise InputError(f"the shape of mode {i + 1} is zero")
+                raise InputError(f"{self.place(i)}: the shape is zero")
+            shape = shape / max(abs(shape), default=1.0)
             rows = [2 * points.index(n[:-2]) + (n[-1] == "y") for n in named]
             self.rows.append(np.array(rows, dtype=int))
             self.shapes.append(shape / np.linalg.norm(shape) if named else shape)
             number.append(one.mode - 1 if one.mode or named else i)
-        if len({n for n in number if n >= 0}) < sum(n >= 0 for n in number):
-            raise InputError("two measured modes match the same mode of the model: number both")
+        self._check_order(number)
         self.number = np.array(number)
         self.count = max(max(number) + 1, len(modes)) + (3 if min(number) < 0 else 0)
+
+    def place(self, i: int) -> str:
+        """Return where a measured mode was given, for messages."""
+        return self.modes[i].origin or f"mode {i + 1}"
+
+    def check_count(self, count: int) -> None:
+        """Raise InputError if a model has fewer modes than are measured or numbered."""
+        last = int(np.argmax(self.number))
+        if count <= self.number[last] or count < len(self.modes):
+            raise InputError(f"{self.place(last)}: mode {self.number[last] + 1} and "
+                             f"{len(self.modes)} measured modes, but the model has only {count} "
+                             "modes with stiffness")  # fmt: skip
+
+    def _check_order(self, number: list[int]) -> None:
+        """Raise InputError if a number is repeated, or frequencies contradict the numbers."""
+        order = sorted((n, i) for i, n in enumerate(number) if n >= 0)
+        for (n, i), (other, j) in pairwise(order):
+            if n == other:
+                raise InputError(f"{self.place(j)}: two measured modes match mode {n + 1} of the "
+                                 "model: number both")  # fmt: skip
+            one, two = self.modes[i], self.modes[j]
+            apart = (one.frequency - two.frequency) / math.hypot(one.deviation, two.deviation)
+            if apart > _APART and not (one.mode and two.mode):
+                raise InputError(
+                    f"{self.place(j)}: frequency = {two.frequency:g} of mode {other + 1} is below "
+                    f"the {one.frequency:g} Hz of mode {n + 1}: sort the modes, or number them"
+                )

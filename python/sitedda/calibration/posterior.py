@@ -184,7 +184,7 @@ class Posterior:
         ends.sort(key=lambda one: one.cost)
         kept = [ends[i] for i in _apart([one.x for one in ends], 0.05)]
         return [(one.x, np.linalg.inv(one.jac.T @ one.jac)) for one in kept
-                if one.cost < ends[0].cost + _LOWEST]  # fmt: skip
+                if one.cost <= ends[0].cost + _LOWEST]  # fmt: skip
 
     def weighted(self, peaks: list[tuple], seed: int) -> tuple:
         """Return draws, weights, ln of the integral of p, its error, and effective fraction.

@@ -5,6 +5,7 @@ import argparse
 from pathlib import Path
 
 from ..base.arguments import COUNT, NOT_NEGATIVE, picture_name
+from ..base.errors import InputError
 from ..base.files import OWN_TABLE, check_target, write
 from .parser import add_changes, folded
 
@@ -60,14 +61,16 @@ def _run_calibrate(options: argparse.Namespace) -> int:
     reads = [options.file, options.modes]
     check_target(picture, "a picture", reads)
     table = check_target(picture.with_suffix(".csv"), OWN_TABLE, reads)
-    changes, modes = dict(options.set), options.modes
+    changes, modes, unknowns = dict(options.set), options.modes, dict(options.unknown)
+    if len(unknowns) < len(options.unknown):
+        raise InputError(f"--unknown: a name is repeated; the names are {', '.join(unknowns)}")
     if options.record:
         modes = picture.with_name(f"{options.modes.stem}_modes.csv")
         seen = modes_csv(identify(options.modes, options.record))
         print(f"modes: {write(modes, seen, OWN_TABLE, reads)}")
-    found = calibrate(options.file, modes, dict(options.unknown),
-                      discrepancy=options.discrepancy, sampler=options.sampler,
-                      samples=options.samples, changes=changes)  # fmt: skip
+    found = calibrate(options.file, modes, unknowns, discrepancy=options.discrepancy,
+                      sampler=options.sampler, samples=options.samples,
+                      changes=changes)  # fmt: skip
     print(folded(str(found)))
     figure = draw_calibration(options.file, found, changes)
     print(f"picture: {save_picture(figure, picture, reads, dpi=130)}")

@@ -11,7 +11,7 @@ import pytest
 from scipy.stats import norm
 
 import sitedda
-from sitedda.calibration import MeasuredMode, calibrate, family_of, measured_modes, modes_csv, odds
+from sitedda.calibration import MeasuredMode, calibrate, family_of, modes_csv, odds
 from sitedda.calibration.measured import Observations
 from sitedda.calibration.posterior import Posterior
 from sitedda.checking import matrices
@@ -234,9 +234,8 @@ def refused(unknowns, measured=None):
         (refused({"joint[bed].normal_stifness_per_area": (1e8, 1e9)}), "normal_stifness"),
         (refused({NORMAL: RANGES[NORMAL], "material[stone].poisson_ratio": (0.05, 0.2)}),
          "not linear"),
-        (refused({BED: (1e8, 1e9)}, [MeasuredMode(3, 0.1, {"top.x": 1, "p0_0.x": 2})]),
-         "measured points of the model"),
-        (refused({BED: (1e8, 1e9)}, [MeasuredMode(f, 0.1, mode=1) for f in (3, 4)]), "same mode"),
+        (refused({BED: (1e8, 1e9)}, [MeasuredMode(f, 0.1, mode=1) for f in (3, 4)]),
+         "mode 2: two measured modes match mode 1"),
     ],
 )  # fmt: skip
 def test_refuses_modes_and_unknowns(call, words):
@@ -247,19 +246,46 @@ def test_refuses_modes_and_unknowns(call, words):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("frequency\n", "give a heading"),
+        ("frequency\n", "modes.csv: give a heading"),
+        ("frequency;deviation\n3,0;0,1\n", "line 1: 'frequency;deviation' has no commas"),
+        ("f\0\n1\0\n", "UTF-8"),
+        ("frequency,deviation,deviation\n3,1,2\n", "line 1: heading 'deviation' is repeated"),
         ("frequency,width\n3,1\n", "column 'width' is not known"),
         ("frequency,deviation\n3,0.1\n-1,0.1\n", "line 3: frequency = -1"),
         ("# sensors\nfrequency\n3\n", "line 3: deviation is missing"),
         ("low,high\n3,2\n", "low = 3 must be below"),
         ("frequency,deviation\n3\n", "line 2: 1 values under 2"),
-        ("frequency,deviation\n3,0.1\n4,b\n", "line 3: .*'b'"),
+        ("frequency,deviation\n3,0.1\n4,b\n", "line 3: deviation = 'b' is not a number"),
+        ("frequency,low,high\n3,2,4\n", "line 2: low = 2 and high = 4"),
+        ("frequency,deviation\n0,0.1\n", "line 2: frequency = 0"),
+        ("frequency,deviation\n70,1\n20,1\n", "line 3: frequency = 20 of mode 2 is below the 70"),
+        ("frequency,deviation,mode\n20,1,\n20,1,1\n", "line 3: two measured .* mode 1"),
+        ("frequency,deviation,mode\n20,1,50\n", "line 2: mode 50 .* only 24 modes"),
+        ("frequency,deviation,p0_0.x,p0_1.x\n20,1,0,0\n", "line 2: the shape is zero"),
+        ("frequency,deviation,p0_0.x,top.x\n20,1,2,1\n", "line 2: .* top.x, but the measured"),
     ],
 )
 def test_refuses_tables(tmp_path, text, words):
     (tmp_path / "modes.csv").write_text(text)
     with pytest.raises(InputError, match=words):
-        measured_modes(tmp_path / "modes.csv")
+        calibrate(column(), tmp_path / "modes.csv", {SHEAR: RANGES[SHEAR]})
+
+
+def test_reads_tables_of_other_programs(tmp_path):
+    """With a byte-order mark, line ends of Windows, quotes and an empty cell; a tiny shape."""
+    head = "\ufefffrequency,deviation,damping,p0_0.x,'p0_3.x'\r\n".replace("'", '"')
+    (tmp_path / "modes.csv").write_text(head + "20,1,,1e-200,2e-200\r\n", "utf-8")
+    found = calibrate(column(), tmp_path / "modes.csv", TWO)
+    assert found.mac > 0.5 and not np.isfinite(found.measured[0].damping)
+    one = replace(found.measured[0], shape={"p0_3.x": 0.0})
+    assert any("one component" in words for words in calibrate(column(), [one], TWO).doubts)
+
+
+def test_refuses_repeated_unknowns(tmp_path, capsys):
+    column().write(tmp_path / "c.nml")
+    twice = ["--unknown", f"{SHEAR}=1e8:1e9"] * 2
+    assert main(["calibrate", str(tmp_path / "c.nml"), str(tmp_path / "m.csv"), *twice]) != 0
+    assert "a name is repeated" in capsys.readouterr().err
 
 
 def test_command_and_study(tmp_path, capsys, monkeypatch):
