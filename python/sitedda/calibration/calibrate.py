@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+import pandas as pd
 from scipy.special import softmax
 
 from ..base.arguments import COUNT, NOT_NEGATIVE, positive
@@ -35,30 +36,21 @@ class Calibration:
 
     Attributes
     ----------
-    names : tuple of str
-        Of the unknowns, as changes of the input.
-    best, median, low, high : ndarray, shape (unknowns,)
-        Of the largest probability; median and the bounds of the middle 90 %.
-    deviation : ndarray, shape (unknowns,)
-        Standard deviation of the natural logarithm.
-    prior : ndarray, shape (unknowns, 2)
-        Middle 90 % before.
-    correlation : ndarray, shape (unknowns, unknowns)
-        Of the logarithms.
-    samples : ndarray, shape (count, unknowns)
-    discrepancy : float
-        Relative error of the model's own frequencies: given, or its median if it was unknown.
+    unknowns : DataFrame
+        By name: ``best`` (most probable), ``median``, ``low`` and ``high`` (middle 90 %),
+        ``prior_low`` and ``prior_high`` (the same before), and ``deviation`` of the logarithm.
     measured : tuple of MeasuredMode
-    number : ndarray of int, shape (measured,)
-        Modes of the calibrated model that they are, from 1.
-    frequency, frequency_low, frequency_high : ndarray, shape (measured,)
-        Of the best model, and the middle 90 % of the samples, Hz.
-    misfit : ndarray, shape (measured,)
-        Difference of ln f, measured over best, in deviations (error and discrepancy).
-    mac : ndarray, shape (measured,)
-        Modal assurance criterion of shapes; NaN without.
+    fit : DataFrame
+        By measured mode: ``number`` of the model's mode, from 1; ``frequency`` of the best model,
+        and ``low`` and ``high`` (middle 90 % of the samples), Hz; ``misfit``, the difference of
+        ln f, measured over best, in deviations (error and discrepancy); ``mac``, the modal
+        assurance criterion of the shape (NaN without).
     modes : Modes
         Of the best model.
+    samples : DataFrame
+        With a column for each unknown.
+    discrepancy : float
+        Relative error of the model's own frequencies: given, or its median if it was unknown.
     evidence, evidence_error : float
         ln of the probability of the measured modes under this model and its priors, and its
         standard error.
@@ -68,36 +60,23 @@ class Calibration:
         Warnings on modes that do not fit, and on unknowns that the modes do not determine.
     """
 
-    names: tuple[str, ...]
-    best: np.ndarray
-    median: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
-    deviation: np.ndarray
-    prior: np.ndarray
-    correlation: np.ndarray
-    samples: np.ndarray
-    discrepancy: float
+    unknowns: pd.DataFrame
     measured: tuple[MeasuredMode, ...]
-    number: np.ndarray
-    frequency: np.ndarray
-    frequency_low: np.ndarray
-    frequency_high: np.ndarray
-    misfit: np.ndarray
-    mac: np.ndarray
+    fit: pd.DataFrame
     modes: Modes
+    samples: pd.DataFrame
+    discrepancy: float
     evidence: float
     evidence_error: float
     reduction_error: float
-    doubts: tuple[str, ...]
+    doubts: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         """Return the unknowns, the modes and the warnings, one line each."""
-        lines = []
-        for i, name in enumerate(self.names):
-            low, high, *before = map(number, (self.low[i], self.high[i], *self.prior[i]))
-            lines.append(f"{name} = {number(self.median[i])} ({low} to {high}; before {before[0]} "
-                         f"to {before[1]})")  # fmt: skip
+        lines = [
+            f"{name} = {row['median']} ({row.low} to {row.high}; before {row.prior_low} to "
+            f"{row.prior_high})" for name, row in self.unknowns.map(number).iterrows()
+        ]  # fmt: skip
         lines += self.mode_words()
         lines.append(f"ln evidence = {self.evidence:.2f} ± {self.evidence_error:.2f}, with a "
                      f"discrepancy of {100 * self.discrepancy:.2g} %")  # fmt: skip
@@ -105,45 +84,27 @@ class Calibration:
 
     def mode_words(self) -> list[str]:
         """Compare each measured mode with that of the model, one line each."""
-        found = []
-        for j, one in enumerate(self.measured):
-            like = f", MAC {self.mac[j]:.2f}" if np.isfinite(self.mac[j]) else ""
-            zeta = self.modes.damping[self.number[j] - 1]
-            damped = f", damping {100 * one.damping:.2g} % (model {100 * zeta:.2g} %)"
-            found.append(
-                f"mode {self.number[j]}: {number(one.frequency)} ± {one.deviation:.2g} Hz measured"
-                f", {number(self.frequency[j])} Hz by the model{like}"
-                + (damped if np.isfinite(one.damping) else "")
-            )
-        return found
+        lines = []
+        for one, fit in zip(self.measured, self.fit.itertuples(), strict=True):
+            words = (f"mode {fit.number}: {number(one.frequency)} ± {one.deviation:.2g} Hz "
+                     f"measured, {number(fit.frequency)} Hz by the model")  # fmt: skip
+            if np.isfinite(fit.mac):
+                words += f", MAC {fit.mac:.2f}"
+            if np.isfinite(one.damping):
+                own = self.modes.damping[fit.number - 1]
+                words += f", damping {100 * one.damping:.2g} % (model {100 * own:.2g} %)"
+            lines.append(words)
+        return lines
 
     def to_csv(self) -> str:
         """Return the samples as CSV, one column per unknown, for ``[sample] file`` of a study."""
-        rows = [",".join(f"{value:.10g}" for value in row) for row in self.samples]
-        return "\n".join(["# written by sitedda", ",".join(self.names), *rows, ""])
+        return "# written by sitedda\n" + self.samples.to_csv(index=False, float_format="%.10g")
 
     def points(self, name: str = "sample"):
         """Return the samples as an axis of `sitedda.study` (`sitedda.study.Points`)."""
         from ..study import Points
 
-        return Points(name, dict(zip(self.names, self.samples.T, strict=True)))
-
-    def to_dataset(self):
-        """Return the samples, correlations and modes as an xarray Dataset."""
-        import xarray as xr
-
-        of = {"unknown": "best median low high deviation",
-              "mode": "number frequency frequency_low frequency_high misfit mac"}  # fmt: skip
-        return xr.Dataset(
-            {n: (dim, getattr(self, n)) for dim, names in of.items() for n in names.split()} | {
-                "samples": (("sample", "unknown"), self.samples),
-                "correlation": (("unknown", "other"), self.correlation),
-                "measured_frequency": ("mode", [one.frequency for one in self.measured]),
-            },
-            {"unknown": list(self.names), "other": list(self.names)},
-            {"evidence": self.evidence, "evidence_error": self.evidence_error,
-             "discrepancy": self.discrepancy, "doubts": "\n".join(self.doubts)},
-        )  # fmt: skip
+        return Points(name, {one: self.samples[one].to_numpy() for one in self.samples})
 
 
 def calibrate(
@@ -215,32 +176,40 @@ def calibrate(
     posterior, peaks, error, shown, note = _fit_contacts(model, tuple(unknowns), terms, seed,
                                                          contacts, changes)  # fmt: skip
     peak = peaks[0][0]
-    best = posterior.values(peak)[:count]
-    drawn, weights, *evidence = posterior.weighted(peaks, seed)
+    drawn, weights, *evidence, counting = posterior.weighted(peaks, seed)
     picked = drawn[np.random.default_rng(seed).choice(len(drawn), samples, p=weights)]
     if sampler == "ensemble":
         drawn = picked = posterior.sampled(picked, samples, seed)
         weights = None
+    values = pd.DataFrame(posterior.values(picked)[:, :count], columns=list(unknowns))
     low, median, high = np.quantile(posterior.values(drawn)[:, :count], (0.05, 0.5, 0.95), axis=0,
                                     method="inverted_cdf", weights=weights)  # fmt: skip
-    values = posterior.values(picked)[:, :count]
+    table = pd.DataFrame(
+        {"best": posterior.values(peak)[:count], "median": median, "low": low, "high": high,
+         "prior_low": prior[:, 0], "prior_high": prior[:, 1],
+         "deviation": np.log(values).std(ddof=0)}, list(unknowns),
+    )  # fmt: skip
     level = float(np.median(posterior.discrepancies(picked)))
+    fit = _compare_modes(posterior, peak, picked, level)
+    found = Calibration(table, seen, fit, shown, values, level, *evidence, error)
+    doubts = _find_warnings(found, peak, deviation)
+    if counting < _FEW and sampler == "laplace":
+        doubts.append("the posterior is not Gaussian: use the sampler 'ensemble'")
+    return replace(found, doubts=(*note, *doubts, SILENT))
+
+
+def _compare_modes(posterior: Posterior, peak, picked, level: float) -> pd.DataFrame:
+    """Compare measured modes with those of the best model and of the samples."""
     squares, y, chosen = posterior.solved(np.vstack([peak, picked]), shapes=False)
     frequencies = np.sqrt(np.take_along_axis(squares, chosen, 1)) / (2 * np.pi)
-    bounds = np.percentile(frequencies[1:], (5, 95), axis=0)
+    low, high = np.percentile(frequencies[1:], (5, 95), axis=0)
+    seen = posterior.seen
     off = [np.log(one.frequency / f) / np.hypot(one.deviation / one.frequency, level)
-           for one, f in zip(seen, frequencies[0], strict=True)]  # fmt: skip
+           for one, f in zip(seen.modes, frequencies[0], strict=True)]  # fmt: skip
     macs = [posterior.macs(y[0], j)[chosen[0, j]] if shape.size else np.nan
-            for j, shape in enumerate(observations.shapes)]  # fmt: skip
-    logs = np.log(values)
-    correlation = np.corrcoef(logs.T).reshape(count, count)
-    found = Calibration(
-        tuple(unknowns), best, median, low, high, logs.std(0), prior, correlation, values, level,
-        seen, chosen[0] + 1, frequencies[0], bounds[0], bounds[1],
-        np.array(off), np.array(macs), shown, evidence[0], evidence[1], error, (),
-    )  # fmt: skip
-    return replace(found, doubts=note + _find_warnings(found, peak, deviation, evidence[2],
-                                                       sampler))  # fmt: skip
+            for j, shape in enumerate(seen.shapes)]  # fmt: skip
+    return pd.DataFrame({"number": chosen[0] + 1, "frequency": frequencies[0], "low": low,
+                         "high": high, "misfit": off, "mac": macs})  # fmt: skip
 
 
 def _fit_contacts(model, unknowns, terms, seed, contacts, changes) -> tuple:
@@ -346,28 +315,27 @@ def _check_priors(unknowns: Mapping) -> np.ndarray:
     return np.array(list(unknowns.values()), dtype=float)
 
 
-def _find_warnings(found: Calibration, peak, deviation, counting: float, sampler: str) -> tuple:
+def _find_warnings(found: Calibration, peak, deviation) -> list[str]:
     """Return warnings on modes that do not fit and unknowns that are not determined."""
     words = [
-        f"mode {n} cannot be fitted: its measured {number(one.frequency)} Hz is {abs(off):.1f} "
-        f"standard deviations from {number(f)} Hz of the model"
-        for n, one, off, f in zip(found.number, found.measured, found.misfit, found.frequency,
-                                  strict=True) if abs(off) > _FAR
-    ]  # fmt: skip
-    for i, name in enumerate(found.names):
-        if found.deviation[i] > _WIDE * deviation[i]:
+        f"mode {fit.number} cannot be fitted: its measured {number(one.frequency)} Hz is "
+        f"{abs(fit.misfit):.1f} standard deviations from {number(fit.frequency)} Hz of the model"
+        for one, fit in zip(found.measured, found.fit.itertuples(), strict=True)
+        if abs(fit.misfit) > _FAR
+    ]
+    correlation = np.log(found.samples).corr()
+    for i, (name, row) in enumerate(found.unknowns.iterrows()):
+        if row.deviation > _WIDE * deviation[i]:
             words.append(f"the modes do not determine {name}: its range equals its prior range")
         if abs(peak[i]) > _FAR:
             words.append(f"the modes are fitted best with {name} outside its prior range")
         words += [f"only a combination of {name} and {other} is determined (correlation "
-                  f"{found.correlation[i, j]:.2f})" for j, other in enumerate(found.names[:i])
-                  if abs(found.correlation[i, j]) > _ALIKE]  # fmt: skip
+                  f"{value:.2f})" for other, value in correlation[name].iloc[:i].items()
+                  if abs(value) > _ALIKE]  # fmt: skip
     if any(len(one.shape) == 1 for one in found.measured):
         words.append("shapes of one component are not compared: they fit any mode")
-    if counting < _FEW and sampler == "laplace":
-        words.append("the posterior is not Gaussian: use the sampler 'ensemble'")
     if found.reduction_error > 100 * _EXACT:
         words.append(
             f"the reduced model has an error of {found.reduction_error:.1e}: narrow the ranges"
         )
-    return (*words, SILENT)
+    return words

@@ -23,11 +23,12 @@ def draw_calibration(model, found: Calibration, changes=None, contacts: str = "a
         As for `calibrate`.
     found : Calibration
     """
-    best = dict(zip(found.names, found.best.tolist(), strict=True))
-    order = np.argsort(found.number)
+    best = found.unknowns.best.to_dict()
+    number = found.fit.number.to_numpy()
+    order = np.argsort(number)
     with Simulation(model, changes=dict(changes or {}) | best) as simulation:
         figure = draw_modes(
-            simulation, int(found.number.max()), contacts, found.number[order] - 1,
+            simulation, int(number.max()), contacts, number[order] - 1,
             [found.mode_words()[j] for j in order],
         )  # fmt: skip
         scene = Scene.of(simulation)
@@ -35,7 +36,7 @@ def draw_calibration(model, found: Calibration, changes=None, contacts: str = "a
     places = np.array([(one["x"], one["y"]) for one in scene.points()])
     seen = Observations(found.measured, names)
     for panel, j in zip(figure.axes, order, strict=False):
-        shape = found.modes.shapes[found.number[j] - 1]
+        shape = found.modes.shapes[number[j] - 1]
         scale = REACH * scene.size / np.linalg.norm(shape[:, :2], axis=1).max()
         at = (points @ shape.ravel())[seen.rows[j]]
         for row, value in zip(seen.rows[j], seen.shapes[j] * (seen.shapes[j] @ at), strict=True):

@@ -95,11 +95,11 @@ def seen(count=4, noise=0.0, shapes=False) -> list[MeasuredMode]:
 
 def test_recovers_stiffnesses():
     found, true = calibrate(column(), seen(), TWO, discrepancy=0.0), list(TRUTH.values())
-    assert found.best == pytest.approx(true, rel=0.02)
-    assert np.all((found.low < true) & (found.high > true))
-    assert np.all(abs(found.misfit) < 1) and found.reduction_error < 1e-5
+    assert found.unknowns.best.tolist() == pytest.approx(true, rel=0.02)
+    assert np.all((found.unknowns.low < true) & (found.unknowns.high > true))
+    assert np.all(abs(found.fit.misfit) < 1) and found.reduction_error < 1e-5
     assert len(found.doubts) == 1 and "friction" in found.doubts[0]
-    assert found.to_dataset().samples.shape == (1000, 2)
+    assert found.samples.shape == (1000, 2)
 
 
 @pytest.fixture
@@ -126,7 +126,7 @@ def calibrate_arch(model):
 
 def test_contacts_that_gravity_closes(arch):
     found, truth = calibrate_arch(arch)
-    assert found.best == pytest.approx(truth, rel=0.02)
+    assert found.unknowns.best.tolist() == pytest.approx(truth, rel=0.02)
     assert not any("gravity closes" in words for words in found.doubts)
 
 
@@ -143,20 +143,20 @@ def test_contacts_are_assumed_closed_and_that_is_said(arch, monkeypatch):
     (words,) = (words for words in found.doubts if "gravity closes" in words)
     assert "all touching contacts are assumed closed" in words
     changed = float(re.search(r"up to ([0-9.]+) %", words)[1])
-    best = dict(zip(found.names, found.best.tolist(), strict=True))
+    best = found.unknowns.best.to_dict()
     opened, closed = (sitedda.modes(arch, 3, contacts=which, changes=best).frequency
                       for which in ("auto", "closed"))  # fmt: skip
     assert changed == pytest.approx(100 * abs(opened / closed - 1).max(), rel=0.05)
-    assert found.best != pytest.approx(truth, rel=0.02)
+    assert found.unknowns.best.tolist() != pytest.approx(truth, rel=0.02)
 
 
 def test_shapes_say_which_mode_it_is():
     """A list of modes in another order, one of them left out, is met by their shapes."""
     modes = seen(5, shapes=True)
     found = calibrate(column(), [modes[3], modes[0], modes[1]], TWO, discrepancy=0.0)
-    assert found.number.tolist() == [4, 1, 2]
-    assert found.mac == pytest.approx(1.0, abs=1e-3)
-    assert found.best == pytest.approx(list(TRUTH.values()), rel=0.02)
+    assert found.fit.number.tolist() == [4, 1, 2]
+    assert found.fit.mac.tolist() == pytest.approx([1.0] * 3, abs=1e-3)
+    assert found.unknowns.best.tolist() == pytest.approx(list(TRUTH.values()), rel=0.02)
 
 
 def test_probability_of_errors_and_shapes():
@@ -276,7 +276,7 @@ def test_reads_tables_of_other_programs(tmp_path):
     head = "\ufefffrequency,deviation,damping,p0_0.x,'p0_3.x'\r\n".replace("'", '"')
     (tmp_path / "modes.csv").write_text(head + "20,1,,1e-200,2e-200\r\n", "utf-8")
     found = calibrate(column(), tmp_path / "modes.csv", TWO)
-    assert found.mac > 0.5 and not np.isfinite(found.measured[0].damping)
+    assert found.fit.mac[0] > 0.5 and not np.isfinite(found.measured[0].damping)
     one = replace(found.measured[0], shape={"p0_3.x": 0.0})
     assert any("one component" in words for words in calibrate(column(), [one], TWO).doubts)
 

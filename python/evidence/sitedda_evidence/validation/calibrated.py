@@ -7,6 +7,7 @@ from dataclasses import replace
 from importlib.util import find_spec
 
 import numpy as np
+import pandas as pd
 
 from sitedda.calibration import MeasuredMode, calibrate, odds
 from sitedda.calibration.measured import BAND
@@ -50,21 +51,19 @@ def avdat_second_mode(short: bool) -> Outcome:
         "base 3 m × 1 m on springs": calibrate(avdat_column(3, 1, True), _FIELD, _DRY | _GROUND),
         "base 4 m × 2 m on springs": calibrate(avdat_column(4, 2, True), _FIELD, _DRY | _GROUND),
     }
-    found["other direction"] = replace(
-        first, evidence=first.evidence + second.evidence,
-        frequency=np.append(first.frequency, second.frequency),
-    )  # fmt: skip
+    found["other direction"] = replace(first, evidence=first.evidence + second.evidence,
+                                       fit=pd.concat([first.fit, second.fit]))  # fmt: skip
     weights = odds(found)
-    cells = [[name, " and ".join(f"{f:.2f}" for f in one.frequency), f"{one.evidence:.1f}",
+    cells = [[name, " and ".join(f"{f:.2f}" for f in one.fit.frequency), f"{one.evidence:.1f}",
               f"{weights[name]:.2g}"] for name, one in found.items()]  # fmt: skip
-    low, high = 0.3 * first.low[0], 0.3 * first.high[0]
+    contact = 0.3 * first.unknowns.iloc[0]  # two contacts in a joint of 0.6 m
     rows = [
-        absolute("contact stiffness of the first mode", 2.12e8, 0.3 * first.median[0], 5e6, "N/m"),
-        absolute("its lower bound, 90 %", 1.66e8, low, 8e6, "N/m"),
-        absolute("its upper bound, 90 %", 2.67e8, high, 12e6, "N/m"),
+        absolute("contact stiffness of the first mode", 2.12e8, contact["median"], 5e6, "N/m"),
+        absolute("its lower bound, 90 %", 1.66e8, contact.low, 8e6, "N/m"),
+        absolute("its upper bound, 90 %", 2.67e8, contact.high, 12e6, "N/m"),
         at_most("fixed base: probability", weights["fixed base"], 1e-6),
         at_most("base 4 m × 2 m: misfit, deviations",
-                abs(found["base 4 m × 2 m on springs"].misfit).max(), 1.0),
+                abs(found["base 4 m × 2 m on springs"].fit.misfit).max(), 1.0),
     ]  # fmt: skip
     table = Table("Hypotheses, equally likely before",
                   ["hypothesis", "modes (Hz)", "ln evidence", "probability"], cells)  # fmt: skip
@@ -115,7 +114,7 @@ def _check_coverage(first: int, count: int) -> dict:
     begin, inside = time.process_time(), []
     for seed in range(first, first + count):
         model, seen, priors, true = random_column(seed, (1, 4), (2, 5))
-        found = calibrate(model, seen, priors, discrepancy=0.0, seed=seed)
+        found = calibrate(model, seen, priors, discrepancy=0.0, seed=seed).unknowns
         value = np.array(list(true.values()))
         inside += ((found.low <= value) & (value <= found.high)).tolist()
     return {"inside": inside, "seconds": time.process_time() - begin}
@@ -124,11 +123,13 @@ def _check_coverage(first: int, count: int) -> dict:
 def _compare_samplers(seed: int) -> float:
     """Return the largest relative difference of medians and bounds between both samplers."""
     model, seen, priors, _ = random_column(seed, (1, 2), (4, 5))
-    one, two = (calibrate(model, seen, priors, discrepancy=0.0, samples=4000, sampler=sampler)
-                for sampler in ("laplace", "ensemble"))  # fmt: skip
-    bounds = [np.array([found.low, found.median, found.high]) for found in (one, two)]
+    one, two = (
+        calibrate(model, seen, priors, discrepancy=0.0, samples=4000, sampler=sampler).unknowns
+        for sampler in ("laplace", "ensemble")
+    )
     known = one.deviation < 0.5 * math.log(_SPREAD) / BAND
-    return float(np.max(abs(bounds[1] / bounds[0] - 1)[:, known], initial=0.0))
+    differences = (two / one - 1).loc[known, ["low", "median", "high"]]
+    return float(differences.abs().to_numpy().max(initial=0.0))
 
 
 def _coverage_tasks(short: bool) -> list[Task]:
