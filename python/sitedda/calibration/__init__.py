@@ -4,8 +4,8 @@
 from .calibrate import Calibration, calibrate, odds
 from .family import Family, family_of
 from .measured import MeasuredMode, measured_modes
-from .record import Ambient, horizontal_over_vertical, identify, modes_csv
+from .record import horizontal_over_vertical, identify, modes_csv, read_ambient
 
-__all__ = ["Ambient", "Calibration", "Family", "MeasuredMode", "calibrate", "family_of",
-           "horizontal_over_vertical", "identify", "measured_modes", "modes_csv",
-           "odds"]  # fmt: skip
+__all__ = ["Calibration", "Family", "MeasuredMode", "calibrate", "family_of",
+           "horizontal_over_vertical", "identify", "measured_modes", "modes_csv", "odds",
+           "read_ambient"]  # fmt: skip

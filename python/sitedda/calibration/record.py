@@ -8,10 +8,10 @@ import io
 import logging
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from ..base.arguments import COUNT
@@ -29,92 +29,63 @@ _LEAST = 0.01  # smallest deviation of a component of a shape of unit length
 _AXES = {"X": "x", "E": "x", "N": "x", "1": "x", "2": "x", "Y": "y", "Z": "y"}
 
 
-@dataclass(frozen=True)
-class Ambient:
-    """An ambient record.
+def read_ambient(source, channels: Mapping[str, str] | None = None) -> pd.DataFrame:
+    """Read an ambient record: a column for each channel, ``POINT.x`` or ``POINT.y``, by time (s).
 
-    Attributes
+    Parameters
     ----------
-    step : float
-        s between samples.
-    names : list of str
-        Of the channels: ``POINT.x``, ``POINT.y``.
-    values : ndarray, shape (samples, channels)
-        In any unit.
+    source : path, xarray.Dataset or DataFrame
+        A CSV file with a heading, ``time`` (s) and a column for each channel; a file that obspy
+        reads, such as MiniSEED, whose channels are ``STATION.x`` (E, N, 1, 2) and ``STATION.y``
+        (Z); the history of a run; or such a table.
+    channels : mapping of str, optional
+        Name by heading or code of a channel (``'BHE'``, ``'ST01.BHE'``); others are omitted.
     """
-
-    step: float
-    names: list[str]
-    values: NDArray[np.float64]
-
-    def __post_init__(self):
-        if self.values.ndim != 2 or self.values.shape[1] != len(self.names):
-            raise InputError(f"a record of {len(self.names)} channels has values of shape "
-                             f"{self.values.shape}")  # fmt: skip
-        if not np.all(np.isfinite(self.values)):
-            at, channel = np.argwhere(~np.isfinite(self.values))[0]
-            raise InputError(f"sample {at + 1} of {self.names[channel]} is not a number")
-
-    @classmethod
-    def of(cls, source, channels: Mapping[str, str] | None = None) -> Ambient:
-        """Read a record.
-
-        Parameters
-        ----------
-        source : path, xarray.Dataset or Ambient
-            A CSV file with a heading, ``time`` (s) and a column for each channel; a file that obspy
-            reads, such as MiniSEED, whose channels are ``STATION.x`` (E, N, 1, 2) and ``STATION.y``
-            (Z); or the history of a run.
-        channels : mapping of str, optional
-            Name by heading or code of a channel (``'BHE'``, ``'ST01.BHE'``); others are omitted.
-        """
-        if isinstance(source, Ambient):
-            found = source
-        elif hasattr(source, "acceleration"):
-            part = source.acceleration.transpose("time", "point", "axis")[1:]
-            names = [f"{p}.{a}" for p in part.point.values for a in part.axis.values]
-            found = cls(_time_step(part.time.values), names, part.values.reshape(len(part), -1))
-        elif Path(source).suffix.lower() in (".csv", ".txt", ""):
-            found = cls._read_csv(source)
-        else:
-            return cls._read_obspy(source, dict(channels or {}))
-        if channels is None:
-            return found
-        if lacking := sorted(set(channels) - set(found.names)):
-            raise InputError(f"the record has no channel {lacking[0]!r}: it has {found.names}")
-        kept = [found.names.index(name) for name in channels]
-        return cls(found.step, list(channels.values()), found.values[:, kept])
-
-    @classmethod
-    def _read_csv(cls, file) -> Ambient:
-        names, rows = read_numbers(file, _LARGEST)
+    if isinstance(source, pd.DataFrame):
+        found = source
+    elif hasattr(source, "acceleration"):
+        part = source.acceleration.transpose("time", "point", "axis")[1:]
+        found = part.stack(channel=("point", "axis")).to_pandas()
+        found.columns = [".".join(names) for names in found.columns]
+    elif Path(source).suffix.lower() in (".csv", ".txt", ""):
+        names, rows = read_numbers(source, _LARGEST)
         if len(names) < 2 or names[0] != "time" or len(rows) < 2:
-            raise InputError(f"{file}: give a heading, such as time,top.x,base.x, and samples")
-        values = np.array([row for _, row in rows])
-        return cls(_time_step(values[:, 0]), names[1:], values[:, 1:])
+            raise InputError(f"{source}: give a heading, such as time,top.x,base.x, and samples")
+        found = pd.DataFrame([row for _, row in rows], columns=names).set_index("time")
+    else:
+        found, channels = _read_obspy(source, channels or {}), None
+    if channels:
+        if lacking := sorted(set(channels) - set(found)):
+            raise InputError(f"the record has no channel {lacking[0]!r}: it has {list(found)}")
+        found = found[list(channels)].rename(columns=channels)
+    if not np.all(np.isfinite(found)):
+        at, channel = np.argwhere(~np.isfinite(found.to_numpy()))[0]
+        raise InputError(f"sample {at + 1} of {found.columns[channel]} is not a number")
+    _time_step(found)
+    return found
 
-    @classmethod
-    def _read_obspy(cls, file, channels: dict) -> Ambient:
-        try:
-            import obspy
-        except ImportError:
-            raise MissingLibrary(f"{file} needs the library: pip install obspy") from None
-        stream = obspy.read(str(file)).merge(fill_value="interpolate")
-        start = max(trace.stats.starttime for trace in stream)
-        stream.trim(start, min(trace.stats.endtime for trace in stream))
-        found = {}
-        for trace in stream:
-            stats = trace.stats
-            codes = (f"{stats.station}.{stats.channel}", stats.channel)
-            given = [channels[code] for code in codes if code in channels]
-            axis = _AXES.get(stats.channel[-1:])
-            if given or (axis and not channels):
-                found[given[0] if given else f"{stats.station}.{axis}"] = trace
-        if len({trace.stats.delta for trace in found.values()}) != 1:
-            raise InputError(f"{file}: no channels, or channels of different time steps")
-        size = min(len(trace) for trace in found.values())
-        values = np.column_stack([trace.data[:size] for trace in found.values()])
-        return cls(float(stream[0].stats.delta), list(found), values.astype(float))
+
+def _read_obspy(file, channels: Mapping[str, str]) -> pd.DataFrame:
+    """Read the traces of a file by obspy over the time that they share."""
+    try:
+        import obspy
+    except ImportError:
+        raise MissingLibrary(f"{file} needs the library: pip install obspy") from None
+    stream = obspy.read(str(file)).merge(fill_value="interpolate")
+    start = max(trace.stats.starttime for trace in stream)
+    stream.trim(start, min(trace.stats.endtime for trace in stream))
+    found, steps = {}, set()
+    for trace in stream:
+        station, code = trace.stats.station, trace.stats.channel
+        name = channels.get(f"{station}.{code}", channels.get(code))
+        if not channels and code[-1:] in _AXES:
+            name = f"{station}.{_AXES[code[-1:]]}"
+        if name:
+            found[name] = pd.Series(trace.data, trace.times(), float)
+            steps.add(trace.stats.delta)
+    if len(steps) != 1:
+        raise InputError(f"{file}: no channels, or channels of different time steps")
+    return pd.DataFrame(found).dropna()
 
 
 def identify(
@@ -128,12 +99,12 @@ def identify(
 
     Parameters
     ----------
-    record : path, xarray.Dataset or Ambient
-        See `Ambient.of`.
+    record : path, xarray.Dataset or DataFrame
+        See `read_ambient`.
     band : (float, float)
         Hz, in which modes are sought; the lower one governs the length of the correlations.
     channels : mapping of str, optional
-        See `Ambient.of`.
+        See `read_ambient`.
     order : int
         Largest order: twice the number of modes, or more.
 
@@ -156,16 +127,16 @@ def identify(
     """
     from scipy.signal import decimate
 
-    found, (low, high) = Ambient.of(record, channels), map(float, band)
-    rate, count = 1 / found.step, len(found.names)
+    found, (low, high) = read_ambient(record, channels), map(float, band)
+    (size, count), rate = found.shape, 1 / _time_step(found)
     if not 0 < low < high <= 0.4 * rate:
         raise InputError(f"band = {low:g} to {high:g} Hz: give two frequencies in order, above 0 "
                          f"and below {0.4 * rate:g} Hz (of {rate:g} samples a second)")  # fmt: skip
-    if len(found.values) * found.step * low < _FEWEST:
-        raise InputError(f"a record of {len(found.values) * found.step:g} s has less than "
-                         f"{_FEWEST} periods of {low:g} Hz: give a longer record")  # fmt: skip
+    if size / rate * low < _FEWEST:
+        raise InputError(f"a record of {size / rate:g} s has less than {_FEWEST} periods of "
+                         f"{low:g} Hz: give a longer record")  # fmt: skip
     order = int(COUNT.check("order", order))
-    values = found.values - found.values.mean(axis=0)
+    values = (found - found.mean()).to_numpy()
     if (every := int(rate / (_BEYOND * high))) > 1:
         values, rate = decimate(values, every, ftype="fir", axis=0), rate / every
     rows = int(np.clip(_PERIODS * rate / low, -(-order // count) + 1, max(_WIDEST // count, 4)))
@@ -179,7 +150,7 @@ def identify(
         spread = np.sqrt(np.mean(np.abs(scatter[:, i]) ** 2)) / length
         modes.append(MeasuredMode(
             float(poles.Fn[i]), float(poles.Fn_std[i]),
-            dict(zip(found.names, (turned / length).tolist(), strict=True)),
+            dict(zip(found, (turned / length).tolist(), strict=True)),
             max(float(spread), _LEAST), 0, float(poles.Xi[i]), float(poles.Xi_std[i]),
         ))  # fmt: skip
     return modes
@@ -218,7 +189,7 @@ def horizontal_over_vertical(
     Parameters
     ----------
     record, channels
-        See `Ambient.of`.
+        See `read_ambient`.
     frequency : array_like, shape (n,)
         Hz.
     point : str
@@ -234,18 +205,18 @@ def horizontal_over_vertical(
     """
     from scipy.signal import ShortTimeFFT, get_window
 
-    found, at = Ambient.of(record, channels), np.asarray(frequency, dtype=float)
-    size = round(window / found.step)
-    if not 10 / window <= at.min() <= at.max() <= 0.5 / found.step or 3 * size > 2 * len(
-        found.values):  # fmt: skip
+    found, at = read_ambient(record, channels), np.asarray(frequency, dtype=float)
+    step = _time_step(found)
+    size = round(window / step)
+    if not 10 / window <= at.min() <= at.max() <= 0.5 / step or 3 * size > 2 * len(found):
         raise InputError(f"window = {window:g} s: each window needs 10 periods of the lowest "
                          "frequency, and the record needs two windows")  # fmt: skip
-    if lacking := [n for n in (f"{point}.x", f"{point}.y") if n not in found.names]:
-        raise InputError(f"the record has no channel {lacking[0]}: it has {found.names}")
-    cut = ShortTimeFFT(get_window("hann", size), size // 2, 1 / found.step)
+    if lacking := [n for n in (f"{point}.x", f"{point}.y") if n not in found]:
+        raise InputError(f"the record has no channel {lacking[0]}: it has {list(found)}")
+    cut = ShortTimeFFT(get_window("hann", size), size // 2, 1 / step)
     parts = []
     for axis in "xy":
-        values = found.values[:, found.names.index(f"{point}.{axis}")]
+        values = found[f"{point}.{axis}"].to_numpy()
         whole = cut.spectrogram(values - values.mean(), p0=1, p1=len(values) // (size // 2) - 1)
         parts.append([smooth_konno_ohmachi(cut.f, np.sqrt(one), bandwidth, at) for one in whole.T])
     logs = np.log(np.array(parts[0]) / parts[1])
@@ -255,15 +226,13 @@ def horizontal_over_vertical(
 def modes_csv(modes: list[MeasuredMode]) -> str:
     """Return modes as a table that `measured_modes` reads."""
     names = ["frequency", "deviation", "damping", "damping_deviation", "shape_deviation"]
-    points = list(dict.fromkeys(name for one in modes for name in one.shape))
-    rows = [[getattr(one, name) for name in names] + [one.shape.get(p, "") for p in points]
-            for one in modes]  # fmt: skip
-    lines = [",".join(f"{v:.6g}" if v != "" else "" for v in row) for row in rows]
-    return "\n".join(["# written by sitedda", ",".join(names + points), *lines, ""])
+    rows = [{name: getattr(one, name) for name in names} | one.shape for one in modes]
+    return "# written by sitedda\n" + pd.DataFrame(rows).to_csv(index=False, float_format="%.6g")
 
 
-def _time_step(time) -> float:
+def _time_step(record: pd.DataFrame) -> float:
     """Return the step of equidistant times, s."""
+    time = record.index.to_numpy()
     step = (time[-1] - time[0]) / (len(time) - 1)
     if not step > 0 or np.any(np.abs(np.diff(time) - step) > 1e-3 * step):
         raise InputError("the samples of the record are not at equal time steps")

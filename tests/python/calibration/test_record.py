@@ -2,15 +2,16 @@
 """Modes of an ambient record of a run of known stiffness."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import sitedda
 from sitedda.calibration import (
-    Ambient,
     horizontal_over_vertical,
     identify,
     measured_modes,
     modes_csv,
+    read_ambient,
 )
 from sitedda.command import main
 from sitedda.errors import InputError
@@ -44,10 +45,8 @@ def stack(folder) -> sitedda.Model:
 def ambient(tmp_path_factory):
     folder = tmp_path_factory.mktemp("ambient")
     model = stack(folder)
-    record = Ambient.of(model.run(output=folder / "stack.nc").history)
-    rows = np.column_stack([STEP * 4 * np.arange(len(record.values)), record.values])
-    head = ",".join(["time", *record.names])
-    np.savetxt(folder / "record.csv", rows, "%.6g", ",", header=head, comments="")
+    record = read_ambient(model.run(output=folder / "stack.nc").history)
+    record.to_csv(folder / "record.csv", float_format="%.6g")
     return folder, model, record
 
 
@@ -78,11 +77,12 @@ def miniseed(ambient):
     obspy = pytest.importorskip("obspy")
     folder, _, record = ambient
     stream = obspy.Stream()
-    for name, values in zip(record.names, record.values.T, strict=True):
+    for name, values in record.items():
         station, axis = name.split(".")
-        header = {"station": station, "channel": f"HH{'EZ'['xy'.index(axis)]}"}
-        stream += obspy.Trace(values[7 * (axis == "y") :].copy(), header | {"delta": record.step})
-        stream[-1].stats.starttime += 7 * record.step * (axis == "y")
+        late = 7 * (axis == "y")
+        header = {"station": station, "channel": f"HH{'EZ'['xy'.index(axis)]}", "delta": 4 * STEP}
+        stream += obspy.Trace(values.to_numpy()[late:], header)
+        stream[-1].stats.starttime += late * 4 * STEP
     stream.write(folder / "record.mseed")
     return folder / "record.mseed"
 
@@ -106,13 +106,11 @@ def test_calibrate_from_a_record(ambient, name, request, capsys, monkeypatch):
 
 def test_traces_of_another_program_are_the_record(ambient, miniseed):
     record = ambient[2]
-    read = Ambient.of(miniseed)
-    order = [read.names.index(name) for name in record.names]
-    assert np.allclose(read.values[:, order], record.values[7:])
-    named = Ambient.of(miniseed, {"p3.HHE": "top.x", "HHZ": "any.y"})
-    assert sorted(named.names) == ["any.y", "top.x"]
+    assert np.allclose(read_ambient(miniseed)[list(record)], record[7:])
+    named = read_ambient(miniseed, {"p3.HHE": "top.x", "HHZ": "any.y"})
+    assert sorted(named) == ["any.y", "top.x"]
     with pytest.raises(InputError, match="no channels"):
-        Ambient.of(miniseed, {"p9.HHE": "top.x"})
+        read_ambient(miniseed, {"p9.HHE": "top.x"})
 
 
 def test_h_over_v_of_noise():
@@ -120,15 +118,15 @@ def test_h_over_v_of_noise():
     from scipy.signal import lfilter
 
     noise = np.random.default_rng(3).standard_normal((60000, 2))
-    record = Ambient(0.01, ["a.x", "a.y"], noise * [2.0, 1.0])
+    record = pd.DataFrame(noise * [2.0, 1.0], 0.01 * np.arange(60000), ["a.x", "a.y"])
     at = np.geomspace(1.0, 30.0, 12)
     median, sigma = horizontal_over_vertical(record, at, "a")
     windows = 2 * 600 / 30 - 1
     assert np.all(abs(np.log(median / 2)) < 4 * 1.25 * sigma / np.sqrt(windows / 2))
     pole = 0.97 * np.exp(2j * np.pi * 0.01 * 5.0)
     ring = lfilter([1.0], [1.0, -2 * pole.real, abs(pole) ** 2], noise[:, 0])
-    record = Ambient(0.01, ["a.x", "a.y"], np.column_stack([ring, noise[:, 1]]))
-    median, _ = horizontal_over_vertical(record, fine := np.linspace(2.0, 10.0, 81), "a")
+    ringing = record.assign(**{"a.x": ring})
+    median, _ = horizontal_over_vertical(ringing, fine := np.linspace(2.0, 10.0, 81), "a")
     assert fine[median.argmax()] == pytest.approx(5.0, abs=0.3)
 
 
@@ -153,4 +151,4 @@ def test_refuses_bands(ambient, band, words):
 def test_refuses_records(tmp_path, text, words):
     (tmp_path / "record.csv").write_text(text)
     with pytest.raises(InputError, match=words):
-        Ambient.of(tmp_path / "record.csv")
+        read_ambient(tmp_path / "record.csv")
