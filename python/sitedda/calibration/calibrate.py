@@ -176,7 +176,7 @@ def calibrate(
     posterior, peaks, error, shown, note = _fit_contacts(model, tuple(unknowns), terms, seed,
                                                          contacts, changes)  # fmt: skip
     peak = peaks[0][0]
-    drawn, weights, *evidence, counting = posterior.weighted(peaks, seed)
+    drawn, weights, evidence, spread, counting = posterior.weighted(peaks, seed)
     picked = drawn[np.random.default_rng(seed).choice(len(drawn), samples, p=weights)]
     if sampler == "ensemble":
         drawn = picked = posterior.sampled(picked, samples, seed)
@@ -191,7 +191,7 @@ def calibrate(
     )  # fmt: skip
     level = float(np.median(posterior.discrepancies(picked)))
     fit = _compare_modes(posterior, peak, picked, level)
-    found = Calibration(table, seen, fit, shown, values, level, *evidence, error)
+    found = Calibration(table, seen, fit, shown, values, level, evidence, spread, error)
     doubts = _find_warnings(found, peak, deviation)
     if counting < _FEW and sampler == "laplace":
         doubts.append("the posterior is not Gaussian: use the sampler 'ensemble'")
