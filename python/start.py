@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Set up everything on a Debian or Ubuntu machine, then run the main job or the tests.
+"""Install everything on a Debian or Ubuntu machine, then run an example, the tests or the linters.
 
 usage: python3 python/start.py site    the paper's layered site under a real earthquake
        python3 python/start.py test    all tests
        python3 python/start.py lint    the rules of the source alone, without a build
 
-Installs the system packages that are missing (asks sudo if it must), makes a virtual environment in
-.venv, builds and installs sitedda into it.  Needs nothing but Python 3.11 or later.
+Installs missing system packages (with sudo if needed), creates a virtual environment in .venv,
+builds and installs sitedda into it.  Requires only Python 3.11 or later.
 """
 
 import os
@@ -35,9 +35,7 @@ def call(*command, **options):
 def install_packages(packages: list[str]) -> None:
     """Install the system packages that are missing."""
     if shutil.which("dpkg-query") is None:
-        print(
-            "not a Debian system: the packages named in docs/install.md are taken to be installed"
-        )
+        print("not a Debian system: the packages of docs/install.md must already be installed")
         return
     missing = [name for name in packages if not installed(name)]
     if not missing:
@@ -49,14 +47,14 @@ def install_packages(packages: list[str]) -> None:
 
 
 def installed(package: str) -> bool:
-    """The package manager knows the package as installed."""
+    """Return whether the package manager has installed a package."""
     query = ["dpkg-query", "-W", "-f", "${Status}", package]
     answer = subprocess.run(query, capture_output=True, text=True)
     return "install ok installed" in answer.stdout
 
 
 def install(*words: str) -> None:
-    """Make the virtual environment, then build and install into it."""
+    """Create the virtual environment, then build and install into it."""
     if not (VENV / "bin" / "pip").exists():
         call(sys.executable, "-m", "venv", VENV)
     own_processor = "-Csetup-args=-Dnative_arch=true"
@@ -64,13 +62,13 @@ def install(*words: str) -> None:
 
 
 def site() -> None:
-    """The main job."""
+    """Run the layered site of the paper."""
     install(".")
     call(VENV / "bin" / "sitedda", "run", "inputs/layered_site.nml")
 
 
 def test() -> None:
-    """Fortran suites, then the Python tests."""
+    """Run the Fortran suites, then the Python tests."""
     install(".[test]", "./python/evidence")
     path = f"{VENV / 'bin'}{os.pathsep}{os.environ['PATH']}"
     threads = {"OPENBLAS_NUM_THREADS": "1", "OMP_WAIT_POLICY": "passive"}
@@ -85,7 +83,7 @@ def test() -> None:
 
 
 def lint() -> None:
-    """The linters and the further rules of `tests/python/test_lint.py`."""
+    """Run the linters and the rules of `tests/python/test_lint.py`."""
     project = tomllib.loads((HERE / "pyproject.toml").read_text())["project"]
     install(*project["optional-dependencies"]["lint"])
     tests = ("--noconftest", "tests/python/test_lint.py")

@@ -194,7 +194,7 @@ def test_a_check_waits_for_a_thread_that_steps(write_input, ask):
         ended = []
 
         def step():
-            with simulation._one:
+            with simulation._lock:
                 stepping.set()
                 simulation.advance(4000)
                 ended.append("step")

@@ -292,10 +292,10 @@ VALIDATION = Collection(
 PAPER = Collection(
     "paper",
     "The paper's results, reproduced",
-    "Every table and figure of “Site response analysis with two-dimensional numerical discontinuous"
-    " deformation analysis method” (2013) that holds a result, run anew with sitedda. Paper values"
-    " and formulas of the theory are data with their place in the paper; everything else is"
-    " computed by the run that wrote this report.",
+    "sitedda reproduces each table and figure of “Site response analysis with two-dimensional"
+    " numerical discontinuous deformation analysis method” (2013) that contains a result. Paper"
+    " values and formulas are cited with their place in the paper; all other values were computed"
+    " by the run that wrote this report.",
 )
 case = VALIDATION.add
 

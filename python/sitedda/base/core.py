@@ -78,9 +78,9 @@ def printing_rules() -> tuple[float, int, str, str]:
     A final value below the first number times the largest value is printed as 0. The others are the
     characters per line, and the hints on the commands `check` and `accuracy`.
     """
-    share, width, words = api.printing_rules()
+    fraction, width, words = api.printing_rules()
     more, bars = words.decode().strip().splitlines()
-    return float(share), int(width), more, bars
+    return float(fraction), int(width), more, bars
 
 
 def wrapped(words: str, indent: int = 0, width: int = 0) -> str:
@@ -92,7 +92,7 @@ def wrapped(words: str, indent: int = 0, width: int = 0) -> str:
     indent : int
         Characters before the text on its first line, and blanks before the other lines.
     width : int
-        Characters per line, including the indent; 0: those of a screen.
+        Characters per line, including the indent; 0: the width of a screen.
     """
     plain = " ".join(words.split()).encode()
     enough = len(plain) + plain.count(b" ") * indent + 1

@@ -81,13 +81,13 @@ class Interruption:
 class Stop:
     """Context in which a signal requests a stop at the end of the present step.
 
-    Only the main thread can receive signals.  Handlers set by an application are not replaced.
-    Handlers of `Interruption` are replaced only if the program exists for this run.
+    Only the main thread can receive signals.  Handlers of an application are not replaced.  Those
+    of `Interruption` are replaced only if `program` is true: the process exists for this run.
     """
 
     def __init__(self, signals, program: bool = False):
         self.signals, self.program = signals, program
-        self.asked = False
+        self.requested = False
         self._before = {}
 
     def __enter__(self) -> "Stop":
@@ -97,17 +97,17 @@ class Stop:
 
     def __exit__(self, *_) -> None:
         """Restore the previous signal handlers."""
-        if self.asked:
+        if self.requested:
             _send_signal_to_engine(0)
         _restore_signal_handlers(self._before)
 
     def _request_stop(self, number, _) -> None:
         """Handle a signal: the engine stops at the end of the present step."""
-        self.asked = True
+        self.requested = True
         _send_signal_to_engine(number)
 
 
-def program_hears() -> bool:
+def program_handles_interrupt() -> bool:
     """Return whether Ctrl-C ends this process, because it is the program itself."""
     return _is_program_handler(signal.getsignal(signal.SIGINT))
 

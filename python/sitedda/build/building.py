@@ -396,7 +396,7 @@ def _rename_files(text: str, file: Path, target: Path) -> str:
 
 
 def summary(built: Built) -> str:
-    """Return the number of blocks for each name without its number, in one line."""
+    """Return the number of blocks with the same name, up to its final number, in one line."""
     stems = Counter(
         f"cells of {block['body']}"
         if "body" in block

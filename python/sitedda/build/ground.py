@@ -10,7 +10,7 @@ from ..input import schema
 from .meshing.settings import Mesh
 
 # Stiffness of ties over that of a cell.  Softer ties add compliance to the ground; stiffer ties
-# prevent bending of non-matching faces.  Each error is 0.2 % of an S wave over 40 cells.
+# prevent bending of non-matching faces.  Each error changes an S wave by 0.2 % over 40 cells.
 _STIFF = 30.0
 _STRENGTH = 1e12  # Pa, strength of ties
 _ANGLE = 45.0  # degrees
@@ -136,7 +136,7 @@ class Ground(schema.GroundValues):
 
 
 def base_and_sides(ground, **base) -> list[tuple[str, dict]]:
-    """Return the boundaries below and beside ground; `base` contains variables of the lower one."""
+    """Return the boundaries below and beside ground; `base`: variables of the lower boundary."""
     moved = {"motion_x": ground.motion_x, "motion_y": ground.motion_y}
     found: list[tuple[str, dict]] = []
     if ground.base != "none":

@@ -12,7 +12,7 @@ from .ground import base_and_sides
 from .profile import Ground, SoilProfile, parse_curve, read_curve_table, read_soil_profile
 
 _CELLS = 12  # cells per wavelength of S waves at the highest frequency
-_MOST = 100_000  # blocks
+_MOST = 100_000  # largest number of blocks
 _STIFF = 1e3  # stiffness of welds between layers over that of a block
 _STRENGTH = 1e12  # Pa, strength of welds
 _ANGLE = 45.0  # degrees

@@ -13,8 +13,8 @@ from ..base.errors import InputError
 from ..base.reading import read_bounded
 
 GRAVITY = 9.80665  # m/s², for unit weights and stresses
-_LARGEST = 2**24  # bytes of a file
-_MOST = 10_000  # rows
+_LARGEST = 2**24  # largest size of a file, bytes
+_MOST = 10_000  # largest number of rows
 _FOOT = 0.3048  # m
 _COMMENT = "#"
 _LENGTH = {"m": 1.0, "ft": _FOOT, "km": 1e3}

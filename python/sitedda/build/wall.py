@@ -26,7 +26,7 @@ class Opening(schema.OpeningValues):
     """A door, a window or a niche in a wall."""
 
     def groups(self, folder, others) -> tuple[list[tuple[str, dict]], list[str]]:
-        """Raise InputError unless the wall exists; return no groups, the wall has the stones.
+        """Raise InputError unless the wall exists; return no groups: the wall makes the blocks.
 
         Parameters
         ----------

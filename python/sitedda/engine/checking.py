@@ -131,8 +131,8 @@ class Modes:
     frequency : ndarray, shape (modes,)
         Hz, undamped.
     damping : ndarray, shape (modes,)
-        Damping ratio in free vibration, due to time integration and dashpots; the latter by their
-        fraction of the energy of the undamped mode; 1 if a mode does not oscillate.
+        Damping ratio of free vibration due to time integration and dashpots; 1 if a mode does not
+        oscillate. Dashpots count by their fraction of the energy of the undamped mode.
     elongation : ndarray, shape (modes,)
         Relative elongation of the period by the time integration; -1 if a mode does not oscillate.
     participation : ndarray, shape (modes, 2)
@@ -175,7 +175,7 @@ class Modes:
 
 @dataclass(frozen=True)
 class Penalty:
-    """Normal stiffness (N/m per metre), first frequency (Hz), and the same with rigid joints."""
+    """Normal stiffness (N/m per metre), and first frequency (Hz) with it and with rigid joints."""
 
     normal_stiffness: float
     frequency: float
@@ -206,7 +206,7 @@ def _open_model(model, changes: Mapping | None, more: dict) -> Iterator[Simulati
         return
     if changes:
         raise ValueError("changes require an input file; an open simulation cannot be changed here")
-    with model._one:  # all results must belong to the same state
+    with model._lock:  # all results must belong to the same state
         yield model
 
 
@@ -238,8 +238,8 @@ def modes(
     model : path or Simulation
     count : int
     contacts : {'auto', 'closed', 'present', 'settled'}
-        Contacts with stiffness: all that touch, those closed at present, or those closed by
-        gravity; 'auto' is 'settled' with gravity, otherwise 'closed'.
+        Contacts with stiffness. 'closed': all that touch; 'present': those closed at present;
+        'settled': those closed by gravity; 'auto': 'settled' with gravity, otherwise 'closed'.
     changes, **more
         Variables to change in the input, see `Simulation`.
     """
@@ -314,11 +314,11 @@ def transfer(
     surface : str
         Measured point.
     base : str or None
-        Measured point to divide by; None: the prescribed motion itself.
+        Measured point whose motion is the denominator; None: the prescribed motion.
     direction : {'x', 'y'}
     damped : bool
-        Include the damping of time integration (θ, χ), supports and dashpots; otherwise continuous
-        time without damping.
+        True: with the damping of time integration (θ, χ), supports and dashpots; False: exact
+        in time and undamped.
     contacts : str
         See `modes`.
     changes, **more

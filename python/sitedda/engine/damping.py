@@ -72,11 +72,11 @@ class ConstantRatio(MaterialDamping):
     Parameters
     ----------
     ratio : float
-        ζ > 0.
+        Damping ratio ζ > 0.
     reference_frequency : float
         Frequency at which the modulus is that of the input, Hz.
     band : (float, float), optional
-        Hz; by default 0.1 ... 50, with a lower upper end if the time step requires it.
+        Hz; by default 0.1 ... 50; a long time step lowers the upper end.
     mechanisms : int, optional
         Number of relaxation mechanisms; by default as many as the accuracy requires.
 

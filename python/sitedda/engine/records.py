@@ -39,7 +39,7 @@ def read_record(
     file : path
     format : str
         'smc' (USGS), 'at2' (PEER NGA), 'knet' (K-NET, KiK-net), 'esm' (ESM, DYNA), 'cosmos' (V2),
-        'text', 'auto'; or 'obspy' for what that library reads (an optional dependency).
+        'text', 'auto'; or 'obspy': any format that obspy reads (an optional dependency).
     quantity, unit : str
         Required if the file does not state them; otherwise they must agree with the file.
     time_step : float

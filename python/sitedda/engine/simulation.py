@@ -17,7 +17,7 @@ from ..base.arrays import parts_of
 from ..base.core import FILES, api, checked, engine_names
 from ..base.errors import InputError, OutputError, SiteddaError
 from ..base.numbers import counted
-from ..base.stop import Stop, program_hears
+from ..base.stop import Stop, program_handles_interrupt
 from ..input.added_stage import PresentStage, with_stage
 from ..input.changes import BETWEEN_STEPS, changed_input, flat_changes, in_words
 from ..input.groups import checked as checked_value
@@ -67,7 +67,7 @@ class Simulation:
     """
 
     __slots__ = (
-        "__weakref__", "_free", "_handle", "_one", "_writes", "built", "done", "file",
+        "__weakref__", "_free", "_handle", "_lock", "_writes", "built", "done", "file",
     )  # fmt: skip
 
     def __init__(
@@ -88,7 +88,7 @@ class Simulation:
             output = named  # callers may name any path; inputs may not
         target = b"" if output in (None, True) else os.fsencode(output)
         self._writes = output is not None
-        self._one = threading.RLock()  # locked while the engine works on this simulation
+        self._lock = threading.RLock()  # locked while the engine works on this simulation
         put = getattr(file, "put", blocks_text)
         with opened_input(file) as (file, text):
             if changes:
@@ -125,7 +125,7 @@ class Simulation:
 
     def close(self) -> None:
         """Free the simulation; an incomplete output remains as FILE.partial, with a checkpoint."""
-        with self._one, self._output_lock():
+        with self._lock, self._output_lock():
             self._free()
             self._handle = 0
 
@@ -145,7 +145,7 @@ class Simulation:
             If a step does not converge; the message names step, contact and blocks.
         """
         steps = Range(0, 2**31 - 1, whole=True).check("steps", index(steps))
-        with self._one, self._output_lock():
+        with self._lock, self._output_lock():
             done = self._call_engine("advance_run", steps)
         self.done = bool(done)
         return self.done
@@ -177,7 +177,7 @@ class Simulation:
         changes, and the output lists them in its attribute ``changes``.
         """
         changes = dict(changes or {}) | more
-        with self._one:
+        with self._lock:
             text = changed_input(self.present_input, changes, BETWEEN_STEPS, self.file)
             self._change_input(text, words := in_words(changes), f"change({words})")
 
@@ -190,12 +190,12 @@ class Simulation:
             ``"load"``, whose times are times of the run, or ``"fixed_point"``, which fixes the
             present position.
         **values
-            Variables of the group; ``x`` and ``y`` are of the point at the start, m.
+            Variables of the group; ``x`` and ``y`` (m) are the initial position of the point.
         """
         if kind not in ("load", "fixed_point"):
             raise InputError(f"&{kind} cannot be added during a run, only &load and &fixed_point")
         group = group_text(kind, {k: checked_value(kind, k, v) for k, v in values.items()})
-        with self._one:
+        with self._lock:
             text = f"{self.present_input.rstrip()}\n{group}"
             self._change_input(text, group.strip(), f"add({kind!r}, …)")
 
@@ -222,7 +222,7 @@ class Simulation:
         InputError
             If the stage cannot follow; then nothing has changed.
         """
-        with self._one:
+        with self._lock:
             text = with_stage(self.present_input, self.present_stage, self.file, name, kind, values)
             self._change_input(text, f"stage {name}", f"begin_stage({name!r}, …)")
 
@@ -255,7 +255,7 @@ class Simulation:
     def _change_input(self, text: str, words: str, call: str) -> None:
         """Continue the run with another input; errors name the call, not the generated text."""
         try:
-            with self._one, FILES:  # locks are always acquired in this order, to avoid deadlocks
+            with self._lock, FILES:  # locks are always acquired in this order, to avoid deadlocks
                 self._call_engine(
                     "change_input", text.encode("utf-8", "surrogateescape"), words.encode()
                 )
@@ -274,7 +274,7 @@ class Simulation:
         OutputError
             If the checkpoint cannot be written; the previous one remains.
         """
-        with self._one, FILES:
+        with self._lock, FILES:
             self._call_engine("save_state")
 
     def finish(self) -> Path | None:
@@ -283,7 +283,7 @@ class Simulation:
         If the duration is not reached, FILE.partial contains the results so far, and the run can be
         resumed from a checkpoint.
         """
-        with self._one, FILES:
+        with self._lock, FILES:
             self._call_engine("finish_run")
         return self.output
 
@@ -298,17 +298,17 @@ class Simulation:
 
     def _call_engine(self, routine: str, *arguments):
         """Call a routine of the engine for this simulation, in one thread at a time."""
-        with self._one:
+        with self._lock:
             return checked(getattr(api, routine), self._handle, *arguments)
 
     def _read_table(self, what: str) -> np.ndarray:
         """Return a table of the engine, see `take_state` and `take_course` in `api/tables.f90`."""
-        with self._one:
+        with self._lock:
             return api.read_table(self._handle, *self._call_engine("make_table", what))
 
     def _read_text(self, what: str) -> bytes:
         """Return a text of the engine, see `make_text` in `api/tables.f90`."""
-        with self._one:
+        with self._lock:
             return (
                 api.read_text(self._handle, self._call_engine("make_text", what))
                 .astype("u1")
@@ -361,7 +361,7 @@ class Simulation:
     @property
     def peak_warnings(self) -> list[str]:
         """Warnings about amplification peaks of a linear run that differ from exact ones."""
-        with self._one, FILES:
+        with self._lock, FILES:
             return self._read_line("peaks").splitlines()
 
     @property
@@ -442,7 +442,7 @@ class Simulation:
 
     @property
     def block_bodies(self) -> np.ndarray:
-        """Number of the body to which each cell belongs, shape (blocks,), from 1; 0: no cell."""
+        """Number of the body of each cell, shape (blocks,), from 1; 0: the block is no cell."""
         return self._read_table("blocks")[:, 1].astype(int)
 
     @property
@@ -463,7 +463,7 @@ class Simulation:
     @property
     def block_states(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """`coordinates`, `rates` and `stresses` at the same time."""
-        with self._one:
+        with self._lock:
             return self.coordinates, self.rates, self.stresses
 
     @property
@@ -665,7 +665,7 @@ def run_to_end(
     """
     chunk = 1
     try:
-        while not stop.asked:
+        while not stop.requested:
             begun = time.perf_counter()
             done = simulation.advance(chunk)
             if progress:
@@ -677,7 +677,7 @@ def run_to_end(
             elif chunk > 1:
                 chunk //= 2
     except KeyboardInterrupt:
-        if program_hears():
+        if program_handles_interrupt():
             raise
     except BaseException as error:
         try:

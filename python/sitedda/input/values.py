@@ -14,7 +14,7 @@ from ..base.errors import InputError
 if TYPE_CHECKING:
     from .schema import Variable
 
-FARTHEST = 1e9  # m
+FARTHEST = 1e9  # largest coordinate, m
 
 
 def points_of(name: str, values, least: int) -> np.ndarray:
@@ -99,7 +99,7 @@ class Values:
             _check_number(name, value, one.values)
 
     def _check_relations(self, named: set[str]) -> None:
-        """Raise InputError if a variable that a given one needs is missing, or excluded ones exist.
+        """Raise InputError if a variable lacks others that it needs, or excludes another one.
 
         The schema defines the needed and the excluded variables.
         """

@@ -29,11 +29,11 @@ class Checker:
     def __init__(self, tell: Callable[[dict], None]):
         self._tell = tell
         self._process: subprocess.Popen | None = None
-        self._one = threading.Lock()
+        self._lock = threading.Lock()
 
     def start(self, text: str, file: Path, version: int) -> None:
         """Start to check an input; `tell` receives the findings and the version of the input."""
-        with self._one:
+        with self._lock:
             self._kill_check()
             self._process = subprocess.Popen(
                 [sys.executable, "-m", __name__, os.fspath(file)],
@@ -51,7 +51,7 @@ class Checker:
     def _report_findings(self, process: subprocess.Popen, text: str, version: int) -> None:
         """Send the input to the checking process, wait for its findings and report them."""
         said, _ = process.communicate(text.encode("utf-8", "surrogateescape"))
-        with self._one:
+        with self._lock:
             if process is not self._process:
                 return
         try:
@@ -62,7 +62,7 @@ class Checker:
 
     def stop(self) -> None:
         """End the running check."""
-        with self._one:
+        with self._lock:
             self._kill_check()
 
     def _kill_check(self) -> None:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A small substitute for `xarray.Dataset`: variables with names and dimensions.
 
-It suffices for the verdict and the picture of a run.  To import xarray and pandas and to index the
-times would take half as long as the steps of a run.
+It suffices for the verdict and the picture of a run.  Importing xarray and pandas, and indexing
+the times, would take half the time of the steps of a run.
 """
 
 from __future__ import annotations

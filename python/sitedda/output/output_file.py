@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 _MOST = 1e37  # largest number: larger ones overflow in single precision or when squared
 _ROUNDING = 1e-9  # tolerance of fractions of edge lengths
 _READ_AT_ONCE = 2**24  # bytes; larger variables are checked when they are read
-_HELD = ("time", "frame", "vertex", "block")  # dimensions that must not be empty
+_NOT_EMPTY = ("time", "frame", "vertex", "block")  # dimensions that must not be empty
 _ATTRIBUTES = ("title", "input_text", "input_values", "input_file", "stages", "step_control",
                "verdict", "accuracy", "complete")  # fmt: skip
 
@@ -119,7 +119,7 @@ def load(file) -> xr.Dataset:
 
 @contextmanager
 def _errors_as_damage(wrong: Callable[[str], OutputError]) -> Iterator[None]:
-    """Replace any exception caused by invalid bytes, but not lack of memory, by one error."""
+    """Raise the given OutputError for any exception except one caused by lack of memory."""
     try:
         with FILES:
             yield
@@ -131,7 +131,7 @@ def _errors_as_damage(wrong: Callable[[str], OutputError]) -> Iterator[None]:
 
 
 def _check_structure(data: xr.Dataset) -> None:
-    """Check that related variables exist with their dimensions, and that texts are texts."""
+    """Check that required variables exist, and the dimensions and types of all variables."""
     there = {known.family for name, known in VARIABLES.items() if name in data.variables}
     for name, known in VARIABLES.items():
         if name not in data.variables:
@@ -144,7 +144,7 @@ def _check_structure(data: xr.Dataset) -> None:
         if (known.kind != "text") != np.issubdtype(found.dtype, np.number):
             raise damaged(data, name, f"its values are of type {found.dtype}")
     for name, length in data.sizes.items():
-        if length != LENGTHS.get(name, length) or (name in _HELD and length == 0):
+        if length != LENGTHS.get(name, length) or (name in _NOT_EMPTY and length == 0):
             raise OutputError(
                 f"{_file_name(data)} is damaged: its dimension {name} has length {length}"
             )

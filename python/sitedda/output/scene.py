@@ -338,8 +338,8 @@ class Scene:
         first = contacts["vertex"]
         if "place" not in contacts:
             return places[first]
-        share = contacts["place"][:, None]
-        return places[first] + share * (places[self.next_vertex[first]] - places[first])
+        fraction = contacts["place"][:, None]
+        return places[first] + fraction * (places[self.next_vertex[first]] - places[first])
 
     @cached_property
     def interfaces(self) -> Interfaces:

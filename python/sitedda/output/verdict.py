@@ -98,8 +98,8 @@ def _add_engine_results(found: Verdict, data: xr.Dataset) -> None:
     for name, value in data.attrs.items():
         if isinstance(value, float | np.floating):
             found.values[name] = float(value)
-    said = str(data.attrs.get("verdict", ""))
-    found.clauses.append(f"{said[:1].lower()}{said[1:]}")
+    text = str(data.attrs.get("verdict", ""))
+    found.clauses.append(f"{text[:1].lower()}{text[1:]}")
     rows = (line.split("\t") for line in str(data.attrs.get("figures", "")).splitlines())
     found.figures.extend(FigureLine(*row) for row in rows if len(row) == 5)
     found.doubts.extend(Doubt.lines(str(data.attrs.get("doubts", ""))))
@@ -120,7 +120,7 @@ def add_drift(found: Verdict, scene: Scene) -> None:
         pair = f"the top of {scene.names[high]} against its bottom"
     if abs(drift) >= _LEAST_DRIFT:
         place = f"{pair}, {length(shift[high] - shift[low])} over {number(height)} m"
-        found.say("drift of blocks", "residual_drift", drift, "%", place, end=True)
+        found.add_result("drift of blocks", "residual_drift", drift, "%", place, end=True)
 
 
 def add_fallen(found: Verdict, scene: Scene) -> None:
@@ -133,7 +133,7 @@ def add_fallen(found: Verdict, scene: Scene) -> None:
         np.linspace(0, scene.frames - 1, min(scene.frames, _MOST_FRAMES)).astype(int)
     )
     first = next((f for f in sample if fallen(scene, f, bodies).any()), scene.frames - 1)
-    found.tell(
+    found.add_clause(
         f"{len(gone)} of {len(whole)} blocks are displaced by more than their size at the end, the "
         f"first by t = {number(scene.time[first])} s: "
         + ", ".join(f"{scene.names[b]} ({number(whole[own[b]], 3)} m²)" for b in gone[:5])
@@ -171,7 +171,7 @@ def add_lost(found: Verdict, scene: Scene) -> None:
         return
     first = next(frame for frame in range(scene.frames) if len(scene.lost(frame)))
     names = ", ".join(scene.names[b] for b in gone[:5]) + (" …" if len(gone) > 5 else "")
-    found.tell(
+    found.add_clause(
         f"{counted(len(gone), 'block', 'blocks')} left the model, the first by t = "
         f"{number(scene.time[first])} s: {names}",
         blocks_lost=len(gone),
@@ -190,9 +190,9 @@ def add_sides(found: Verdict, data: xr.Dataset) -> None:
         if not peak > 0:
             continue
         name = str(side.boundary.values)
-        share = np.linalg.norm(apart, axis=1).max() / peak
+        departure = np.linalg.norm(apart, axis=1).max() / peak
         words = f"{name}, relative to its peak velocity"
-        found.say("departure of a side", f"side_departure[{name}]", share, "%", words)
+        found.add_result("departure of a side", f"side_departure[{name}]", departure, "%", words)
 
 
 def add_damping(found: Verdict, data: xr.Dataset) -> None:
@@ -204,4 +204,4 @@ def add_damping(found: Verdict, data: xr.Dataset) -> None:
     for peak in peaks:
         found.values["amplification_frequency_hz"] = peak.frequency
         place = f"at {number(peak.frequency)} Hz; {damping_words(data, peak.frequency)}"
-        found.say("peak ratio", "amplification", peak.amplitude, "", place)
+        found.add_result("peak ratio", "amplification", peak.amplitude, "", place)

@@ -31,7 +31,7 @@ class Doubt(NamedTuple):
                 for line in text.splitlines()]  # fmt: skip
 
     @property
-    def of_check(self) -> bool:
+    def is_from_check(self) -> bool:
         """Return whether the check of the model has reported this warning."""
         return self.topic == "check"
 
@@ -138,20 +138,20 @@ class Verdict:
     def __str__(self) -> str:
         """Return the verdict as text: sentence, warnings of the check, table, others, counts."""
         first, last = ("\n".join(f"doubt  {wrapped(str(doubt), 7)}" for doubt in self.all_doubts
-                                 if doubt.of_check == of_check)
-                       for of_check in (True, False))  # fmt: skip
+                                 if doubt.is_from_check == is_from_check)
+                       for is_from_check in (True, False))  # fmt: skip
         if first:
             first += f"\n{CHECK_SAYS_MORE}"
         table = _align_columns(self.rows()) if self.figures else ""
         parts = (wrapped(self.happened), first, table, last, wrapped(self.steps))
         return "\n\n".join(filter(None, parts))
 
-    def tell(self, clause: str, **values: float) -> None:
+    def add_clause(self, clause: str, **values: float) -> None:
         """Add a clause to the first sentence, and its values."""
         self.clauses.append(clause)
         self.values.update({name: float(value) for name, value in values.items()})
 
-    def say(self, name: str, key: str, value: float, unit: str, place: str, end=False) -> None:
+    def add_result(self, name: str, key: str, value: float, unit: str, place: str, end=False):
         """Add a result to the table."""
         self.values[key] = float(value)
         self.figures.append(FigureLine(name, "" if end else key, key if end else "", unit, place))

@@ -38,7 +38,7 @@ from .safety import _judge_blocks
 from .strength import lines_of, released, static_model
 
 _MOST = 1e3  # ratio of load to weight above which the factor counts as infinite
-_HELD = _MOST * (1 - 1e-6)  # factors from this value on count as infinite
+_UNLIMITED = _MOST * (1 - 1e-6)  # factors from this value on count as infinite
 _PRESTRESS = 1e-6  # penalty on normal forces in the objective, which prevents needless prestress
 _LITTLE = 1e-8  # smaller penalty for mechanisms, whose dilation has an error of this size
 _GAIN = 5.0  # in programme n, the weight of the latest normal forces is _GAIN / (_GAIN + n)
@@ -46,7 +46,7 @@ _PROGRAMMES = 30  # largest number of programmes in a sequence
 _MOVES = 1e-7, 5.0  # smallest nonzero multiplier, over the largest multiplier and over the penalty
 _STARTS = 60  # largest number of blocks whose contact forces are minimised for a start
 _SLIDES = 0.5  # smallest ratio of the work of slip to the work of the load if the model slides
-_CORNER = 1e-6  # a point closer to the end of an edge, over its length, is at a corner
+_CORNER = 1e-6  # largest distance of a corner contact from an end of the edge, over its length
 _AXES = {"x": [(1.0, 0.0)], "y": [(0.0, 1.0)], "xy": [(1.0, 0.0), (0.0, 1.0)], "none": []}
 _LOADS = ("load", "traction", "water")  # groups of dead loads, which the engine computes
 _LAWS = ("coulomb", "crushing", "mohr_coulomb")
@@ -252,8 +252,8 @@ def travelling_axle(
         Distance behind the first axle (m) and relative weight of each axle.  Axles beyond the ends
         of the line do not act.
     positions : int
-        Number of evenly spaced positions; then a search between the neighbours of the worst one
-        refines it.
+        Number of evenly spaced positions; a search between the neighbours of the worst position
+        then refines it.
     backfill : Backfill, optional
         Soil, which does not spread the loads of the axles.
     changes : mapping, optional
@@ -284,7 +284,7 @@ def travelling_axle(
     )
     worst = where[least] if factors[least] <= refined.fun else float(refined.x)
     found = programme.limit(solve(worst))
-    loads = np.where(factors >= _HELD, np.inf, factors * programme.weight)
+    loads = np.where(factors >= _UNLIMITED, np.inf, factors * programme.weight)
     load = found.factor * programme.weight
     found = replace(found, title=f"Axles of {load:.4g} N/m at {worst:.4g} m")
     return Travel(where, loads, float(worst), load, found)
@@ -576,16 +576,16 @@ class _Programme:
 
     def _reaction_columns(self) -> coo_array:
         """Return the equilibrium columns of the reactions of fixed points and fixed edges."""
-        held = []
+        columns = []
         for group in self.scene.groups.get("fixed_point", []):
             place = np.array([group["x"], group["y"]], dtype=float)
             block = self._block_at(place, str(group.get("block", "")).strip())
             axes = _AXES[str(group.get("direction", "xy")).strip()]
-            held += [(block, place, force) for force in axes]
-        held += self._supported_edges()
-        if not held:
+            columns += [(block, place, force) for force in axes]
+        columns += self._supported_edges()
+        if not columns:
             raise InputError("the blocks have no support: add a &fixed_point or &boundary")
-        block, place, force = zip(*held, strict=True)
+        block, place, force = zip(*columns, strict=True)
         return self._equilibrium_columns(np.array(block), np.array(place), np.array(force))
 
     def _bolt_columns(self):
@@ -742,14 +742,15 @@ class _Programme:
     def limit(self, found: _Solution) -> Limit:
         """Convert a solution to a `Limit`."""
         reach = np.hypot(*found.velocity[:, :2].T) + self.radii * abs(found.velocity[:, 2])
-        held = found.factor >= _HELD
-        velocity = found.velocity / (1.0 if held else reach.max())
-        if held:
+        unlimited = found.factor >= _UNLIMITED
+        velocity = found.velocity / (1.0 if unlimited else reach.max())
+        if unlimited:
             velocity = np.zeros_like(velocity)
         turned = velocity * np.column_stack([np.ones((len(velocity), 2)), self.radii])
         work = self.unit * found.factor * np.sum(self.live * turned)
         limit = Limit(
-            np.inf if held else found.factor, velocity, _judge_blocks(velocity, self.radii), False,
+            np.inf if unlimited else found.factor, velocity,
+            _judge_blocks(velocity, self.radii), False,
             tuple(self.scene.names), self.blocks, self.points, self.normals, found.normal,
             found.shear, self.polygons,
             {name: float(pull) for (name, *_), pull in zip(self.bolts, found.bolts, strict=True)
@@ -767,7 +768,7 @@ def _undilated_limit(programme: _Programme, upper: _Solution) -> tuple[_Solution
     weight alone that load this block least.
     """
     blocks = len(programme.polygons)
-    starts = [upper.normal] if upper.factor < _HELD else []
+    starts = [upper.normal] if upper.factor < _UNLIMITED else []
     for block in np.unique(np.linspace(0, blocks - 1, min(blocks, _STARTS)).round()):
         relieved = np.where((programme.blocks == block).any(axis=1), 1.0, _PRESTRESS)
         strength = programme.friction, programme.cohesion
@@ -790,7 +791,7 @@ def _find_limit(programme: _Programme, pressed: np.ndarray, tried: dict) -> _Sol
             found = programme.solve(np.zeros(len(pressed)), bound, rounds=0, prestress=_LITTLE)
         except InputError:
             return None
-        if found.factor >= _HELD:
+        if found.factor >= _UNLIMITED:
             return found
         key = tuple(part.tobytes() for part in found.binding)
         if key not in tried:

@@ -27,7 +27,7 @@ _SETTLEMENT = 0.2  # largest displacement of a block up to the first equilibrium
 _UNDISTURBED = 0.1  # largest displacement before a mechanism, as a fraction of the allowed one
 _SMALL = 0.01  # fraction of the area of the model below which a mechanism is small
 _NAMED = 4  # largest number of blocks that a sentence names
-_TOLD = 1e-6  # components below this fraction of the largest are shown as 0
+_NEGLIGIBLE = 1e-6  # components below this fraction of the largest are shown as 0
 _TOO_FAR = 2.0  # ratio of the displacement that ends a static stage to the allowed displacement
 _STILL = 0.02  # fraction of the largest displacement below which a block is stable
 _TURNING = 0.03  # ratio of rotation × radius to displacement above which a block topples
@@ -113,7 +113,7 @@ class Mechanism:
         """Return a table of the blocks as text."""
         width = max(map(len, self.names))
         head = f"{'block':{width}}  {'verdict':8} {'x (m)':>11} {'y (m)':>11} {'rotation (°)':>12}"
-        least = _TOLD * float(abs(self.displacement).max(initial=0.0))
+        least = _NEGLIGIBLE * float(abs(self.displacement).max(initial=0.0))
         shown = np.where(abs(self.displacement) > least, self.displacement, 0.0)
         rows = [
             f"{name:{width}}  {verdict:8} {x:11.4g} {y:11.4g} {math.degrees(turn):12.4g}"
@@ -267,7 +267,7 @@ class _Trials:
         self._end_early(_SETTLEMENT * self.bodies.radii.max())
 
     @property
-    def ways(self) -> np.ndarray:
+    def allowed(self) -> np.ndarray:
         """Return the displacement of each block that counts as failure, m."""
         radii = self.bodies.radii
         usual = float(np.quantile(radii, 0.5, method="lower"))
@@ -277,8 +277,8 @@ class _Trials:
     def largest(self, coordinates: np.ndarray, start: np.ndarray) -> tuple[float, float]:
         """Return the displacement closest to failure, and its allowed value, m."""
         moved = self.moved(coordinates, start)
-        most = int(np.argmax(moved / self.ways))
-        return float(moved[most]), float(self.ways[most])
+        most = int(np.argmax(moved / self.allowed))
+        return float(moved[most]), float(self.allowed[most])
 
     def moved(self, coordinates: np.ndarray, start: np.ndarray) -> np.ndarray:
         """Return √(displacement² + (radius × rotation)²) of each block, shape (blocks,), m."""
@@ -300,7 +300,7 @@ class _Trials:
         if rest.stands and self.reference is None:
             self.reference = rest.coordinates
             settled = self.moved(self.reference, self.start).max()
-            self._end_early(settled + self.ways.max())
+            self._end_early(settled + self.allowed.max())
         self.done.append(rest)
         if self.progress:
             self.progress(rest)
@@ -423,16 +423,16 @@ def mechanism(
     return _release_mechanism(trials, factor, strong)
 
 
-def _release_mechanism(trials: _Trials, factor: float, held: float | None) -> Mechanism:
-    """Return the motion of the model at a factor, from the equilibrium at the factor `held`.
+def _release_mechanism(trials: _Trials, factor: float, start_factor: float | None) -> Mechanism:
+    """Return the motion of the model at a factor, from the equilibrium at `start_factor`.
 
     Static steps are computed until a block has moved by the allowed displacement.
     """
     gravity = trials.model.control.gravity
     pull = 0.0 if gravity is None else float(np.linalg.norm(gravity))
-    unit = math.sqrt(float(trials.ways.min()) / (pull or 1.0))
+    unit = math.sqrt(float(trials.allowed.min()) / (pull or 1.0))
     moves = done = False
-    with released(trials.model, factor, held, _STEP * unit, _STEPS, trials.removed) as run:
+    with released(trials.model, factor, start_factor, _STEP * unit, _STEPS, trials.removed) as run:
         run.advance(_ELASTIC)
         start = run.coordinates
         while not (moves or done):
@@ -469,20 +469,20 @@ def _judge_blocks(change: np.ndarray, radii: np.ndarray) -> tuple[str, ...]:
 
 def _find_warnings(mechanism: Mechanism | None, model: Model) -> str:
     """Return warnings about the mechanism, elastic soils and large yielding cells."""
-    said = []
+    warnings = []
     if mechanism and not mechanism.moves:
-        said.append(
+        warnings.append(
             "static stages fail, but the released model moves less than the allowed displacement: "
             "the cause may not be a lack of strength; see the trials"
         )
     if elastic := elastic_soils(model):
-        said.append(
+        warnings.append(
             f"soils of law 'hysteretic' are elastic in this analysis ({', '.join(elastic)}): only "
             "the curves 'hyperbolic' and 'gqh' have a shear strength"
         )
     if mechanism and yielding(model):
-        said.append(
+        warnings.append(
             "large cells overestimate the strength: compare with the factor for cells of half the "
             "size"
         )
-    return "; ".join(said)
+    return "; ".join(warnings)

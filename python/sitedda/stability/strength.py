@@ -140,9 +140,9 @@ def _fix_boundary(boundary: Group) -> None:
     """
     boundary(motion_x=None, motion_y=None, motion_is=None)
     kinds = engine_names("boundary kinds"), engine_names("boundary kinds at rest")
-    held = dict(zip(*kinds, strict=True)).get(boundary.kind, boundary.kind)
-    if held != boundary.kind:
-        boundary(kind=held, density=None, shear_velocity=None, pressure_velocity=None)
+    static_kind = dict(zip(*kinds, strict=True)).get(boundary.kind, boundary.kind)
+    if static_kind != boundary.kind:
+        boundary(kind=static_kind, density=None, shear_velocity=None, pressure_velocity=None)
 
 
 def _freeze_load(load: Group, names: tuple[str, ...], ends: bool) -> None:
@@ -211,12 +211,12 @@ def lines_of(groups) -> list[tuple[str, np.ndarray]]:
 def released(
     model: Model,
     factor: float,
-    held: float | None,
+    start_factor: float | None,
     time_step: float,
     steps: int,
     removed: str | None = None,
 ):
-    """Yield a simulation in equilibrium at `held` whose strength decreases to that at `factor`.
+    """Yield a simulation that starts in equilibrium and weakens to the strength at `factor`.
 
     Velocities are set to zero after each step, so blocks move by F Δt²/M per step in the direction
     of the unbalanced forces F, without oscillation.
@@ -227,35 +227,36 @@ def released(
         A model with static stages only.
     factor : float
         Divisor of the strengths.
-    held : float or None
+    start_factor : float or None
         Factor at which the model reaches equilibrium; None: start without contact forces.
     time_step : float
         Largest time step, s; steps that do not converge are shortened.
     steps : int
         Largest duration, in multiples of this time step.
     removed : str, optional
-        Blocks to remove if `held` is None, as in `remove` of a stage.
+        Blocks to remove if `start_factor` is None, as in `remove` of a stage.
 
     Yields
     ------
     Simulation
     """
-    moving = weakened(model, factor if held is None else held)
+    moving = weakened(model, factor if start_factor is None else start_factor)
     moving.control(time_step=time_step, time_step_control="adaptive", dynamic_factor=0.0)
     moving.control(integration="backward_euler")
     names: dict[str, list[str]] = {"joint": [], "material": []}
-    if held is None:
+    if start_factor is None:
         moving.clear("stage")
     else:
         for kind, group in _groups_with_strength(moving):
             weak = f"{group.name} weaker"
             names[kind].append(f"{group.name} -> {weak}")
-            values = group.as_dict() | _divide_strength(kind, group, factor / held) | {"name": weak}
+            strengths = _divide_strength(kind, group, factor / start_factor)
+            values = group.as_dict() | strengths | {"name": weak}
             getattr(moving, kind)(**values)
     joints, materials = (", ".join(old) or None for old in names.values())
     moving.stage(
         name="strength is lost", steps=steps, change_joints=joints, change_materials=materials,
-        remove=removed if held is None else None,
+        remove=removed if start_factor is None else None,
     )  # fmt: skip
     with Simulation(moving) as simulation:
         yield simulation

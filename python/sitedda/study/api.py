@@ -56,14 +56,14 @@ def study(
     fixed : mapping, optional
         Changes of the input in all cases.
     task : 'run', 'safety', 'accuracy' or callable
-        Instead of a run: the factor of safety (see `sitedda.safety`), error bars, or a function
-        of the path of the input.
+        What each case computes: 'run'; 'safety', the factor of safety (see `sitedda.safety`);
+        'accuracy', error bars; or a function of the path of the input.
     executor : concurrent.futures.Executor or dask.distributed.Client
         Executor of the cases; default: processes on this machine.
     workers : int
         Number of processes with one thread each; default: number of available processors.
     memory : float
-        Bytes that a process may allocate; default: its fraction of the free memory.
+        Bytes that a process may allocate; default: the free memory over the number of processes.
     time_limit : float
         Largest duration of a case, s (wall clock).
     keep : bool

@@ -71,7 +71,7 @@ class Work:
     memory: float | None = None
 
     @property
-    def asked(self) -> list[list[str]]:
+    def requested(self) -> list[list[str]]:
         """Return the labels and names of the quantities."""
         return [[one.label, one.name] for one in self.quantities]
 
@@ -88,7 +88,7 @@ class Work:
         """Write the failure of a case, and the settings on which it depends."""
         more: dict = {"limits": self.limits} if kind in _LIMITED else {}
         if (folder / WORDS).exists():  # the run is complete, but the extraction of a result failed
-            more["asked"] = self.asked
+            more["asked"] = self.requested
         return write_result(folder, "failed", message, kind=kind, **more)
 
 
@@ -152,7 +152,8 @@ def finished(work: Work, folder: Path) -> dict | None:
     failed = found["status"] == "failed"
     if failed and (work.again or (work.start and found.get("limits", work.limits) != work.limits)):
         return None
-    return found if found.get("asked", work.asked if failed else None) == work.asked else None
+    same = found.get("asked", work.requested if failed else None) == work.requested
+    return found if same else None
 
 
 def take_output(folder: Path, output: Path) -> None:
@@ -186,7 +187,7 @@ def _obtain_result(work: Work, folder: Path) -> dict:
     return write_result(
         folder,
         "complete",
-        asked=work.asked,
+        asked=work.requested,
         numbers=numbers,
         arrays=kept,
         shapes={k: {"dims": a.dims, "shape": a.values.shape, "units": a.units}

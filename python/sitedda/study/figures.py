@@ -135,8 +135,8 @@ def _check_selection(name: str, value, plan) -> None:
 
 def _uses_functions(plan) -> bool:
     """Return whether functions compute results, so that their names and dimensions are unknown."""
-    told = plan.task == "run" or getattr(plan.task, "results", ())
-    return callable(plan.model) or not told or any(q.function for q in plan.quantities)
+    knows_results = plan.task == "run" or getattr(plan.task, "results", ())
+    return callable(plan.model) or not knows_results or any(q.function for q in plan.quantities)
 
 
 def _known_results(plan) -> set[str]:

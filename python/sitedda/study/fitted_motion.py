@@ -182,7 +182,7 @@ def _fit_record(seed, grid, target, duration, step, damping) -> Record:
             break
         factor = np.interp(frequency, 1 / grid[::-1], ratio[::-1])
         spectrum = np.fft.rfft(motion, 2 * count) * factor
-        spectrum[frequency < 0.5 / grid[-1]] *= 0.5  # drift, longer than twice the fitted periods
+        spectrum[frequency < 0.5 / grid[-1]] *= 0.5  # periods above twice the longest fitted one
         motion = _remove_drift(np.fft.irfft(spectrum)[:count] * _end_taper(count), step)
     return Record(f"synthetic {seed}", best, step, least)
 

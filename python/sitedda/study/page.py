@@ -40,8 +40,8 @@ def report_page(table, figures: Sequence[Mapping] = ()) -> Page:
     lead = f"{counted(table.status.size, 'case', 'cases')} ({sizes}): {ended}."
     page = Page(f"Study of {table.attrs.get('model', '')}".strip(), lead)
     page.add("Parameters", _parameter_table(table))
-    said = [_add_figure(page, table, dict(values)) for values in figures]
-    page.lead = " ".join([*(f"{words}." for words in said if words), page.lead])
+    sentences = [_add_figure(page, table, dict(values)) for values in figures]
+    page.lead = " ".join([*(f"{words}." for words in sentences if words), page.lead])
     page.add("Results", _number_table(table))
     for title, which, column in (("Failed cases", table.status.values == "failed", "message"),
                                  ("Warnings", table.warning.values != "" if "warning" in table

@@ -24,7 +24,7 @@ from .trials import Trials, bracket_of
 
 INTERVALS = 8  # number of intervals into which a bracket without a change of sign is divided
 _SHRINKING, _POWER = 0.2, 2.0  # κ₁ and κ₂ of ITP; its n₀ is 1
-_JUMP = 0.5  # a result jumps if three bisections retain this fraction of its change (not 1/8)
+_JUMP = 0.5  # a result jumps if three bisections retain this fraction of its change (smooth: 1/8)
 _FLAT = 1e-12  # changes below this fraction of a result count as 0
 
 
@@ -168,7 +168,7 @@ def solve_for(
     found = _Bracket(trials, tolerance * max(abs(low), abs(high), abs(high - low)))
     crossings = found.find(low, high)
     found.shrink_to_tolerance(tolerance)
-    value, jump = found.settle(jumps)
+    value, jump = found.locate_root(jumps)
     half = max(value - found.low, found.high - value)
     error, doubt = ([0.0], "") if jump else trials.errors_at((value,), accuracy)
     bar, tried = half + abs(error[0] / found.slope), trials.tried()
@@ -285,10 +285,10 @@ class _Bracket:
 
     def secant_value(self) -> float:
         """Return the value at which a straight line between the ends reaches the target."""
-        share = self.below / (self.below - self.above)
-        return self.low + share * (self.high - self.low)
+        fraction = self.below / (self.below - self.above)
+        return self.low + fraction * (self.high - self.low)
 
-    def settle(self, jumps: bool) -> tuple[float, bool]:
+    def locate_root(self, jumps: bool) -> tuple[float, bool]:
         """Return the root, and whether it is a jump; without `jumps`, a jump is an error."""
         kept = self.low, self.high, self.below, self.above
         before = abs(self.above - self.below)

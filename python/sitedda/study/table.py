@@ -196,17 +196,17 @@ class _Results:
         sizes = tuple(len(self.coordinates[d]) for d in inner)
         return (*self.dims, *inner), (*self.shape, *sizes), (*(1 for _ in self.dims), *sizes)
 
-    def on_common(self, name: str, arrays: dict[str, np.ndarray]) -> np.ndarray:
+    def at_common_coordinates(self, name: str, arrays: dict[str, np.ndarray]) -> np.ndarray:
         """Return an array of a case at the common coordinates; NaN outside of its own range."""
         values = arrays[name]
         for axis, dim in enumerate(self.arrays[name]["dims"]):
             common, here = self.coordinates[dim], arrays[f"{name}|{dim}"]
             if dim in self.uneven:
 
-                def brought(v, x=here, to=common):
+                def interpolated(v, x=here, to=common):
                     return np.interp(to, x, v, left=np.nan, right=np.nan)
 
-                values = np.apply_along_axis(brought, axis, values)
+                values = np.apply_along_axis(interpolated, axis, values)
             elif len(here) < len(common):
                 room = [(0, 0)] * values.ndim
                 room[axis] = (0, len(common) - len(here))
@@ -219,9 +219,9 @@ class _Results:
             place = np.unravel_index(number, self.shape)
             for name, target in targets.items():
                 if name in arrays:
-                    target[tuple(int(i) for i in place)] = self.on_common(name, arrays)
+                    target[tuple(int(i) for i in place)] = self.at_common_coordinates(name, arrays)
 
-    def small(self) -> dict[str, tuple]:
+    def case_variables(self) -> dict[str, tuple]:
         """Return the variables with one value per case: numbers, texts, key and seconds."""
         dims = tuple(self.dims)
         found = {n: (dims, v.reshape(self.shape), {}) for n, v in self.numbers.items()}
@@ -249,7 +249,7 @@ class _Results:
         """Return the table in memory, with or without arrays."""
         import xarray as xr
 
-        variables = self.small()
+        variables = self.case_variables()
         if arrays:
             targets = {name: np.full(self.layout(name)[1], np.nan) for name in self.arrays}
             self.fill(targets)

@@ -39,9 +39,9 @@ def serve_umbridge(
     task : 'run', 'safety' or callable
         See `study`.
     workers : int, optional
-        Processes, for simultaneous requests (as many as this process may use processors).
+        Number of processes for simultaneous requests; default: number of available processors.
     port : int
-        On which the server listens.
+        Port on which the server listens.
     """
     try:
         import umbridge

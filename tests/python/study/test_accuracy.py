@@ -323,7 +323,7 @@ def test_a_twin_displaces_no_block_that_stages_remove(write_input):
         "&stage name = 'dig', kind = 'static', remove = 'to*' /\n"
         "&stage name = 'shake', steps = 5, motions = 'push' /\n"
     )
-    assert facts_of(model, {}).there == (2, 1)  # block, floor
+    assert facts_of(model, {}).remaining == (2, 1)  # block, floor
     with (
         pytest.raises(sitedda.InputError, match="'top', which is removed before"),
         sitedda.Simulation(model, changes={"control.displaced_block": "top"}) as run,

@@ -19,12 +19,12 @@ def pulse(x):
 
 @case(
     "A pulse through the interface of two bodies",
-    "Of a pulse in a bar 2/(1 + c) passes, c the ratio of the speeds where both are as dense, and "
-    "2/(1 + c) − 1 comes back.",
+    "A pulse in a bar of constant density with the speed ratio c: the factor 2/(1 + c) is "
+    "transmitted, and 2/(1 + c) − 1 is reflected.",
     "Impedances of plane waves.",
 )
 def interface(short: bool) -> Outcome:
-    """Check both impulses and the transmitted peak with twelve cells per length of the pulse."""
+    """Check both impulses and the transmitted peak, with twelve cells per pulse length."""
     rows, lines = [], []
     for contrast in (0.1, 0.5, 4.0):
         centre, size, velocity = passed_by(contrast)
@@ -33,11 +33,11 @@ def interface(short: bool) -> Outcome:
         impulse = velocity * size / np.where(beyond, contrast, 1.0)
         whole, passes = (pulse(centre) * size)[~beyond].sum(), 2 / (1 + contrast)
         rows += [
-            relative(f"c = {contrast:g}: impulse that passes", passes,
+            relative(f"c = {contrast:g}: transmitted impulse", passes,
                      impulse[beyond].sum() / whole, 1e-3),
-            relative(f"c = {contrast:g}: impulse that comes back", passes - 1,
+            relative(f"c = {contrast:g}: reflected impulse", passes - 1,
                      impulse[back].sum() / whole, 1e-3),
-            relative(f"c = {contrast:g}: peak of what passes", passes,
+            relative(f"c = {contrast:g}: transmitted peak", passes,
                      velocity[beyond].max(), 1e-2),
         ]  # fmt: skip
         lines.append((centre, velocity, {"label": f"c = {contrast:g}"}))

@@ -34,10 +34,10 @@ def _layered_model(layers: int, height: float, penalty: float, time_step: float)
 
 @case(
     "A layer on an elastic half-space",
-    "Surface over outcrop is 1/|cos kH + i a sin kH| with a = ρ_sV_s/ρ_rV_r; the error of blocks "
-    "of thickness h falls as h². Dashpots of the half-space of the blocks themselves reflect "
-    "|(Z(e^iqh) + ikh)/(Z(e^−iqh) + ikh)| of the amplitude, Z(e) = 1 − e − (kh)²(2 + e)/6, "
-    "cos qh = (6 − 2(kh)²)/(6 + (kh)²), kh = 2πh/λ: about (kh)²/48.",
+    "Surface over outcrop motion is 1/|cos kH + i a sin kH| with a = ρ_sV_s/ρ_rV_r; the error of "
+    "blocks of thickness h decreases as h². Dashpots with the impedance of the blocks reflect the "
+    "fraction |(Z(e^iqh) + ikh)/(Z(e^−iqh) + ikh)|, Z(e) = 1 − e − (kh)²(2 + e)/6, "
+    "cos qh = (6 − 2(kh)²)/(6 + (kh)²), kh = 2πh/λ: about (kh)²/48 of the amplitude.",
     "Kramer (1996), §7.2.1; Lysmer and Kuhlemeyer (1969); `docs/boundaries.md`.",
 )
 def half_space(short: bool) -> Outcome:
@@ -92,9 +92,9 @@ def _measure_reflection(length: float, layers: int = 80) -> float:
 
 
 @case(
-    "A pulse through rock that stands on its own half-space",
-    "A wave of 1 g comes in through the base, is doubled at the surface and leaves: 1 g at the "
-    "base twice, 2 g at the surface, then nothing.",
+    "A pulse in rock on a half-space of the same rock",
+    "A wave of 1 g enters through the base, is doubled at the surface and leaves: 1 g at the base "
+    "twice, 2 g at the surface, then rest.",
     "`docs/boundaries.md`.",
 )
 def pulse(short: bool) -> Outcome:

@@ -25,7 +25,7 @@ _GROUND = {"boundary[sway].stiffness_per_area": (1e6, 1e8),
 
 
 def avdat_column(width: float, depth: float, springs: bool) -> Model:
-    """The ten drums of Avdat on a block that is fixed, or on springs."""
+    """Return the ten drums of Avdat on a block that is fixed, or on springs."""
     model = column(6e8, width, depth, time_step=1e-3, steps=1)
     if not springs:
         model.boundary(kind="fixed", blocks="base", side="bottom")
@@ -38,12 +38,12 @@ def avdat_column(width: float, depth: float, springs: bool) -> Model:
 
 @case(
     "The second mode of the column at Avdat",
-    "Two bands of the field, 3.0 to 3.8 and 4.2 to 5.3 Hz: a plane column on a fixed base cannot "
-    "meet both; a heavy base on springs can, and so can the column in the other direction.",
+    "Two measured frequency bands, 3.0 to 3.8 and 4.2 to 5.3 Hz: a plane column on a fixed base "
+    "cannot have both; a heavy base on springs can, and so can the column in the other direction.",
     "Bao, Hatzor, Yagoda-Biran et al. (2013), sections 3.1 and 3.2.",
 )
 def avdat_second_mode(short: bool) -> Outcome:
-    """The evidence of four hypotheses, and the stiffness of a contact by the first mode alone."""
+    """Compare the evidence of four hypotheses; fit the contact stiffness to the first mode."""
     fixed = avdat_column(3, 1, False)
     first, second = (calibrate(fixed, [one], _DRY) for one in _FIELD)
     found = {
@@ -65,7 +65,7 @@ def avdat_second_mode(short: bool) -> Outcome:
         at_most("base 4 m × 2 m: misfit, deviations",
                 abs(found["base 4 m × 2 m on springs"].fit.misfit).max(), 1.0),
     ]  # fmt: skip
-    table = Table("Hypotheses, equally likely before",
+    table = Table("Hypotheses of equal prior probability",
                   ["hypothesis", "modes (Hz)", "ln evidence", "probability"], cells)  # fmt: skip
     return Outcome(rows, tables=[table])
 
@@ -76,9 +76,9 @@ MEDIANS = {
     "boundary[*].stiffness_per_area": 2e9, "material[stone].young_modulus": 2e9,
 }  # Pa/m and Pa  # fmt: skip
 _NOISE = 0.02  # relative error of a frequency
-_COLUMNS = {True: 20, False: 200}  # by the form, short or not
-_COMPARED = {True: 1, False: 6}  # columns that are also solved by the sampler
-_TOGETHER = 10  # columns of a task
+_COLUMNS = {True: 20, False: 200}  # number of columns, short or not
+_COMPARED = {True: 1, False: 6}  # number of columns that are also solved by the sampler
+_TOGETHER = 10  # number of columns per task
 
 
 def drums_on_springs(width: float, height: float, count: int, towers: int = 1) -> Model:
@@ -142,20 +142,20 @@ def _coverage_tasks(short: bool) -> list[Task]:
 
 
 @case(
-    "Calibrated columns: how often the bands hold the truth",
+    "Calibrated columns: how often the bands contain the true values",
     "Random columns of 2 to 12 drums with 1 to 4 unknown stiffnesses, drawn from their priors, and "
-    "2 to 5 frequencies with 2 % noise: a band of 90 % holds the truth in 90 %. The samples of "
-    "Laplace's approximation and of emcee agree for unknowns that the modes determine.",
+    "2 to 5 frequencies with 2 % noise: 90 % of the 90 % bands contain the true value. The samples "
+    "of Laplace's approximation and of emcee agree for unknowns that the modes determine.",
     "Simulation-based calibration: Cook, Gelman & Rubin (2006), J. Comput. Graph. Stat. 15(3).",
     _coverage_tasks,
 )
 def calibration_coverage(found: dict) -> Outcome:
-    """Coverage, agreement of both samplers, and cost."""
+    """Check the coverage and the agreement of both samplers; tabulate the cost."""
     parts = [one for (kind, _), one in found.items() if kind == "bands"]
     inside = np.concatenate([one["inside"] for one in parts])
     columns = _TOGETHER * len(parts)
     allowed = 0.02 if columns == _COLUMNS[False] else 3 * math.sqrt(0.09 / inside.size)
-    rows = [absolute(f"bands that hold the truth, {inside.size} unknowns of {columns} columns",
+    rows = [absolute(f"bands with the true value, {inside.size} unknowns of {columns} columns",
                      0.9, float(inside.mean()), allowed)]  # fmt: skip
     seconds = 100 / columns * sum(one["seconds"] for one in parts)
     cost = Table("Cost", ["columns", "processor time (s)"], [[100, f"{seconds:.0f}"]])

@@ -29,8 +29,8 @@ MEASURED = {3: 0.97, 5: 0.95}  # velocity ratio over rigid theory, by height ove
 
 @case(
     "The thinnest half-circle arch, by radial and by vertical cuts",
-    "Rigid blocks without tension and slip under their weight: t/R = 0.1075 where cuts are radial, "
-    "0.1095 where they are vertical. Stones have straight sides: 0.0001 for 120 of them.",
+    "Rigid blocks without tension and slip under their weight: t/R = 0.1075 with radial cuts, "
+    "0.1095 with vertical cuts. With 120 stones, their straight sides change t/R by 0.0001.",
     "`docs/casebook/arch.md`.",
 )
 def arch_stereotomy(short: bool) -> Outcome:
@@ -49,8 +49,8 @@ def arch_stereotomy(short: bool) -> Outcome:
 
 @case(
     "The thinnest half-circle arch, by its friction",
-    "27 rigid stones without tension, cut radially, which slide without dilation: t/R by friction "
-    "as read off a published figure, to 0.002; below a coefficient of 0.309 ± 0.001 none stands.",
+    "27 rigid stones with radial cuts, without tension and dilation: t/R over friction as in a "
+    "published figure, to 0.002; with a coefficient below 0.309 ± 0.001, no arch stands.",
     "`docs/casebook/arch.md`.",
 )
 def arch_by_friction(short: bool) -> Outcome:
@@ -83,7 +83,7 @@ def _is_arch_stable(thickness: float, cuts: str, friction: float, stones: int) -
 
 @case(
     "A dry wall pushed sideways",
-    "Six courses of stones of 0.4 × 0.175 m, friction 0.65: pushed by 0.64 of the weight.",
+    "Six courses of stones of 0.4 × 0.175 m, friction 0.65: the limit is 0.64 of the weight.",
     "`docs/casebook/wall.md`.",
 )
 def pushed_wall(short: bool) -> Outcome:
@@ -130,7 +130,7 @@ def block_on_slope(short: bool) -> Outcome:
         if wanted == "slides":
             pull = np.sin(PSI) - np.cos(PSI) * np.tan(np.radians(friction))
             expected = 0.5 * 10.0 * pull * (1.0 if short else 2.0) ** 2
-            rows.append(relative("way of the sliding block", expected, way, 1e-6, "m"))
+            rows.append(relative("displacement of the sliding block", expected, way, 1e-6, "m"))
         draw_blocks(axis, polygons, STONE)
         axis.set_title(found)
         bare(axis)
@@ -155,9 +155,9 @@ def _run_released_block(height: float, friction: float, duration: float):
 
 
 @case(
-    "What an impact leaves of the angular velocity of a rocking block",
-    "1 − 1.5 sin² α in rigid theory, α = arctan(width/height), with restitution 0. Measured on "
-    "concrete: 0.97 of that at a height of 3 widths, 0.95 at 5; real blocks lose more.",
+    "Angular velocity of a rocking block after an impact",
+    "Ratio of angular velocities: 1 − 1.5 sin² α in rigid theory, α = arctan(width/height), with "
+    "restitution 0. Measured on concrete: 0.97 of that at a height of 3 widths, 0.95 at 5.",
     "`docs/casebook/rocking.md`.",
 )
 def rocking_share(short: bool) -> Outcome:
@@ -169,9 +169,9 @@ def rocking_share(short: bool) -> Outcome:
             1 - 1.5 * np.sin(alpha) ** 2,
             _simulate_first_impact(slenderness),
         )
-        rows.append(relative(f"height of {slenderness} widths: share", wanted, got, 1.5e-3))
+        rows.append(relative(f"height of {slenderness} widths: ratio", wanted, got, 1.5e-3))
         rows.append(
-            at_most(f"{slenderness}: above the measured one", got / wanted - measured, 0.06)
+            at_most(f"{slenderness}: excess over the measured ratio", got / wanted - measured, 0.06)
         )
         axis.plot(time, angle / alpha)
         axis.set(xlabel="time (s)", ylabel="angle over α", title=f"{slenderness}")

@@ -71,7 +71,7 @@ def bracket_of(data) -> tuple[float, float]:
     )
 
 
-def spent_within(name: str, data, energy: float, width: float | None) -> list:
+def fracture_energy_rows(name: str, data, energy: float, width: float | None) -> list:
     """Return rows of a broken joint: dissipated energy (J/m), and width of its bounds."""
     lower, upper = bracket_of(data)
     spent = float(data.energy_fracture[-1])
@@ -85,8 +85,8 @@ def spent_within(name: str, data, energy: float, width: float | None) -> list:
 
 @case(
     "A bar pulled apart at a cohesive joint",
-    "σ rises to T and falls to nothing; the joint has spent G then, at any time step. L = 2 m: "
-    "σ²L/2E = 200 J/m² are stored at T, 60 go into the joint, 140 into motion.",
+    "σ increases to T and decreases to 0; the joint has then dissipated G, at any time step. L = "
+    "2 m: σ²L/2E = 200 J/m² are stored at T, 60 are dissipated, 140 become kinetic energy.",
     "Hillerborg, Modéer and Petersson (1976).",
 )
 def cohesive_bar(short: bool) -> Outcome:
@@ -102,7 +102,7 @@ def cohesive_bar(short: bool) -> Outcome:
             relative(f"{name}: largest force", 2e6 * HEIGHT, force.max(), 5e-3, "N/m"),
             relative(f"{name}: fracture energy", 60.0 * HEIGHT, spent, 1e-2, "J/m"),
             true(f"{name}: broken, without a force", True, bool(whole and force[-1] == 0.0)),
-            *spent_within(name, data, 60.0 * HEIGHT, width),
+            *fracture_energy_rows(name, data, 60.0 * HEIGHT, width),
         ]
         lines.append((data.frame_time.values, force / HEIGHT / 1e6, {"label": name}))
     data = nml.history(bar(4000, 4e-4, length=2.0))
@@ -122,8 +122,8 @@ def cohesive_bar(short: bool) -> Outcome:
 
 @case(
     "A cohesive joint sheared under pressure",
-    "The peak is c + σ tan φ, the area above friction G_II; σ tan φ stays, as friction comes in "
-    "with damage.",
+    "The peak is c + σ tan φ, and the area above friction is G_II; the residual stress is σ tan φ, "
+    "because friction increases with damage.",
     "Shear tests on triplets of bricks.",
 )
 def cohesive_triplet(short: bool) -> Outcome:
@@ -141,7 +141,7 @@ def cohesive_triplet(short: bool) -> Outcome:
             relative(f"{softening}: at the end", friction * normal[-1], shear[-1], 5e-2, "N/m"),
             relative(f"{softening}: fracture energy", 100.0, spent, 1e-3, "J/m"),
             relative(f"{softening}: work of friction", work, paid, 1e-3, "J/m"),
-            *spent_within(softening, data, 100.0, 0.1),
+            *fracture_energy_rows(softening, data, 100.0, 0.1),
         ]
         lines.append((data.frame_time.values, shear / 1e6, {"label": softening}))
     return Outcome(rows, curves("time (s)", "shear force (MN/m)", *lines))

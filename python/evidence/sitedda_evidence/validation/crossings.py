@@ -65,10 +65,10 @@ def _simulate_slip(model: Model, gravity: tuple[float, float], rest: bool) -> fl
 
 @case(
     "Rows of blocks that slide over crossings of joints",
-    "Four blocks meet where two joints cross. Those across share a corner and no face, so that a "
-    "row that slides along one of the joints moves by `½ g (sin α - cos α tan φ) t²`, as a single "
-    "block on a plane, whether it begins after a static stage or is released at once. Sizes, "
-    "inclination of the cross joints, friction and slope are drawn at random.",
+    "Four blocks meet at a crossing of two joints. Opposite blocks share only a corner, so a row "
+    "that slides along a joint moves by `½ g (sin α - cos α tan φ) t²`, like a single block on a "
+    "plane, after a static stage or a sudden release. Sizes, inclination of the cross joints, "
+    "friction and slope are random.",
     "Coulomb friction on a plane.",
 )
 def crossings(short: bool) -> Outcome:
@@ -148,12 +148,11 @@ def _shaken_slip(model: Model, ramp: float, duration: float) -> np.ndarray:
 
 @case(
     "A slope of two joint sets, shaken after a static stage and after a ramp of gravity",
-    "How gravity came on is forgotten once the joints slip: the final displacement is the same. "
-    "The slope of the examples (30 m, planes at 35°, φ 38°, 5 % damping, impacts without rebound) "
-    "under its record, and in the short form one of 8 m under pulses. Many blocks that stick and "
-    "slip amplify the least difference: single runs scatter with the friction angle's fifth digit, "
-    "so means are compared.",
-    "Plasticity: a state of residual stress does not change what flows.",
+    "The final displacement does not depend on how gravity was applied, once the joints slip. "
+    "Model: the slope of the examples (30 m, planes at 35°, φ 38°, 5 % damping, impacts without "
+    "rebound) under its record; in the short form, a slope of 8 m under pulses. Stick and slip of "
+    "many blocks amplify small differences, so means of several runs are compared.",
+    "Plasticity: residual stresses do not change the plastic flow.",
 )
 def gravity_ramp(short: bool) -> Outcome:
     """Check the mean slip of the crest; tabulate the slip of each run."""
@@ -174,7 +173,7 @@ def gravity_ramp(short: bool) -> Outcome:
             found.append(float(slip[-1]))
     axes[0].set(xlabel="time, s", ylabel="slip of the crest, m")
     rest, grown = (float(np.mean(found)) for found in slips.values())
-    words = "mean slip of the crest after a ramp, and after rest"
+    words = "mean slip of the crest after a ramp, and after a static stage"
     rows = [relative(words, rest, grown, 0.01 if short else 0.1, "m")]
     words = [[begin, *(f"{slip:.4f}" for slip in found)] for begin, found in slips.items()]
     head = ["gravity", *(f"φ {38.0 + offset:g}°" for offset in offsets)]

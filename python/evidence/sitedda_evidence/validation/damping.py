@@ -27,10 +27,10 @@ PEAKS = {0.01: (66.073, 13.950), 0.05: (13.2507, 13.964), 0.10: (6.6820, 14.014)
 
 @case(
     "Free decay of a damped block",
-    "A free square block swings in shear, ω² = 24 G/(ρa²). With the constant ratio ζ its "
-    "logarithmic decrement gives sin(½π γ/(1 − γ)), γ = atan(2ζ)/π: more than ζ, the loss in "
-    "steady vibration, as the motion decays. Turned round, the decrement gives ζ. Rayleigh "
-    "damping gives α/(2ω) + βω/2.",
+    "A free square block vibrates in shear, ω² = 24 G/(ρa²). With the constant ratio ζ, its "
+    "logarithmic decrement yields sin(½π γ/(1 − γ)), γ = atan(2ζ)/π, which exceeds ζ of steady "
+    "vibration because the motion decays. The inverse yields ζ. Rayleigh damping yields "
+    "α/(2ω) + βω/2.",
     "Kjartansson (1979), Constant Q wave propagation and attenuation; `docs/damping.md`.",
 )
 def free_decay(short: bool) -> Outcome:
@@ -50,7 +50,7 @@ def free_decay(short: bool) -> Outcome:
             decay = np.sin(0.5 * np.pi * gamma / (1 - gamma))
             rows += [
                 relative(f"{label}, from the decrement", decay, found, 0.01),
-                relative(f"{label}, as asked for", ratio, asked, 0.01),
+                relative(f"{label}, converted to ζ", ratio, asked, 0.01),
                 at_most(f"{label}, energy balance", left_over, 1e-6),
             ]
         left.plot(time * frequency, strain / abs(strain).max(), color=color, lw=0.9, label=label)
@@ -113,9 +113,9 @@ def _decay_ratio(time: np.ndarray, strain: np.ndarray) -> float:
 
 @case(
     "A layered site with the same damping at all frequencies",
-    "Table I's layers with a constant ratio in the midpoint rule, which does not damp: peaks of "
-    "`transfer` and of time stepping under a record against those of an independent program, and "
-    "the whole curve with stiff joints and thin layers against the one-dimensional column with the "
+    "Layers of table I with a constant ratio and the midpoint rule, which has no damping. Peaks of "
+    "`transfer` and of time stepping under a record are compared with an independent program; the "
+    "curve with stiff joints and thin layers is compared with the one-dimensional column of the "
     "same complex modulus.",
     "Schnabel, Lysmer & Seed (1972), SHAKE; `docs/damping.md`.",
 )

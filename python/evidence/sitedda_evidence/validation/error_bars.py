@@ -40,8 +40,8 @@ def slip() -> float:
 
 @case(
     "Error bars of a block that slides",
-    "By Newmark's equation for a rigid block, of a push that falls to zero in its last interval; "
-    "bars are from runs with Δt, Δt/2, Δt/4, a stiffer contact and a displaced block.",
+    "Newmark's equation of a rigid block under a push that decreases to zero in its last interval; "
+    "error bars are from runs with Δt, Δt/2, Δt/4, a stiffer contact and a displaced block.",
     "Newmark (1965); docs/accuracy.md.",
 )
 def error_bars(short: bool) -> Outcome:

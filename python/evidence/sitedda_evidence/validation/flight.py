@@ -26,9 +26,9 @@ DENSITY = 2500.0  # kg/m³
 
 @case(
     "Free fall and bounce",
-    "Fall: ½ g t². Each contact is half a period of the springs, ω = √(2 k_n/m) for two corners, "
-    "so the scheme's damping ζ(ωΔt) leaves e = exp(−ζ π/√(1−ζ²)) of the speed and e² of the "
-    "height; with Δt → 0 nothing is lost.",
+    "Fall: ½ g t². A contact lasts half a period of the springs, ω = √(2 k_n/m) for two corners. "
+    "The damping ζ(ωΔt) of the scheme reduces the speed by e = exp(−ζ π/√(1−ζ²)) and the height by "
+    "e²; the loss vanishes with Δt.",
     "`docs/method.md`.",
 )
 def bounce(short: bool) -> Outcome:
@@ -50,7 +50,7 @@ def bounce(short: bool) -> Outcome:
                 relative("height of the first rebound, Δt 0.1 ms", expected, peak, 2e-3, "m")
             )
             gain = (total - total[0]).max() / (DENSITY * nml.GRAVITY)
-            rows.append(at_most("energy above the start, of m g h", gain, 1e-6))
+            rows.append(at_most("energy gain over m g h", gain, 1e-6))
             rows.append(at_most("audit", audit, 1e-6))
     tables = [] if short else [_rebound_table(steps, table)]
     return Outcome(rows, _draw_rebounds(runs, table), tables)
@@ -122,9 +122,9 @@ def _draw_rebounds(runs, table):
 
 @case(
     "A hundred turns in flight",
-    "A free body turns for ever: area, edges and angular momentum stay. A rectangle and an L fly "
-    "and turn at 2π rad/s, with 20 and 200 steps to a turn.",
-    "`docs/method.md` (fault 5 of the original lineage: linear rotation grows blocks).",
+    "Area, edges and angular momentum of a free body are constant. A rectangle and an L rotate at "
+    "2π rad/s, with 20 and 200 steps per turn.",
+    "`docs/method.md` (linear rotation, a fault of the original, increases the size of blocks).",
 )
 def rotation(short: bool) -> Outcome:
     """Check area, edge lengths and angular momentum after 100 turns."""
@@ -216,10 +216,10 @@ def edge(short: bool) -> Outcome:
         relative("height of the centre", truth["y"][-1], y, 1e-3, "m"),
         relative("angle", truth["angle"][-1], angle, 5e-3, "rad"),
         relative("time of landing", landing, run["landing"], 1e-3, "s"),
-        at_most("kinetic energy at the end, of that at landing", run["left"], 1e-4),
+        at_most("kinetic energy at the end over that at landing", run["left"], 1e-4),
         at_most("depth of any corner below the floor at the end", run["depth"], 1e-4, "m"),
         at_most("audit", run["audit"], 1e-6),
-        at_most("energy above the start, of m g drop", run["gain"], 1e-6),
+        at_most("energy gain over m g × drop", run["gain"], 1e-6),
     ]
     ends = [np.interp(landing, one["time"], one["angle"]) for one in runs.values()]
     errors = [abs(end / truth["angle"][-1] - 1) for end in ends]

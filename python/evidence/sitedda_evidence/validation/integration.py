@@ -78,12 +78,11 @@ def _surface_and_base(history) -> tuple[np.ndarray, np.ndarray]:
 
 
 @case(
-    "Supports that do not ring",
-    "A fixed point is a spring k and a dashpot (1 − χ) k Δt on the velocity at the end of the step "
-    "relative to the motion's own: both roots are those of backward Euler, so that a base of any "
-    "stiffness follows its motion at any Δt. The peak of the amplification by time stepping is "
-    "held against the exact discrete transfer function, the base against the record averaged over "
-    "each step.",
+    "Supports without ringing",
+    "A fixed point is a spring k and a dashpot (1 − χ) k Δt on the velocity relative to the motion "
+    "at the end of the step. Both roots are those of backward Euler, so a base of any stiffness "
+    "follows its motion at any Δt. The peak amplification by time stepping is compared with the "
+    "exact discrete transfer function, and the base with the record averaged over each step.",
     "`docs/method.md`.",
 )
 def supports(short: bool) -> Outcome:
@@ -103,7 +102,7 @@ def supports(short: bool) -> Outcome:
         driven, moved = abs(record).max(), abs(base).max()
         rows += [
             relative(f"{name}: peak of the amplification", curve[1], found.amplitude, 1e-4),
-            absolute(f"{name}: its frequency", curve[0], found.frequency, 2e-3, "Hz"),
+            absolute(f"{name}: frequency of this peak", curve[0], found.frequency, 2e-3, "Hz"),
             relative(f"{name}: peak acceleration of the base", driven, moved, 0.03, "m/s²"),
             at_most(f"{name}: rms of the base after the record, of its peak", rest, 1e-6),
         ]
@@ -254,10 +253,10 @@ def _energy_texts(integration: str, short: bool) -> dict[str, tuple[str, int]]:
 
 @case(
     "Members of the time integration: energy and transfer functions",
-    "With θ, χ ≥ ½ no member gains energy, contacts that open and close included: ΔE = "
-    "−(θ−½) dᵀKd − (χ−½) ΔvᵀMΔv − the loss of contacts and supports, each a term of the budget. In "
-    "steady vibration a member is the complex modulus K (1 + i(2θ−1)τ)(1 + i(2χ−1)τ) at 2τ/Δt, "
-    "τ = tan(ωΔt/2), exactly.",
+    "With θ, χ ≥ ½ no member gains energy, also if contacts open and close: ΔE = −(θ−½) dᵀKd − "
+    "(χ−½) ΔvᵀMΔv − the loss of contacts and supports, each a term of the budget. In steady "
+    "vibration a member is exactly the complex modulus K (1 + i(2θ−1)τ)(1 + i(2χ−1)τ) at the "
+    "frequency 2τ/Δt, τ = tan(ωΔt/2).",
     "`docs/method.md`.",
 )
 def integration(short: bool) -> Outcome:
@@ -266,7 +265,7 @@ def integration(short: bool) -> Outcome:
     for name in OTHERS:
         texts = _energy_texts(name, short)
         found = {label: audited(*text) for label, text in texts.items()}
-        for what, index in (("energy above the start", 0), ("growth in a step", 1), ("audit", 3)):
+        for what, index in (("energy gain", 0), ("growth in a step", 1), ("audit", 3)):
             worst = max(found, key=lambda key, index=index, found=found: found[key][index])
             rows.append(at_most(f"{name}: {what}, worst at {worst}", found[worst][index], 1e-6))
         lines += [(name, label, *one[:4]) for label, one in found.items()]
@@ -287,7 +286,7 @@ def _draw_energies_and_transfer(drawn, curves):
     for (name, found), color in zip(drawn.items(), COLORS, strict=False):
         left.plot(found.time, found.total, color=color, label=name)
     left.axhline(0, color=RED, lw=0.8, ls="--")
-    words = "energy above the start / handed over"
+    words = "energy gain / exchanged energy"
     left.set(xlabel="time (s)", ylabel=words, title="falling polygons")
     for (name, (frequency, found, exact)), color in zip(curves.items(), COLORS, strict=False):
         right.semilogy(frequency, exact, color=color, lw=2.5, alpha=0.3)

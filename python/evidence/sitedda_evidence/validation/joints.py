@@ -145,9 +145,9 @@ def _measure_transmission(bar: Bar, width: float, joints: Sequence[int], stiffne
 @case(
     "P and S waves through an elastic joint",
     "A joint of stiffness k per area between half-spaces of impedance Z = ρc: with ξ = ωZ/2k, "
-    "T = 1/(1 + iξ), |R| = ξ/√(1 + ξ²), and the wave is late by atan(ξ)/ω. T is the ratio of the "
-    "spectra of a pulse with and without the joint, in a bar of bonded blocks so long that "
-    "nothing comes back from its ends; P with the normal, S with the shear stiffness.",
+    "T = 1/(1 + iξ), |R| = ξ/√(1 + ξ²), and the delay is atan(ξ)/ω. T is the ratio of the spectra "
+    "of a pulse with and without the joint, in a bar of bonded blocks long enough to exclude "
+    "reflections from its ends. P waves use the normal, S waves the shear stiffness.",
     "Schoenberg (1980), J. Acoust. Soc. Am. 68; Pyrak-Nolte, Myer and Cook (1990), J. Geophys. "
     "Res. 95.",
 )
@@ -205,7 +205,7 @@ def _block_size_table() -> Table:
         errors.append((abs(passed / theory - 1), abs(abs(back / (xi * theory)) - 1)))
     orders = observed_order([1 / count for count in counts], [error[0] for error in errors])
     return Table(
-        "One joint at ξ = 1: error by blocks in a wavelength.",
+        "One joint at ξ = 1: error over the number of blocks per wavelength.",
         ("blocks", "T (complex)", "|R|", "order of T"),
         [(n, *error, order) for n, error, order in zip(counts, errors, orders, strict=True)],
     )
@@ -214,7 +214,7 @@ def _block_size_table() -> Table:
 @case(
     "P waves through equal joints",
     "N joints at the spacing d: cos Φ = cos kd − ξ sin kd, |T| = [1 + ξ² sin²NΦ/sin²Φ]^(−1/2). "
-    "Where |cos Φ| > 1 waves do not pass an endless row: at ξ = ½ from d/λ = 0.3524 to ½.",
+    "If |cos Φ| > 1, waves do not pass an infinite row: at ξ = ½ from d/λ = 0.3524 to ½.",
     "Transfer matrices of a layered medium; Pyrak-Nolte, Myer and Cook (1990).",
 )
 def joints_in_series(short: bool) -> Outcome:
@@ -289,7 +289,7 @@ def _series_transmission(xi, angle, count: int):
     "A joint of strength τ_s passes an incident velocity v₀ sin ωt clipped at ± τ_s/ρc. With "
     "a = τ_s/(ρc v₀) and sin θ = a, T² = (4/π)[θ/2 − sin 2θ/4 + a²(π/2 − θ)], "
     "R² = ∫(v − clipped)²/∫v², A² = 1 − T² − R²; the work of friction is A² of the incident "
-    "energy. Joint: `'mohr_coulomb'` without friction, of one cohesion.",
+    "energy. Joint: `'mohr_coulomb'` without friction, with constant cohesion.",
     "Miller (1978), Bull. Seism. Soc. Am. 68; the closed form is elementary.",
 )
 def plastic_joint(short: bool) -> Outcome:
@@ -355,8 +355,8 @@ def _draw_slipping_joint(drawn, speed: float, rows):
 @case(
     "A pulse through a joint of hyperbolic closure",
     "A half-sine P pulse of 50 Hz through a joint σ = k_ni δ/(1 − δ/V_m): the transmitted velocity "
-    "obeys dv/dt = (2k_ni/Z)(v_I − v)(1 + Z v/(k_ni V_m))². The larger the pulse, the more of it "
-    "passes.",
+    "obeys dv/dt = (2k_ni/Z)(v_I − v)(1 + Z v/(k_ni V_m))². A larger fraction of a larger pulse is "
+    "transmitted.",
     "Method of characteristics, as Zhao and Cai (2001), Int. J. Rock Mech. Min. Sci. 38.",
 )
 def closing_joint(short: bool) -> Outcome:
@@ -401,9 +401,9 @@ def _transmitted_velocity(bar: Bar, speed: float, period: float, stiffness: floa
 
 
 @case(
-    "A slope that a shock releases",
-    "A block stands on a plane by its peak strength. A push breaks the joint; from then on it "
-    "slides at its residual strength, with the acceleration g sin α − g cos α tan φ_r.",
+    "A slope released by a shock",
+    "The peak strength of a joint holds a block on a plane. A push breaks the joint; the block "
+    "then slides at the residual strength with the acceleration g sin α − g cos α tan φ_r.",
     "Coulomb friction.",
 )
 def released_slope(short: bool) -> Outcome:
@@ -435,7 +435,7 @@ def released_slope(short: bool) -> Outcome:
         theory = nml.GRAVITY * (np.sin(slope) - np.cos(slope) * np.tan(np.radians(rest)))
         label = f"{angle:g}°, φ {peak:g}° to {rest:g}°"
         rows += [
-            absolute(f"way before the push, {label}", 0.0, along[time < 0.2][-1], 1e-6, "m"),
+            absolute(f"before the push, {label}", 0.0, along[time < 0.2][-1], 1e-6, "m"),
             relative(f"acceleration, {label}", theory, 2 * fit[0], 1e-3, "m/s²"),
             at_most(f"audit, {label}", nml.residual(data), 1e-6),
         ]

@@ -44,8 +44,8 @@ def tilted_wall(bricks: int, courses: int, angle: float) -> Model:
 
 @case(
     "A half-circle arch held by friction",
-    "With t/R = 0.112 an arch of 27 voussoirs stands for μ ≥ 0.40, where t/R = 0.10672 would do, "
-    "and not at μ = 0.30, where no thickness would (rigid statics as a linear programme).",
+    "An arch of 27 voussoirs with t/R = 0.112 stands for μ ≥ 0.40, for which 0.10672 suffices. "
+    "It falls for μ = 0.30, for which no thickness is sufficient (linear programme).",
     "Limit analysis with friction, by linear programming.",
 )
 def arch_friction(short: bool) -> Outcome:
@@ -89,7 +89,7 @@ def tilting_wall(short: bool) -> Outcome:
             low, high = bisect(holds, 0.85 * limit, 1.05 * limit, 1e-3)
         words = f"{size[0]} bricks × {size[1]} courses"
         rows.append(at_most(f"{words}: angle over its upper limit", high / limit, 1.0))
-        rows.append(at_most(f"{words}: shortfall of it", 1.0 - low / limit, 0.06))
+        rows.append(at_most(f"{words}: relative distance below it", 1.0 - low / limit, 0.06))
         rest = rest_of(tilted_wall(*size, low))
         rested = rest is not None and rest.moved < MOVED
         rows.append(true(f"{words}: rests at the lower angle", True, rested))

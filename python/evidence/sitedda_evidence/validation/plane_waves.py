@@ -38,8 +38,8 @@ def _ricker_wavelet(frequency: float, time):
 
 @case(
     "Lamé's mode of a free square",
-    "A square of side a has a mode of pure shear along its diagonals, f = V_s/(√2 a), whatever its "
-    "Poisson ratio, near ½ too: a body of n × n cells.",
+    "A square of side a has a mode of pure shear along its diagonals, f = V_s/(√2 a), for any "
+    "Poisson's ratio, also near ½. The model is a body of n × n cells.",
     "Lamé (1852); `docs/method.md`.",
 )
 def free_square(short: bool) -> Outcome:
@@ -109,7 +109,7 @@ def ridge(short: bool) -> Outcome:
     axes.plot(place / length, found, "o", ms=4, color=RED, label=f"cells, λ = {length} of them")
     axes.set(xlabel="distance from the crest (λ)", ylabel="amplitude over that of the wave")
     head = ["prism", "crest", "face, largest error"]
-    return Outcome(rows, figure, [Table("Shares of the largest amplitude", head, lines)])
+    return Outcome(rows, figure, [Table("Fractions of the largest amplitude", head, lines)])
 
 
 def _run_ridge(length: int, poisson: float):
@@ -160,8 +160,8 @@ def _run_ridge(length: int, poisson: float):
 
 @case(
     "Oblique waves on dashpots",
-    "Share of the energy that dashpots ρV_p and ρV_s send back of plane P and S waves at 30° and "
-    "60° from the normal, ν = ¼, plane strain: reflected amplitudes follow from stress = dashpot "
+    "Fraction of the energy of plane P and S waves at 30° and 60° from the normal that dashpots "
+    "ρV_p and ρV_s reflect, ν = ¼, plane strain: reflected amplitudes follow from stress = dashpot "
     "traction at the edge.",
     "Lysmer and Kuhlemeyer (1969); `docs/boundaries.md`.",
 )

@@ -31,8 +31,8 @@ def tower(friction=40.0) -> Model:
 
 @case(
     "A block pushed until it topples, or slides",
-    "It rocks about its corner: λ = tan(α − θ), tan α = b/h, from b/h to nothing; with less "
-    "friction than b/h it slides at λ = tan φ, and friction takes all work.",
+    "A rocking block turns about its corner: λ = tan(α − θ), tan α = b/h, decreases from b/h to 0. "
+    "With tan φ < b/h, it slides at λ = tan φ, and friction dissipates all work.",
     "Statics of a rigid block.",
 )
 def pushed_block(short: bool) -> Outcome:
@@ -57,13 +57,13 @@ def pushed_block(short: bool) -> Outcome:
         relative("slides: peak", grip, slid.peak, 2e-3),
         relative("slides: λ at the end", grip, slid.factor[-1], 2e-3),
         relative("slides: friction over work", 1.0, slid.friction[-1] / slid.work[-1], 0.02),
-        true("slides, to where it is pushed", True, slid.verdicts == ("stable", "slides")
+        true("slides in the direction of the load", True, slid.verdicts == ("stable", "slides")
              and "target displacement" in slid.ending),
     ]  # fmt: skip
     lines = [(found.displacement, found.factor, {"color": BLUE, "label": "rocks"}),
              (found.displacement[rocking], exact, {"color": ORANGE, "ls": "--", "label": "exact"}),
              (slid.displacement, slid.factor, {"label": "slides"})]  # fmt: skip
-    return Outcome(rows, curves("way of the top (m)", "λ", *lines))
+    return Outcome(rows, curves("displacement of the top (m)", "λ", *lines))
 
 
 def random_wall(seed: int) -> Model:
@@ -91,8 +91,8 @@ def random_wall(seed: int) -> Model:
 
 @case(
     "Walls with openings, pushed past their peak",
-    "Random walls of two bonds, under lintels and arches: the peak lies between the limits of "
-    "limit analysis, without and with dilation, to 2 %.",
+    "Random walls of two bonds with lintels and arches: the peak is between the limits of limit "
+    "analysis without and with dilation, within 2 %.",
     "`docs/stability.md`.",
 )
 def pushed_walls(short: bool) -> Outcome:
@@ -106,5 +106,5 @@ def pushed_walls(short: bool) -> Outcome:
         rows.append(absolute(f"wall {seed}: peak, within the limits", middle, found.peak, half))
         axis.plot(found.displacement, found.factor)
         axis.axhspan(low, high, alpha=0.2)
-        axis.set(xlabel="way of the top (m)", ylabel="λ", title=f"wall {seed}")
+        axis.set(xlabel="displacement of the top (m)", ylabel="λ", title=f"wall {seed}")
     return Outcome(rows, figure)

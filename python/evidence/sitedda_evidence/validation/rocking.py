@@ -148,9 +148,9 @@ def _run_audited(time_step, duration, angle=0.0, base=None, penalty=PENALTY):
 
 @case(
     "Rocking block: free decay with impacts",
-    "p² = 3g/4R, θ'' = −p² sin(α sgn θ − θ), each impact leaves 1 − 1.5 sin² α of the angular "
-    "velocity. Block of 0.5 m x 2 m let go at 0.6 α; penalty 1e14 N/m and Δt 0.1 ms, so that "
-    "an impact ends within a step.",
+    "p² = 3g/4R, θ'' = −p² sin(α sgn θ − θ); an impact multiplies the angular velocity by "
+    "1 − 1.5 sin² α. A block of 0.5 m x 2 m is released at 0.6 α, with a penalty of 1e14 N/m and "
+    "Δt 0.1 ms, so an impact ends within a step.",
     "Housner (1963), Bull. Seism. Soc. Am. 53(2).",
 )
 def rocking_decay(short: bool) -> Outcome:
@@ -166,7 +166,7 @@ def rocking_decay(short: bool) -> Outcome:
         errors.append(np.abs(difference).max() / angle)
     run = runs[1e-4]
     third = zero_times(run[0], run[1])
-    label = "angle until the third impact, largest error of the first amplitude, Δt 0.1 ms"
+    label = "angle until the third impact, largest error over the first amplitude, Δt 0.1 ms"
     rows = [
         at_most(label, errors[steps.index(1e-4)], 1e-2),
         *(relative(f"time of impact {i + 1}", impacts[i], third[i], 1e-2, "s") for i in range(3)),
@@ -215,8 +215,8 @@ def _draw_decay(run, time, theory, impacts):
 
 @case(
     "Rocking block: onset",
-    "A block lifts off when the acceleration of the base passes g tan α (g w/h). The acceleration "
-    "grows by 0.5 m/s³ after a second of rest.",
+    "A block lifts off when the acceleration of the base exceeds g tan α (g w/h). The acceleration "
+    "increases by 0.5 m/s³ after a second of rest.",
     "Housner (1963).",
 )
 def rocking_onset(short: bool) -> Outcome:
@@ -263,9 +263,9 @@ def _corner_forces(contacts, first_corner) -> dict[int, float]:
 
 @case(
     "Rocking block: overturning under one sine cycle",
-    "One cycle a sin(ω t) of base acceleration at ω/p = 2, 3, 4 and 5: the least amplitude that "
-    "overturns the block by Housner's equation (scipy, bisection to 0.1 %); the engine must stand "
-    "5 % below and fall 5 % above (penalty 1e13 N/m, Δt 0.2 ms).",
+    "One cycle a sin(ω t) of base acceleration at ω/p = 2, 3, 4 and 5: smallest amplitude that "
+    "overturns the block by Housner's equation (scipy, bisection to 0.1 %). In the engine, it must "
+    "stand 5 % below and fall 5 % above this amplitude (penalty 1e13 N/m, Δt 0.2 ms).",
     "Housner (1963); Zhang & Makris (2001), J. Eng. Mech. 127(5).",
 )
 def overturning(short: bool) -> Outcome:
@@ -415,10 +415,10 @@ def pulse_limit(width, height, acceleration, way, time_step=1e-3, share=5e-4, **
 
 @case(
     "Rocking block: overturning under a rectangular pulse",
-    "The least duration of a pulse of 1.5 or 3 g tan α that overturns a block, by a floor that "
-    "goes on with the velocity of the pulse, and by body force in the frame of the floor: the "
-    "rocking equation gives it by its energy integral, Housner's linear equation, cosh pt = 1 + "
-    "1/(2q(q − 1)) with q = a/(g tan α), for slender blocks. Δt 1 ms, duration bisected to 0.05 %.",
+    "Shortest pulse of 1.5 or 3 g tan α that overturns a block, as motion of the floor and as body "
+    "force in the frame of the floor. The energy integral of the rocking equation yields this "
+    "duration; Housner's linear equation for slender blocks is cosh pt = 1 + 1/(2q(q − 1)) with "
+    "q = a/(g tan α). Δt 1 ms, duration bisected to 0.05 %.",
     "Housner (1963); Zhang & Makris (2001), J. Eng. Mech. 127(5).",
 )
 def pulses(short: bool) -> Outcome:
@@ -435,8 +435,8 @@ def pulses(short: bool) -> Outcome:
                 pulse_limit(width, height, acceleration, way) for way in ("floor", "body force")
             )
             label = f"α {slender:.3f}, {ratio:g} g tan α"
-            rows.append(relative(f"{label}: duration by the floor", exact, floor, 5e-3, "s"))
-            rows.append(relative(f"{label}: by body force, to the floor", floor, force, 5e-3, "s"))
+            rows.append(relative(f"{label}: duration, moving floor", exact, floor, 5e-3, "s"))
+            rows.append(relative(f"{label}: duration, body force", floor, force, 5e-3, "s"))
             if slender <= 0.15:
                 rows.append(relative(f"{label}: Housner's equation", linear, floor, 1e-2, "s"))
             rows.append(at_most(f"{label}: audit", max(audit, other), 1e-6))

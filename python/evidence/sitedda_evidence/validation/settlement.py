@@ -21,11 +21,10 @@ PENALTIES = (1 / 25, 1.0, 40.0, 300.0)  # penalties over E × 1 m
 
 @case(
     "Walls of 50, 200 and 1000 blocks under sudden gravity",
-    "Every potential of the scheme is convex and the backward slider only dissipates, so kinetic "
-    "plus potential energy never stands above its start at any Δt and penalty "
-    "(`docs/method.md`). The "
-    "scale is what gravity has done, at least its work on an elastic settlement of all blocks; "
-    "the audit's residual is held against the work done.",
+    "All potentials of the scheme are convex and friction only dissipates, so kinetic plus "
+    "potential energy never exceeds its initial value at any Δt and penalty. The scale is the work "
+    "of gravity, at least its work on an elastic settlement of all blocks; the audit residual is "
+    "compared with the work done.",
     "`docs/method.md`.",
 )
 def settlement(short: bool) -> Outcome:
@@ -45,7 +44,7 @@ def settlement(short: bool) -> Outcome:
     for size in sizes:
         mine = {key: value for key, value in found.items() if key[0] == size}
         for name, index in (
-            ("energy above the start over its scale", 0),
+            ("energy gain over its scale", 0),
             ("audit residual over work done", 1),
         ):
             worst = max(mine, key=lambda key, index=index, mine=mine: mine[key][index])
@@ -53,7 +52,7 @@ def settlement(short: bool) -> Outcome:
             rows.append(at_most(f"{size} blocks: {name}, {where}", mine[worst][index], 1e-6))
     tables = [
         Table(
-            "Highest energy above the start over the scale | audit residual over the work done | "
+            "Largest energy gain over the scale | audit residual over the work done | "
             "most open–close iterations in a step.",
             ("blocks", "penalty / E", "Δt (s)", "gain", "residual", "iterations"),
             [(*key, *value[:3]) for key, value in found.items()],
@@ -131,7 +130,7 @@ def _draw_energies(found, sizes):
     axes[1].axhline(0, color=RED, lw=0.8, ls="--")
     axes[1].set(
         xlabel="time (s)",
-        ylabel="energy above the start / scale",
+        ylabel="energy gain / scale",
         title=f"{size} blocks, penalty {penalty:g} E",
     )
     gain = [max(run.gain, 1e-20) for run in found.values()]

@@ -103,7 +103,7 @@ def goodman_bray_case(short: bool) -> Outcome:
     """Check limit, forces, modes and bolt force."""
     rows = [
         true("stands at tan φ 1 % above the limit", True, is_stable(goodman_bray(1.01 * LIMIT))),
-        true("stands at tan φ 1 % below it", False, is_stable(goodman_bray(0.99 * LIMIT))),
+        true("stands at tan φ 1 % below the limit", False, is_stable(goodman_bray(0.99 * LIMIT))),
     ]
     found = safety(goodman_bray(LIMIT), tolerance=0.02 if short else 1e-3)
     at_limit = rest_of(goodman_bray(LIMIT * 1.001))
@@ -114,7 +114,7 @@ def goodman_bray_case(short: bool) -> Outcome:
         rows.append(relative(f"force from block {n} to {n - 1}", force, got, 0.05, "kN/m"))
     modes = found.mechanism.verdicts[1:]
     wrong = sum(a != b for a, b in zip(modes, MODES, strict=True))
-    rows.append(at_most("blocks whose mode is not that of the table", wrong, 0))
+    rows.append(at_most("blocks whose mode differs from the published one", wrong, 0))
     if not short:
         ends = bisect(lambda bolt: is_stable(goodman_bray(0.65, bolt)), 2.5e6, 1.5e6, 1e-3)
         rows.append(relative("bolt force at tan φ 0.65", 2013.0, sum(ends) / 2e3, 0.02, "kN/m"))
@@ -296,9 +296,9 @@ def bolted_block(force: float, angle: float) -> Model:
 
 
 @case(
-    "The least bolt force that holds a block on a plane",
+    "The smallest bolt force that holds a block on a plane",
     "T = W (sin α - cos α tan φ)/(cos ε + sin ε tan φ) at an angle ε to the plane; W 100 kN/m, α "
-    "40°, φ 30°: 20.0512 kN/m along it, and the least, 17.3648 kN/m, at ε = φ.",
+    "40°, φ 30°: 20.0512 kN/m at ε = 0, and the minimum, 17.3648 kN/m, at ε = φ.",
     "Statics.",
 )
 def bolted_block_case(short: bool) -> Outcome:
@@ -315,9 +315,9 @@ def bolted_block_case(short: bool) -> Outcome:
         got.append(sum(ends) / 2e3)
         rows.append(relative(f"force at ε {angle:g}°", expected, got[-1], 0.005, "kN/m"))
     least = angles[int(np.argmin(got))]
-    rows.append(at_most("angle of the least force, from φ", abs(least - 30.0), 0.0, "°"))
+    rows.append(at_most("angle of the smallest force minus φ", abs(least - 30.0), 0.0, "°"))
     figure, axes = canvas(1, size=(5.6, 3.6))
     axes[0].plot(angles, got, "o-", color=BLUE)
     axes[0].axvline(30.0, color=RED, lw=0.8, ls="--")
-    axes[0].set(xlabel="angle to the plane (°)", ylabel="least force (kN/m)")
+    axes[0].set(xlabel="angle to the plane (°)", ylabel="smallest force (kN/m)")
     return Outcome(rows, figure)

@@ -113,8 +113,8 @@ def hysteretic_loops(short: bool) -> Outcome:
 
 @case(
     "A simple wave through soil that softens",
-    "Pushed at v = c₀γ_r ln(1 + x) each strain x γ_r of a hyperbola travels at c₀/(1 + x), so that "
-    "a pulse steepens behind its peak.",
+    "In a simple wave, the strain x γ_r of a hyperbola has the velocity v = c₀γ_r ln(1 + x) and "
+    "travels at c₀/(1 + x), so a pulse steepens behind its peak.",
     "Characteristics of the wave equation with a tangent modulus G₀/(1 + x)².",
 )
 def simple_wave(short: bool) -> Outcome:

@@ -65,9 +65,9 @@ def _directions(angle: np.ndarray) -> np.ndarray:
 
 @case(
     "Thickness at which a semicircular arch falls",
-    "Limit analysis (linprog, no tension, friction 60°) of the same straight-sided voussoirs gives "
-    "the least thickness over the radius of the centre line; the engine must stand 3 % above it "
-    "and fall 3 % below. The continuum's limit is t/R = 0.1075.",
+    "Limit analysis (linprog, no tension, friction 60°) of the same straight voussoirs yields "
+    "the smallest thickness over the radius of the centre line. In the engine, the arch must stand "
+    "3 % above it and fall 3 % below. The limit of the continuum is t/R = 0.1075.",
     "Heyman (1969), Int. J. Mech. Sci. 11; Livesley (1978); Makris & Alexakis (2013) for 0.1075.",
 )
 def arch(short: bool) -> Outcome:
@@ -170,9 +170,9 @@ def toe_force(friction: float) -> float:
 
 @case(
     "Toppling slope of Goodman & Bray",
-    "Sixteen columns of 10 m on a stepped base that dips 30°, slope 56.6°: Goodman & Bray's sums "
-    "of toppling and sliding blocks ask for φ = 38.15° (tan φ = 0.7855). Limit analysis (linprog) "
-    "of the same columns stands beside: it may place each force where it helps most.",
+    "Sixteen columns of 10 m on a stepped base that dips 30°, slope 56.6°: limit equilibrium of "
+    "Goodman & Bray requires φ = 38.15° (tan φ = 0.7855). Limit analysis (linprog) of the same "
+    "columns is lower, because it chooses the most favourable position of each force.",
     "Goodman & Bray (1976), ASCE Rock Engineering for Foundations and Slopes; Wyllie & Mah (2004), "
     "Rock Slope Engineering, §9.4.",
 )

@@ -34,10 +34,10 @@ VARIANTS = {
 @case(
     "A tunnel between free fields",
     "Beds at 15°, φ = 30°, and cross joints at −70°, φ = 35°, between bonded ground, free fields "
-    "at both sides and a half-space below. With bolts the rock about the opening is at rest when "
-    "it is excavated, and stays under the record. Without them the wedge of the left wall, whose "
-    "lower face dips by 70° > φ into the opening, must fall. No step is refused, and the audit "
-    "explains every joule.",
+    "at both sides and a half-space below. With bolts, the rock around the opening is stable after "
+    "excavation and during the record. Without bolts, the wedge of the left wall must fall: "
+    "its lower face dips into the opening by 70° > φ. All steps must converge, and the energy "
+    "budget must balance.",
     "Goodman and Shi (1985), removability of wedges; `docs/boundaries.md`.",
 )
 def tunnel(short: bool) -> Outcome:
@@ -64,7 +64,7 @@ def _tunnel_rows(name: str, data, duration: float) -> list[Row]:
     fallen = np.linalg.norm(scene.displacement(scene.frames - 1)[wedge]) > 0.1
     ends = abs(float(data.time[-1]) - duration) < 1e-6
     return [
-        true(f"{name}: steps to its end", True, ends),
+        true(f"{name}: completes its steps", True, ends),
         at_most(f"{name}: audit residual over work done", residual(data), 1e-6),
         true(f"{name}: the wedge of the left wall falls", name.startswith("no"), fallen),
     ]

@@ -25,10 +25,10 @@ GLUE = {"cohesion": 1e12, "tensile_strength": 1e12}  # Pa
 
 @case(
     "Damping and period of the scheme",
-    "Two blocks glued to each other swing apart and together, Ω = ωΔt: with D = 1 + θχΩ² the "
-    "amplification matrix has the determinant [1 + (1−θ)(1−χ)Ω²]/D and the trace 2 − (θ+χ)Ω²/D; "
-    "for small Ω the damping ratio is (θ+χ−1)Ω/2, in the DDA member (1, ½) Ω/4. There nothing "
-    "oscillates beyond Ω = 4. A block on a support has (1, 1) in every member: it does not ring.",
+    "Two bonded blocks vibrate against each other, Ω = ωΔt. With D = 1 + θχΩ² the amplification "
+    "matrix has the determinant [1 + (1−θ)(1−χ)Ω²]/D and the trace 2 − (θ+χ)Ω²/D. For small Ω the "
+    "damping ratio is (θ+χ−1)Ω/2, in the DDA member (1, ½) Ω/4; in this member nothing oscillates "
+    "above Ω = 4. A block on a support has (1, 1) in every member: it does not ring.",
     "`docs/method.md`.",
 )
 def damping(short: bool) -> Outcome:
@@ -135,8 +135,8 @@ def _damping_ratio(trace: float, determinant: float) -> float:
 @case(
     "P and S waves in a bar",
     "c = √(M/ρ) at ν = 0, with the joint springs in series: 1/M = 1/E + w/(2 k_n h) for P, "
-    "1/G + w/(2 k_s h) for S (two contacts in each joint of width w every h). A Gaussian pulse is "
-    "timed by correlation between two points 60 blocks apart.",
+    "1/G + w/(2 k_s h) for S (two contacts per joint of width w, spacing h). The travel time of a "
+    "Gaussian pulse is measured by correlation between two points 60 blocks apart.",
     "A standard case; joint springs in series.",
 )
 def bars(short: bool) -> Outcome:

@@ -22,9 +22,9 @@ def worn(cycles: float = 2.25) -> str:
 
 
 @case(
-    "Asperities that wear",
-    "Peaks of tan(φ + α) N as a block goes to and fro; α = α₀ exp(−cW), W the work of slip; the "
-    "block climbs by slip tan α.",
+    "Wear of asperities",
+    "Peak forces tan(φ + α) N of a block in cyclic slip; α = α₀ exp(−cW), W the work of slip; the "
+    "block dilates by slip × tan α.",
     "Plesha (1987).",
 )
 def asperities(short: bool) -> Outcome:
@@ -37,10 +37,10 @@ def asperities(short: bool) -> Outcome:
     rows = []
     for cycle, ((force, angle), got, share) in enumerate(zip(PEAKS, shear, off, strict=True), 1):
         rows.append(relative(f"cycle {cycle}: peak force", force, got, 1e-3, "N/m"))
-        rows.append(relative(f"cycle {cycle}: angle left", angle, 15.0 * (1.0 - share), 1e-3, "°"))
+        rows.append(relative(f"cycle {cycle}: angle", angle, 15.0 * (1.0 - share), 1e-3, "°"))
     lost = (data.energy_friction - data.energy_dilation).values
     rows += [
-        relative("climb to the first peak", 1.297e-3, lift[CYCLE // 4] - lift[0], 1e-3, "m"),
+        relative("dilation at the first peak", 1.297e-3, lift[CYCLE // 4] - lift[0], 1e-3, "m"),
         true("friction only takes", True, bool(np.diff(lost).min() >= -1e-15 * lost[-1])),
         at_most("residual of the energy audit", nml.residual(data), 1e-6),
     ]

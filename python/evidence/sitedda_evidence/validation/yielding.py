@@ -67,9 +67,9 @@ def factor(model: Model) -> Safety:
 
 @case(
     "Slopes and a cut of soil that yields",
-    "Factors of safety by strength reduction, F: 1.40 of a slope of 2:1 with φ = 20°, c = .05 γH; "
-    "1.47 of a slope of 2:1 in clay of c = ¼ γH over as much clay; 1 of a vertical cut of clay of "
-    "c = γH/3.776.",
+    "Factors of safety by strength reduction: 1.40 of a slope of 2:1 with φ = 20°, c = 0.05 γH; "
+    "1.47 of a slope of 2:1 in clay of c = ¼ γH on a layer of this clay of the same height; 1 of a "
+    "vertical cut in clay of c = γH/3.776.",
     "Griffiths & Lane (1999), Géotechnique 49, example 1 (charts: 1.380) and example 4 (their "
     "finite elements: 1.45; 1.47 is Taylor's, 1937); limit analysis for the cut.",
 )
@@ -147,7 +147,7 @@ def prandtl(angle):
 @case(
     "The bearing capacity of a strip footing",
     "Smooth, on soil without weight: N_c = (N_q − 1) cot φ, N_q = e^(π tan φ) tan²(45° + φ/2); "
-    "2 + π without friction. It sinks by so little that strains stay small.",
+    "2 + π without friction. The settlement is small enough for small strains.",
     "Prandtl (1920); Reissner (1924).",
 )
 def footing(short: bool) -> Outcome:
@@ -162,8 +162,8 @@ def footing(short: bool) -> Outcome:
             relative(f"{name}: N_c", prandtl(angle), found[-1], error),
             relative(f"{name}: N_c halfway", found[-1], found[found.size // 2], 0.01),
             relative(f"{name}: N_c after ¾", found[-1], found[3 * found.size // 4], 5e-3),
-            true(f"{name}: yielding only takes energy", True, bool(np.all(np.diff(lost) >= 0))),
-            at_most(f"{name}: balance over what yielding takes", balance, 1e-9),
+            true(f"{name}: yielding dissipates energy", True, bool(np.all(np.diff(lost) >= 0))),
+            at_most(f"{name}: energy balance over dissipation by yielding", balance, 1e-9),
             at_most(f"{name}: open–close iterations, median", np.median(history.iterations), 15),
         ]
         settled = 1e3 * sink * np.arange(1, found.size + 1) / found.size

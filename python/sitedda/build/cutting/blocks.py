@@ -362,7 +362,7 @@ class _Cut:
         return ", ".join(shown) + (" …" if len(places) > _NAMED else "")
 
     def _find_kinds(self, polygons):
-        """Return the key index of each face (−1: outside), and the keys: region, pit, surface."""
+        """Return the key of each face (−1: outside), and the keys: region, excavation, surface."""
         points = shapely.point_on_surface(polygons)
         region = _find_containing(points, self.outlines)
         region[_find_containing(points, self.holes) >= 0] = -1

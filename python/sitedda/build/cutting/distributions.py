@@ -33,21 +33,21 @@ def uniform(seed: int, stream: tuple[int, ...], count: int) -> np.ndarray:
     return ((raw >> np.uint64(12)).astype(float) + 0.5) * 2.0**-52
 
 
-def normal_quantile(share) -> np.ndarray:
+def normal_quantile(probability) -> np.ndarray:
     """Return the quantile of the standard normal distribution for a probability in (0, 1).
 
     The standard library computes it by algorithm AS 241 (Wichura 1988, Applied Statistics 37).
     """
-    share = np.asarray(share, dtype=float)
-    return np.reshape(list(map(NormalDist().inv_cdf, share.ravel())), share.shape)
+    probability = np.asarray(probability, dtype=float)
+    return np.reshape(list(map(NormalDist().inv_cdf, probability.ravel())), probability.shape)
 
 
-def draw(share, distribution: str, mean: float, deviation: float) -> np.ndarray:
+def draw(probability, distribution: str, mean: float, deviation: float) -> np.ndarray:
     """Convert uniform numbers to numbers of a distribution.
 
     Parameters
     ----------
-    share : array_like
+    probability : array_like
         Uniform numbers in (0, 1).
     distribution : str
         One of `DISTRIBUTIONS`.
@@ -56,22 +56,22 @@ def draw(share, distribution: str, mean: float, deviation: float) -> np.ndarray:
         Standard deviation; for the uniform distribution, the greatest distance from the mean;
         without effect on constant and exponential distributions.
     """
-    share = np.asarray(share, dtype=float)
+    probability = np.asarray(probability, dtype=float)
     if distribution == "uniform":
-        return mean + deviation * (2 * share - 1)
+        return mean + deviation * (2 * probability - 1)
     if distribution == "normal":
-        return mean + deviation * normal_quantile(share)
+        return mean + deviation * normal_quantile(probability)
     if distribution == "log-normal":
         variance = np.log1p((deviation / mean) ** 2)
-        return mean * np.exp(np.sqrt(variance) * normal_quantile(share) - 0.5 * variance)
+        return mean * np.exp(np.sqrt(variance) * normal_quantile(probability) - 0.5 * variance)
     if distribution == "exponential":
-        return -mean * np.log(share)
-    return np.full(share.shape, float(mean))
+        return -mean * np.log(probability)
+    return np.full(probability.shape, float(mean))
 
 
-def draw_lengths(share, distribution: str, mean: float, deviation: float) -> np.ndarray:
+def draw_lengths(probability, distribution: str, mean: float, deviation: float) -> np.ndarray:
     """Convert uniform numbers to lengths; for uniform and normal, at least 1 % of the mean."""
-    lengths = draw(share, distribution, mean, deviation)
+    lengths = draw(probability, distribution, mean, deviation)
     if distribution in ("uniform", "normal"):
         lengths = np.maximum(lengths, _LEAST * mean)
     return lengths

@@ -67,7 +67,7 @@ class Tunnel(schema.TunnelValues):
 
     @property
     def outline(self) -> np.ndarray:
-        """Return the corners, shape (n, 2), m, counter-clockwise, on the ellipse if it is one."""
+        """Return the corners, shape (n, 2), m, counter-clockwise; those of an ellipse lie on it."""
         half, tall = self.width / 2, self.height / 2
         if self.shape == "rectangle":
             corners = np.array([[-half, -tall], [half, -tall], [half, tall], [-half, tall]])

@@ -18,8 +18,8 @@ from scipy.spatial import cKDTree
 from ...base.errors import InputError
 
 _PASSES = 40
-# Distance within which a node splits an edge, as fraction of the tolerance.  It is below cos 45°:
-# otherwise two nodes could split each other's edge to a third node in turn without end.
+# Distance within which a node splits an edge, as fraction of the tolerance.  It must be below
+# cos 45°; otherwise two nodes may alternately split each other's edge to a third node forever.
 _BESIDE = 0.7
 _ROUNDING = 16 * np.finfo(float).eps  # relative rounding of positions and products
 _CANDIDATES = 1_000_000  # number of pairs of segments that are processed at once

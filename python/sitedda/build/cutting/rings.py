@@ -89,10 +89,10 @@ class Rings:
         return away <= near * np.hypot(*chord.T)
 
     def in_order(self, labels, size: float, rounding: float):
-        """Return the data for an order of polygons that is independent of the order of the input.
+        """Return polygons in an order that does not depend on the order of the input.
 
-        Rings without straight corners between edges of equal `labels`; corners such that each
-        polygon begins with its lowest one; labels of these corners; order of the polygons.
+        The result: rings without straight corners between edges of equal `labels`; corners, with
+        the lowest first in each polygon; labels of these corners; order of the polygons.
         """
         keep = ~self.straight(max(_STRAIGHT * size, rounding)) | (labels != labels[self._before])
         rings = Rings(self.corners[keep], np.add.reduceat(keep, self.first[:-1], dtype=int))

@@ -61,10 +61,10 @@ def bar_of_steps(a: float, b: float, c: float, order: int) -> Bar:
         return Bar(half, math.nan, math.nan, False)
     # The last change may be small by chance; then the first change determines the width.
     half = max(SAFETY * max(last, first / 4.0**order), SMALL * size)
-    seen = math.log2(first / last) if last > 0 else math.inf
-    regular = (a - b) * (b - c) > 0 and abs(seen - order) <= NEAR
+    observed = math.log2(first / last) if last > 0 else math.inf
+    regular = (a - b) * (b - c) > 0 and abs(observed - order) <= NEAR
     extrapolated = c + (c - b) / (2.0**order - 1.0) if regular else math.nan
-    return Bar(half, seen, extrapolated, True)
+    return Bar(half, observed, extrapolated, True)
 
 
 def penalty_error(figure: float, stiffer: float) -> float:

@@ -15,12 +15,12 @@ from .variants import STEPS
 
 COUNTS = ("contacts_slipped", "contacts_opened", "bonds_broken", "blocks_fallen", "blocks_lost")
 # Values without error bars: audit residual, period of the largest Sa, resolved frequency, times.
-_NOT = ("energy_balance_j_m", "sa_period_s", "resolved_frequency_hz", "first_block_", "end_s")
+_NO_BAR = ("energy_balance_j_m", "sa_period_s", "resolved_frequency_hz", "first_block_", "end_s")
 _REST = 1e-9  # final values below this fraction of the largest value are round-off
 _NO_DRIFT = 1e-6  # residual drifts below this value are round-off
 _BLOW = 1.5  # smallest growth per halving of Δt that indicates a result without limit
-_OF_BLOWS = ("force", "pga_", "sa_", "acceleration")  # results without limit in a rigid impact
-_STIFFER = (*_OF_BLOWS, "strain", "arias_")  # results that increase with the penalty stiffness
+_UNBOUNDED = ("force", "pga_", "sa_", "acceleration")  # results without limit in a rigid impact
+_STIFFER = (*_UNBOUNDED, "strain", "arias_")  # results that increase with the penalty stiffness
 _NUMBER = re.compile(r"\d[\d.e+-]*")
 _TIMES = 200  # largest number of times of a stored band
 BEYOND, BLOW, OPEN = "beyond the horizon", "grows as 1/Δt, an impact", "does not converge"
@@ -86,9 +86,9 @@ class Band:
 
     Attributes
     ----------
-    time : ndarray, shape (looks,)
+    time : ndarray, shape (times,)
         s
-    low, median, high : ndarray, shape (looks,)
+    low, median, high : ndarray, shape (times,)
         16, 50 and 84 % fractiles of the result.
     """
 
@@ -216,7 +216,7 @@ def is_figure(name: str, values: Mapping[str, float]) -> bool:
     values : mapping of float
         All numbers of the verdict.
     """
-    if name.startswith(_NOT) or not math.isfinite(values[name]):
+    if name.startswith(_NO_BAR) or not math.isfinite(values[name]):
         return False
     if name == "residual_drift":
         return abs(values[name]) >= _NO_DRIFT
@@ -259,7 +259,7 @@ def figure_of(name: str, numbers: tuple[float, ...], bar: Bar, penalty: float,
     elif not bar.converges:
         a, b, c = map(abs, numbers)
         grows = b > _BLOW * a and c > _BLOW * b
-        why = BLOW if grows and any(map(name.__contains__, _OF_BLOWS)) else OPEN
+        why = BLOW if grows and any(map(name.__contains__, _UNBOUNDED)) else OPEN
         at = ", ".join("Δt" if times == 1 else f"Δt/{times}" for times in steps)
         doubt = f"{why}: {', '.join(map(number, numbers))} at {at}"
     elif penalty > max(bar.half, 10 * SMALL * abs(numbers[-1])):

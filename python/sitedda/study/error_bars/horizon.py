@@ -31,9 +31,9 @@ def horizon(time: np.ndarray, run: np.ndarray, twin: np.ndarray) -> float:
 
     Parameters
     ----------
-    time : ndarray, shape (looks,)
+    time : ndarray, shape (times,)
         s
-    run, twin : ndarray, shape (looks,)
+    run, twin : ndarray, shape (times,)
         Histories of a result in the run and in its twin; NaN if missing.
     """
     largest = np.nanmax(np.abs(run), initial=0.0)
@@ -74,7 +74,7 @@ def with_horizons(figures: dict[str, Figure], table) -> dict[str, Figure]:
     if TWIN in done and "look" in table:
         parted = _divergence_times(table)
         found = {n: replace(f, decided=_find_horizon(n, table, parted)) for n, f in found.items()}
-        # The displaced block itself changes small results; the kinetic energy shows a divergence.
+        # The initial displacement changes small results; the kinetic energy shows the divergence.
         first = parted.get("energy_kinetic", math.inf)
         found = {n: _mark_undecided(f, _time_reached(n, table), first) for n, f in found.items()}
     if twins:

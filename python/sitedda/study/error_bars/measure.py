@@ -87,7 +87,7 @@ def accuracy(
     if facts.penalty:
         variants["4 k_n"] = stiffer(facts)
     if facts.is_dynamic:
-        variants |= {TWIN: twin(facts.there[0])} | twins_of(facts, ensemble)
+        variants |= {TWIN: twin(facts.remaining[0])} | twins_of(facts, ensemble)
     table = study(
         model, Variants(variants), _with_histories(results), folder=folder, fixed=changes,
         executor=executor, workers=workers, progress=progress, keep=False,
@@ -100,7 +100,7 @@ def accuracy(
     for name in names:
         run = table.sel(variant=name)
         doubts = Doubt.lines(str(run.warning.values))  # warnings of the check are omitted
-        own = "\n".join(str(doubt) for doubt in doubts if not doubt.of_check)
+        own = "\n".join(str(doubt) for doubt in doubts if not doubt.is_from_check)
         words[name] = str(run.message.values) or own
     figures = _estimate_figures(facts, _numbers_by_run(table.sel(variant=names)))
     end = float(table.look.values[-1]) if "look" in table else math.nan

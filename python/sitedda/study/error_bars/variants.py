@@ -14,7 +14,7 @@ from ...input.input_text import input_values
 
 RUN, TWIN, ENSEMBLE = "dt", "twin", "twin "  # names of variants; a number follows ENSEMBLE
 STEPS = (1, 2, 4)  # divisors of Δt
-TRIFLE = 1e-9  # displacement of the block of a twin, as a fraction of its size
+PERTURBATION = 1e-9  # displacement of the block of a twin, as a fraction of its size
 _ORDERS = {"midpoint": 2}  # orders of time integrations; other integrations have order 1
 
 
@@ -49,14 +49,14 @@ class Facts:
         Order of the time integration.
     penalty : float
         Penalty stiffness k_n, N/m; 0 if all joints have a measured stiffness.
-    there : sequence of int
+    remaining : sequence of int
         Numbers (from 1) of the blocks that no stage removes, from the highest block down.
     """
 
     groups: Mapping
     order: int
     penalty: float
-    there: Sequence[int] = (1,)
+    remaining: Sequence[int] = (1,)
 
     @property
     def is_dynamic(self) -> bool:
@@ -145,7 +145,7 @@ def twin(block: int, signs: tuple[int, int] = (1, 1)) -> dict:
     signs : (int, int)
         Signs of the displacement along x and y.
     """
-    away = tuple(TRIFLE * sign for sign in signs)
+    away = tuple(PERTURBATION * sign for sign in signs)
     return {"control.displaced_block": str(block), "control.displaced_by": away}
 
 
@@ -161,9 +161,9 @@ def ensemble(facts: Facts, count: int) -> dict[str, dict]:
     signs = ((1, 1), (1, -1), (-1, 1), (-1, -1))
     found = {}
     for number in range(1, count + 1):
-        dice = random.Random(number)
-        block = dice.choice(facts.there)
-        found[f"{ENSEMBLE}{number}"] = twin(block, dice.choice(signs))
+        generator = random.Random(number)
+        block = generator.choice(facts.remaining)
+        found[f"{ENSEMBLE}{number}"] = twin(block, generator.choice(signs))
     return found
 
 
