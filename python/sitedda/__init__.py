@@ -23,7 +23,7 @@ if TYPE_CHECKING:
         SiteddaError,
         SolverError,
     )
-    from .calibration import Calibration, MeasuredMode, calibrate
+    from .calibration import Calibration, calibrate
     from .drawing.pictures import draw
     from .engine.checking import (
         Modes,
@@ -72,7 +72,6 @@ __all__ = [
     "InputError",
     "InterruptedRun",
     "Layer",
-    "MeasuredMode",
     "Model",
     "Modes",
     "NoRootError",
@@ -128,7 +127,7 @@ _HOMES = {
         "base.errors": "AuditWarning CheckError CheckpointError ConvergenceError InputError "
         "InterruptedRun NoRootError OutOfMemory OutputError PeakWarning SiteddaError "
         "SolverError",
-        "calibration": "Calibration MeasuredMode calibrate",
+        "calibration": "Calibration calibrate",
         "drawing.pictures": "draw",
         "engine.checking": "Modes Penalty Report check modes penalty_for penalty_for_frequency "
         "penalty_for_shift transfer",

@@ -3,9 +3,8 @@
 
 from .calibrate import Calibration, calibrate, odds
 from .family import Family, family_of
-from .measured import MeasuredMode, measured_modes
-from .record import horizontal_over_vertical, identify, modes_csv, read_ambient
+from .measured import measured_modes
+from .record import horizontal_over_vertical, identify, read_ambient
 
-__all__ = ["Calibration", "Family", "MeasuredMode", "calibrate", "family_of",
-           "horizontal_over_vertical", "identify", "measured_modes", "modes_csv", "odds",
-           "read_ambient"]  # fmt: skip
+__all__ = ["Calibration", "Family", "calibrate", "family_of", "horizontal_over_vertical",
+           "identify", "measured_modes", "odds", "read_ambient"]  # fmt: skip

@@ -15,7 +15,7 @@ from ..base.errors import InputError
 from ..base.numbers import number
 from ..engine.checking import Modes, matrices, modes
 from .family import family_of
-from .measured import BAND, MeasuredMode, Observations, measured_modes
+from .measured import BAND, Observations, measured_modes, shapes_of
 from .posterior import Posterior
 
 SAMPLERS = ("laplace", "ensemble")
@@ -39,7 +39,8 @@ class Calibration:
     unknowns : DataFrame
         By name: ``best`` (most probable), ``median``, ``low`` and ``high`` (middle 90 %),
         ``prior_low`` and ``prior_high`` (the same before), and ``deviation`` of the logarithm.
-    measured : tuple of MeasuredMode
+    measured : DataFrame
+        See `sitedda.calibration.measured_modes`.
     fit : DataFrame
         By measured mode: ``number`` of the model's mode, from 1; ``frequency`` of the best model,
         and ``low`` and ``high`` (middle 90 % of the samples), Hz; ``misfit``, the difference of
@@ -61,7 +62,7 @@ class Calibration:
     """
 
     unknowns: pd.DataFrame
-    measured: tuple[MeasuredMode, ...]
+    measured: pd.DataFrame
     fit: pd.DataFrame
     modes: Modes
     samples: pd.DataFrame
@@ -85,7 +86,8 @@ class Calibration:
     def mode_words(self) -> list[str]:
         """Compare each measured mode with that of the model, one line each."""
         lines = []
-        for one, fit in zip(self.measured, self.fit.itertuples(), strict=True):
+        both = zip(self.measured.itertuples(), self.fit.itertuples(), strict=True)
+        for one, fit in both:
             words = (f"mode {fit.number}: {number(one.frequency)} ± {one.deviation:.2g} Hz "
                      f"measured, {number(fit.frequency)} Hz by the model")  # fmt: skip
             if np.isfinite(fit.mac):
@@ -125,9 +127,9 @@ def calibrate(
     Parameters
     ----------
     model : path or Model
-    measured : path or sequence of MeasuredMode
-        See `measured_modes`.  The first is the model's first mode and so on, unless a number or a
-        shape says otherwise.
+    measured : path, DataFrame or mapping of sequences
+        See `sitedda.calibration.measured_modes`.  The first is the model's first mode and so on,
+        unless a number or a shape says otherwise.
     unknowns : mapping of (float, float)
         The range of each unknown that contains 90 % of its log-normal prior.
         Names are those of changes: ``{"contact.normal_stiffness": (5e7, 1e9)}``.  The stiffness
@@ -158,9 +160,7 @@ def calibrate(
         raise InputError(f"sampler = {sampler!r}: use one of {', '.join(SAMPLERS)}")
     samples = int(COUNT.check("samples", samples))
     prior = _check_priors(unknowns)
-    seen = tuple(measured_modes(measured))
-    if not seen:
-        raise InputError("there is no measured mode")
+    seen = measured_modes(measured)
     changes = dict(changes or {}) | more
     mean, deviation = np.log(prior).mean(1), np.ptp(np.log(prior), axis=1) / (2 * BAND)
     centre = dict(zip(unknowns, np.exp(mean).tolist(), strict=True))
@@ -204,8 +204,7 @@ def _compare_modes(posterior: Posterior, peak, picked, level: float) -> pd.DataF
     frequencies = np.sqrt(np.take_along_axis(squares, chosen, 1)) / (2 * np.pi)
     low, high = np.percentile(frequencies[1:], (5, 95), axis=0)
     seen = posterior.seen
-    off = [np.log(one.frequency / f) / np.hypot(one.deviation / one.frequency, level)
-           for one, f in zip(seen.modes, frequencies[0], strict=True)]  # fmt: skip
+    off = np.log(seen.table.frequency / frequencies[0]) / np.hypot(seen.error, level)
     macs = [posterior.macs(y[0], j)[chosen[0, j]] if shape.size else np.nan
             for j, shape in enumerate(seen.shapes)]  # fmt: skip
     return pd.DataFrame({"number": chosen[0] + 1, "frequency": frequencies[0], "low": low,
@@ -320,7 +319,7 @@ def _find_warnings(found: Calibration, peak, deviation) -> list[str]:
     words = [
         f"mode {fit.number} cannot be fitted: its measured {number(one.frequency)} Hz is "
         f"{abs(fit.misfit):.1f} standard deviations from {number(fit.frequency)} Hz of the model"
-        for one, fit in zip(found.measured, found.fit.itertuples(), strict=True)
+        for one, fit in zip(found.measured.itertuples(), found.fit.itertuples(), strict=True)
         if abs(fit.misfit) > _FAR
     ]
     correlation = np.log(found.samples).corr()
@@ -332,7 +331,7 @@ def _find_warnings(found: Calibration, peak, deviation) -> list[str]:
         words += [f"only a combination of {name} and {other} is determined (correlation "
                   f"{value:.2f})" for other, value in correlation[name].iloc[:i].items()
                   if abs(value) > _ALIKE]  # fmt: skip
-    if any(len(one.shape) == 1 for one in found.measured):
+    if any(shapes_of(found.measured).count(axis=1) == 1):
         words.append("shapes of one component are not compared: they fit any mode")
     if found.reduction_error > 100 * _EXACT:
         words.append(

@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measured modes, read from a CSV file: frequencies with errors, damping and shapes."""
+"""Measured modes as a table: frequencies with errors, damping and shapes."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-from dataclasses import dataclass, field
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from ..base.arguments import DAMPING_RATIO, FINITE, POSITIVE, Range
 from ..base.errors import InputError
@@ -26,98 +25,69 @@ _COLUMNS = {
 }  # fmt: skip
 
 
-@dataclass(frozen=True)
-class MeasuredMode:
-    """A measured mode.
-
-    Attributes
-    ----------
-    frequency : float
-        Hz.
-    deviation : float
-        Standard deviation of the frequency, Hz.
-    shape : dict of float
-        Displacements by ``POINT.x`` and ``POINT.y``, to any scale.
-    shape_deviation : float
-        Standard deviation of a component of the shape, which is scaled to unit length.
-    mode : int
-        Number of the model's mode from 1; 0: by its shape, or the same place in the list.
-    damping, damping_deviation : float
-        Damping ratio and its standard deviation; NaN: not measured.
-    origin : str
-        File and line, for messages.
-
-    Raises
-    ------
-    InputError
-        If a frequency or a deviation is not above 0, or a component is not finite.
-    """
-
-    frequency: float
-    deviation: float
-    shape: dict[str, float] = field(default_factory=dict)
-    shape_deviation: float = _SHAPE_DEVIATION
-    mode: int = 0
-    damping: float = math.nan
-    damping_deviation: float = math.nan
-    origin: str = field(default="", compare=False, repr=False)
-
-    def __post_init__(self):
-        for name in ("frequency", "deviation", "shape_deviation"):
-            POSITIVE.check(name, getattr(self, name))
-        for name, value in self.shape.items():
-            FINITE.check(name, value)
-
-
-def measured_modes(source) -> list[MeasuredMode]:
-    """Return measured modes from a CSV file or a sequence.
+def measured_modes(source) -> pd.DataFrame:
+    """Return measured modes as a table with a row for each.
 
     Parameters
     ----------
-    source : path or sequence of MeasuredMode
-        The file has a row for each mode and a heading: ``frequency`` and ``deviation`` (Hz), or
-        ``low`` and ``high``, a range that contains 90 %; optionally ``mode``, ``damping``,
-        ``damping_deviation``, ``shape_deviation`` and components of the shape, ``POINT.x``,
-        ``POINT.y``.  Lines that begin with # are comments.
+    source : path, DataFrame or mapping of sequences
+        A CSV file, whose lines that begin with # are comments, or its columns: ``frequency`` and
+        ``deviation`` (standard deviation, Hz), or ``low`` and ``high``, a range that contains 90 %;
+        optionally ``mode`` (number of the model's mode from 1; otherwise by the shape, or the same
+        place in the list), ``damping`` (ratio), ``damping_deviation``, components of the shape to
+        any scale, ``POINT.x`` and ``POINT.y``, and ``shape_deviation``, the standard deviation of
+        each component of a shape of unit length (0.05).  Empty cells are not measured.
+
+    Returns
+    -------
+    DataFrame
+        With all columns but ``low`` and ``high``; the index is the place of a mode for messages.
 
     Raises
     ------
     InputError
         If a column is not known, or a value cannot be; the message names file and line.
     """
-    if isinstance(source, Sequence) and not isinstance(source, str):
-        return list(source)
-    names, rows = read_numbers(source, _LARGEST)
-    for name in names:
-        if name not in _COLUMNS and name[-2:] not in (".x", ".y"):
-            raise InputError(f"{source}: column {name!r} is not known; there are "
+    if isinstance(source, str | Path):
+        names, rows = read_numbers(source, _LARGEST)
+        places = [f"{source}, line {line}" for line, _ in rows]
+        table, where = pd.DataFrame([row for _, row in rows], places, names), f"{source}: "
+    else:
+        table, where = pd.DataFrame(source), ""
+        table.index = [one if isinstance(one, str) else f"mode {i}"
+                       for i, one in enumerate(table.index, 1)]  # fmt: skip
+    shapes = [name for name in table if name not in _COLUMNS]
+    for name in shapes:
+        if str(name)[-2:] not in (".x", ".y"):
+            raise InputError(f"{where}column {name!r} is not known; there are "
                              f"{', '.join(_COLUMNS)}, and POINT.x, POINT.y")  # fmt: skip
-    found = []
-    for line, values in rows:
-        given = {n: v for n, v in zip(names, values, strict=True) if not math.isnan(v)}
-        try:
-            found.append(_mode_of(given, f"{source}, line {line}"))
-        except InputError as trouble:
-            raise InputError(f"{source}, line {line}: {trouble}") from None
-    return found
+    if table.empty:
+        raise InputError(f"{where}there is no measured mode")
+    kept = [name for name in _COLUMNS if name not in ("low", "high")]
+    rows = [_complete_row(place, row.dropna()) for place, row in table.iterrows()]
+    found = pd.DataFrame(rows, table.index).reindex(columns=kept + shapes)
+    return found.fillna({"shape_deviation": _SHAPE_DEVIATION})
 
 
-def _mode_of(row: dict[str, float], origin: str) -> MeasuredMode:
-    """Return the mode of a row of a table."""
-    shape = {n: row[n] for n in row if n not in _COLUMNS}
-    values: dict = {n: _COLUMNS[n].check(n, row[n]) for n in row if n in _COLUMNS}
+def _complete_row(place: str, row: pd.Series) -> dict[str, float]:
+    """Return the values of a row of a table, with frequency and deviation from low and high."""
+    try:
+        values = {n: _COLUMNS.get(n, FINITE).check(n, value) for n, value in row.items()}
+    except InputError as trouble:
+        raise InputError(f"{place}: {trouble}") from None
     low, high = values.pop("low", None), values.pop("high", None)
     if low and high:
         if not low < high:
-            raise InputError(f"low = {low:g} must be below high = {high:g}")
+            raise InputError(f"{place}: low = {low:g} must be below high = {high:g}")
         if "frequency" in values or "deviation" in values:
-            raise InputError(f"low = {low:g} and high = {high:g} are given, and frequency or "
-                             "deviation: give one pair only")  # fmt: skip
+            raise InputError(f"{place}: low = {low:g} and high = {high:g} are given, and frequency "
+                             "or deviation: give one pair only")  # fmt: skip
         values |= {"frequency": (low + high) / 2, "deviation": (high - low) / (2 * BAND)}
     for name in ("frequency", "deviation"):
         if name not in values:
-            raise InputError(f"{name} is missing: give frequency and deviation, or low and high")
-    return MeasuredMode(shape=shape, origin=origin, **values)
+            raise InputError(f"{place}: {name} is missing: give frequency and deviation, or low "
+                             "and high")  # fmt: skip
+    return values
 
 
 class Observations:
@@ -125,61 +95,73 @@ class Observations:
 
     Attributes
     ----------
-    modes : sequence of MeasuredMode
+    table : DataFrame
+        Of `measured_modes`.
+    log_omega, error : ndarray, shape (measured,)
+        ln ω (rad/s) and relative standard deviation of the frequencies.
     rows : list of ndarray of int
         Rows of `Family.points` of the components of each shape; empty: no shape.
     shapes : list of ndarray
         The shapes, of unit length.
+    shape_error : ndarray, shape (measured,)
+        Standard deviation of their components.
     number : ndarray of int
         Modes of the model from 0; −1: by the shape.
     count : int
         Number of model modes among which the measured modes are sought.
     """
 
-    def __init__(self, modes: Sequence[MeasuredMode], points: list[str]):
+    def __init__(self, table: pd.DataFrame, points: list[str]):
         """Find the points of shapes in a model; raise InputError if a point is missing."""
-        self.modes, self.rows, self.shapes, number = modes, [], [], []
-        for i, one in enumerate(modes):
-            for name in one.shape:
+        self.table, self.rows, self.shapes, number = table, [], [], []
+        self.log_omega = np.log(2 * np.pi * table.frequency.to_numpy())
+        self.error = (table.deviation / table.frequency).to_numpy()
+        self.shape_error = table.shape_deviation.to_numpy()
+        numbers = table["mode"].fillna(0).astype(int)
+        for i, (place, row) in enumerate(shapes_of(table).iterrows()):
+            shape = row.dropna()
+            for name in shape.index:
                 if name[:-2] not in points:
-                    raise InputError(f"{self.place(i)}: the shape has {name}, but the measured "
-                                     f"points of the model are {', '.join(points)}")  # fmt: skip
-            named = one.shape if len(one.shape) > 1 else {}  # a single component fits any shape
-            shape = np.array(list(named.values()))
-            if named and not np.any(shape):
-                raise InputError(f"{self.place(i)}: the shape is zero")
-            shape = shape / max(abs(shape), default=1.0)
-            rows = [2 * points.index(n[:-2]) + (n[-1] == "y") for n in named]
+                    raise InputError(f"{place}: the shape has {name}, but the measured points of "
+                                     f"the model are {', '.join(points)}")  # fmt: skip
+            if shape.size == 1:
+                shape = shape[:0]  # a single component fits any shape
+            if shape.size and not shape.any():
+                raise InputError(f"{place}: the shape is zero")
+            rows = [2 * points.index(n[:-2]) + (n[-1] == "y") for n in shape.index]
             self.rows.append(np.array(rows, dtype=int))
-            self.shapes.append(shape / np.linalg.norm(shape) if named else shape)
-            number.append(one.mode - 1 if one.mode or named else i)
-        self._check_order(number)
+            values = shape.to_numpy() / shape.abs().max()
+            self.shapes.append(values / np.linalg.norm(values))
+            number.append(numbers.iloc[i] - 1 if numbers.iloc[i] or rows else i)
         self.number = np.array(number)
-        self.count = max(max(number) + 1, len(modes)) + (3 if min(number) < 0 else 0)
-
-    def place(self, i: int) -> str:
-        """Return where a measured mode was given, for messages."""
-        return self.modes[i].origin or f"mode {i + 1}"
+        self._check_order()
+        self.count = max(max(number) + 1, len(table)) + (3 if min(number) < 0 else 0)
 
     def check_count(self, count: int) -> None:
         """Raise InputError if a model has fewer modes than are measured or numbered."""
         last = int(np.argmax(self.number))
-        if count <= self.number[last] or count < len(self.modes):
-            raise InputError(f"{self.place(last)}: mode {self.number[last] + 1} and "
-                             f"{len(self.modes)} measured modes, but the model has only {count} "
+        if count <= self.number[last] or count < len(self.table):
+            raise InputError(f"{self.table.index[last]}: mode {self.number[last] + 1} and "
+                             f"{len(self.table)} measured modes, but the model has only {count} "
                              "modes with stiffness")  # fmt: skip
 
-    def _check_order(self, number: list[int]) -> None:
+    def _check_order(self) -> None:
         """Raise InputError if a number is repeated, or frequencies contradict the numbers."""
-        order = sorted((n, i) for i, n in enumerate(number) if n >= 0)
-        for (n, i), (other, j) in pairwise(order):
-            if n == other:
-                raise InputError(f"{self.place(j)}: two measured modes match mode {n + 1} of the "
-                                 "model: number both")  # fmt: skip
-            one, two = self.modes[i], self.modes[j]
-            apart = (one.frequency - two.frequency) / math.hypot(one.deviation, two.deviation)
-            if apart > _APART and not (one.mode and two.mode):
+        order = [i for i in np.argsort(self.number, kind="stable") if self.number[i] >= 0]
+        for i, j in pairwise(order):
+            one, two = self.table.iloc[i], self.table.iloc[j]
+            if self.number[i] == self.number[j]:
+                raise InputError(f"{two.name}: two measured modes match mode {self.number[i] + 1} "
+                                 "of the model: number both")  # fmt: skip
+            apart = (one.frequency - two.frequency) / np.hypot(one.deviation, two.deviation)
+            if apart > _APART and self.table["mode"].iloc[[i, j]].isna().any():
                 raise InputError(
-                    f"{self.place(j)}: frequency = {two.frequency:g} of mode {other + 1} is below "
-                    f"the {one.frequency:g} Hz of mode {n + 1}: sort the modes, or number them"
+                    f"{two.name}: frequency = {two.frequency:g} of mode {self.number[j] + 1} is "
+                    f"below the {one.frequency:g} Hz of mode {self.number[i] + 1}: sort the modes, "
+                    "or number them"
                 )
+
+
+def shapes_of(table: pd.DataFrame) -> pd.DataFrame:
+    """Return the components of the shapes of measured modes."""
+    return table[[name for name in table if name not in _COLUMNS]]

@@ -95,10 +95,9 @@ class Posterior:
         others = np.setdiff1d(np.arange(min(self.seen.count, len(squares))), self.seen.number)
         cost = np.empty((free.size, others.size))
         for row, j in zip(cost, free, strict=True):
-            one = self.seen.modes[j]
-            off = np.log(2 * np.pi * one.frequency) - np.log(squares[others]) / 2
-            row[:] = (1 - self.macs(y[:, others], j)) / (one.shape_deviation**2 + delta**2)
-            row += off**2 / ((one.deviation / one.frequency) ** 2 + delta**2)
+            off = self.seen.log_omega[j] - np.log(squares[others]) / 2
+            row[:] = (1 - self.macs(y[:, others], j)) / (self.seen.shape_error[j] ** 2 + delta**2)
+            row += off**2 / (self.seen.error[j] ** 2 + delta**2)
         rows, columns = linear_sum_assignment(cost)
         chosen[free[rows]] = others[columns]
 
@@ -130,13 +129,13 @@ class Posterior:
     def _weigh_errors(self, z, squares, y, chosen) -> np.ndarray:
         """Return `residuals` from modes at rows of z."""
         delta, rows, found = self.discrepancies(z), np.arange(len(z)), [z.T]
-        for j, one in enumerate(self.seen.modes):
-            off = np.log(2 * np.pi * one.frequency) - np.log(squares[rows, chosen[:, j]]) / 2
-            errors = [(off[None], one.deviation / one.frequency, 1)]
-            if (seen := self.seen.shapes[j]).size:
+        for j, seen in enumerate(self.seen.shapes):
+            off = self.seen.log_omega[j] - np.log(squares[rows, chosen[:, j]]) / 2
+            errors = [(off[None], self.seen.error[j], 1)]
+            if seen.size:
                 shapes, along = self._along(y[rows, :, chosen[:, j]].T, j)
                 shapes[:-1] -= np.outer(seen, along)
-                errors.append((shapes, one.shape_deviation, seen.size - 1))
+                errors.append((shapes, self.seen.shape_error[j], seen.size - 1))
             for error, deviation, count in errors:
                 found += [error / np.hypot(deviation, delta),
                           np.sqrt(count * np.log1p((delta / deviation) ** 2))[None]]  # fmt: skip
@@ -161,11 +160,10 @@ class Posterior:
 
     def log(self, z: np.ndarray) -> np.ndarray:
         """Return ln p of rows of z."""
-        scales = np.ones(self.mean.size).tolist()
-        for one, shape in zip(self.seen.modes, self.seen.shapes, strict=True):
-            scales += [one.deviation / one.frequency]
-            scales += [one.shape_deviation] * (shape.size - 1)
-        constant = np.sum(np.log(math.sqrt(2 * np.pi) * np.array(scales)))
+        counts = [max(shape.size - 1, 0) for shape in self.seen.shapes]
+        scales = np.concatenate([np.ones(self.mean.size), self.seen.error,
+                                 np.repeat(self.seen.shape_error, counts)])  # fmt: skip
+        constant = np.sum(np.log(math.sqrt(2 * np.pi) * scales))
         return -np.sum(self.residuals(z) ** 2, axis=1) / 2 - constant
 
     def starts(self, seed: int) -> list[np.ndarray]:

@@ -18,7 +18,6 @@ from ..base.arguments import COUNT
 from ..base.errors import InputError, MissingLibrary
 from ..base.reading import read_numbers
 from ..engine.signals import smooth_konno_ohmachi
-from .measured import MeasuredMode
 
 _LARGEST = 2**30  # largest size of a record, bytes
 _BEYOND = 3.0  # sampling frequency of the analysis over the highest frequency
@@ -90,7 +89,7 @@ def _read_obspy(file, channels: Mapping[str, str]) -> pd.DataFrame:
 
 def identify(
     record, band: tuple[float, float], channels: Mapping[str, str] | None = None, order: int = 16,
-) -> list[MeasuredMode]:  # fmt: skip
+) -> pd.DataFrame:  # fmt: skip
     """Identify modes of an ambient record: frequency, damping and shape, with deviations.
 
     Covariance-driven stochastic subspace identification at all orders of the model up to a largest
@@ -110,8 +109,8 @@ def identify(
 
     Returns
     -------
-    list of MeasuredMode
-        By frequency.
+    DataFrame
+        By frequency, with the columns of `measured_modes`.
 
     Raises
     ------
@@ -139,21 +138,20 @@ def identify(
     values = (found - found.mean()).to_numpy()
     if (every := int(rate / (_BEYOND * high))) > 1:
         values, rate = decimate(values, every, ftype="fir", axis=0), rate / every
-    rows = int(np.clip(_PERIODS * rate / low, -(-order // count) + 1, max(_WIDEST // count, 4)))
-    poles = _stable_poles(values, rate, rows, min(order, rows * count), (low, high))
+    depth = int(np.clip(_PERIODS * rate / low, -(-order // count) + 1, max(_WIDEST // count, 4)))
+    poles = _stable_poles(values, rate, depth, min(order, depth * count), (low, high))
     shapes, scatter = (np.reshape(one, (-1, poles.Fn.size)) for one in (poles.Phi, poles.Phi_std))
-    modes = []
+    rows = []
     for i in np.argsort(poles.Fn):
         turn = np.exp(-1j * np.angle(np.sum(shapes[:, i] ** 2)) / 2)
         turned = (shapes[:, i] * turn).real
         length = np.linalg.norm(turned)
         spread = np.sqrt(np.mean(np.abs(scatter[:, i]) ** 2)) / length
-        modes.append(MeasuredMode(
-            float(poles.Fn[i]), float(poles.Fn_std[i]),
-            dict(zip(found, (turned / length).tolist(), strict=True)),
-            max(float(spread), _LEAST), 0, float(poles.Xi[i]), float(poles.Xi_std[i]),
-        ))  # fmt: skip
-    return modes
+        rows.append({
+            "frequency": poles.Fn[i], "deviation": poles.Fn_std[i], "damping": poles.Xi[i],
+            "damping_deviation": poles.Xi_std[i], "shape_deviation": max(spread, _LEAST),
+        } | dict(zip(found, turned / length, strict=True)))  # fmt: skip
+    return pd.DataFrame(rows)
 
 
 def _stable_poles(values, rate: float, rows: int, order: int, band):
@@ -221,13 +219,6 @@ def horizontal_over_vertical(
         parts.append([smooth_konno_ohmachi(cut.f, np.sqrt(one), bandwidth, at) for one in whole.T])
     logs = np.log(np.array(parts[0]) / parts[1])
     return np.exp(np.median(logs, axis=0)), logs.std(axis=0)
-
-
-def modes_csv(modes: list[MeasuredMode]) -> str:
-    """Return modes as a table that `measured_modes` reads."""
-    names = ["frequency", "deviation", "damping", "damping_deviation", "shape_deviation"]
-    rows = [{name: getattr(one, name) for name in names} | one.shape for one in modes]
-    return "# written by sitedda\n" + pd.DataFrame(rows).to_csv(index=False, float_format="%.6g")
 
 
 def _time_step(record: pd.DataFrame) -> float:

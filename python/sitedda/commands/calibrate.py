@@ -53,20 +53,21 @@ def _parse_discrepancy(text: str) -> float | None:
 
 def _run_calibrate(options: argparse.Namespace) -> int:
     """Estimate the unknowns of an input from measured modes; write picture and samples."""
-    from ..calibration import calibrate, identify, modes_csv
+    from ..calibration import calibrate, identify
     from ..calibration.picture import draw_calibration
     from ..report.style import save_picture
 
     picture = options.output or options.file.with_name(f"{options.file.stem}_calibration.png")
     reads = [options.file, options.modes]
     check_target(picture, "a picture", reads)
-    table = check_target(picture.with_suffix(".csv"), OWN_TABLE, reads)
+    sample = check_target(picture.with_suffix(".csv"), OWN_TABLE, reads)
     changes, modes, unknowns = dict(options.set), options.modes, dict(options.unknown)
     if len(unknowns) < len(options.unknown):
         raise InputError(f"--unknown: a name is repeated; the names are {', '.join(unknowns)}")
     if options.record:
         modes = picture.with_name(f"{options.modes.stem}_modes.csv")
-        seen = modes_csv(identify(options.modes, options.record))
+        seen = identify(options.modes, options.record).to_csv(index=False, float_format="%.6g")
+        seen = f"# written by sitedda\n{seen}"
         print(f"modes: {write(modes, seen, OWN_TABLE, reads)}")
     found = calibrate(options.file, modes, unknowns, discrepancy=options.discrepancy,
                       sampler=options.sampler, samples=options.samples,
@@ -74,5 +75,5 @@ def _run_calibrate(options: argparse.Namespace) -> int:
     print(folded(str(found)))
     figure = draw_calibration(options.file, found, changes)
     print(f"picture: {save_picture(figure, picture, reads, dpi=130)}")
-    print(f"samples: {write(table, found.to_csv(), OWN_TABLE, reads)}")
+    print(f"samples: {write(sample, found.to_csv(), OWN_TABLE, reads)}")
     return 0

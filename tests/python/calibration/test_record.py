@@ -6,13 +6,7 @@ import pandas as pd
 import pytest
 
 import sitedda
-from sitedda.calibration import (
-    horizontal_over_vertical,
-    identify,
-    measured_modes,
-    modes_csv,
-    read_ambient,
-)
+from sitedda.calibration import horizontal_over_vertical, identify, read_ambient
 from sitedda.command import main
 from sitedda.errors import InputError
 
@@ -58,17 +52,14 @@ def test_modes_of_a_record(ambient):
     own = sitedda.modes(model, 2)
     frequency = own.frequency / (1 + own.elongation)  # as the steps have it
     assert len(found) == 2
-    for one, f, damping, shape in zip(found, frequency, own.damping, own.shapes, strict=True):
+    seen = found[["p1.x", "p1.y", "p3.x", "p3.y"]].to_numpy()
+    true = own.shapes[:, [1, 3], :2].reshape(2, -1)
+    assert np.all(np.sum(seen * true, 1) ** 2 / np.sum(true**2, 1) > 0.999)  # MAC
+    for one, f, damping in zip(found.itertuples(), frequency, own.damping, strict=True):
         assert one.frequency == pytest.approx(f, rel=0.005)
         assert one.damping == pytest.approx(damping, rel=0.2)
         assert abs(one.frequency - f) < 3 * one.deviation < 0.03 * f
         assert abs(one.damping - damping) < 3 * one.damping_deviation < 0.5 * damping
-        seen, true = np.array(list(one.shape.values())), shape[[1, 3], :2].ravel()
-        assert (seen @ true) ** 2 / (true @ true) > 0.999  # MAC; the seen one has unit length
-    (folder / "modes.csv").write_text(modes_csv(found))
-    for one, read in zip(found, measured_modes(folder / "modes.csv"), strict=True):
-        assert read.frequency == pytest.approx(one.frequency, rel=1e-5)
-        assert read.shape == pytest.approx(one.shape, rel=1e-5)
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from importlib.util import find_spec
 import numpy as np
 import pandas as pd
 
-from sitedda.calibration import MeasuredMode, calibrate, odds
+from sitedda.calibration import calibrate, odds
 from sitedda.calibration.measured import BAND
 from sitedda.engine.checking import modes
 from sitedda.facade.model import Model
@@ -18,7 +18,7 @@ from ..case import Outcome, Table, absolute, at_most, case
 from ..paper.avdat import column
 from ..runs import Task
 
-_FIELD = [MeasuredMode(3.4, 0.8 / 3.29), MeasuredMode(4.75, 1.1 / 3.29)]  # bands as 90 %, Hz
+_FIELD = pd.DataFrame({"low": [3.0, 4.2], "high": [3.8, 5.3]})  # bands as 90 %, Hz
 _DRY = {"joint[dry].normal_stiffness_per_area": (1.7e8, 3.3e9)}  # 5e7 to 1e9 N/m a contact
 _GROUND = {"boundary[sway].stiffness_per_area": (1e6, 1e8),
            "boundary[rise].stiffness_per_area": (1e7, 1e9)}  # fmt: skip
@@ -45,7 +45,7 @@ def avdat_column(width: float, depth: float, springs: bool) -> Model:
 def avdat_second_mode(short: bool) -> Outcome:
     """Compare the evidence of four hypotheses; fit the contact stiffness to the first mode."""
     fixed = avdat_column(3, 1, False)
-    first, second = (calibrate(fixed, [one], _DRY) for one in _FIELD)
+    first, second = (calibrate(fixed, _FIELD[i : i + 1], _DRY) for i in (0, 1))
     found = {
         "fixed base": calibrate(fixed, _FIELD, _DRY),
         "base 3 m × 1 m on springs": calibrate(avdat_column(3, 1, True), _FIELD, _DRY | _GROUND),
@@ -106,7 +106,7 @@ def random_column(seed: int, unknowns: tuple[int, int], measured: tuple[int, int
     true = {n: MEDIANS[n] * _SPREAD ** (random.standard_normal() / BAND) for n in priors}
     exact = modes(model, int(random.integers(*measured, endpoint=True)), changes=true).frequency
     noisy = exact * np.exp(_NOISE * random.standard_normal(exact.size))
-    return model, [MeasuredMode(f, _NOISE * f) for f in noisy.tolist()], priors, true
+    return model, {"frequency": noisy, "deviation": _NOISE * noisy}, priors, true
 
 
 def _check_coverage(first: int, count: int) -> dict:
