@@ -126,15 +126,15 @@ def _describe_study() -> list[str]:
     model = _discrete_model()
     beam = _beam_frequency()
     return [
-        "Ten blocks of 1 m × 1 m, clamped on the left, a triangular impulse of 0.02 s at the free"
-        " end. The paper prints neither material nor impulse; the input takes the rock of Table I"
-        " and 10 kN.",
-        "Blocks of constant strain do not bend: all bending of the model sits in its joints, whose"
-        " two corner springs resist a turn with k·w²/2. The first frequency therefore rises with √k"
-        f" while the joints are soft ({model.frequencies[0]:.2f} Hz at 40 E), tends to that of a"
-        f" beam that can only shear, √(G/ρ)/4L = {_shear_frequency():.2f} Hz, and is not the"
-        f" bending beam's 0.5596 √(EI/ρAL⁴) = {beam:.2f} Hz, for which the joints would have to be"
-        " as soft as k = E/6. This is what figure 6 shows as “frequency increasing with penalty”.",
+        "Ten blocks of 1 m × 1 m are clamped on the left; a triangular impulse of 0.02 s acts at"
+        " the free end. The paper prints neither material nor impulse; the input uses the rock of"
+        " Table I and 10 kN.",
+        "Blocks of constant strain do not bend, so the model bends only in its joints, whose two"
+        " corner springs have the rotational stiffness k·w²/2. The first frequency therefore"
+        f" increases as √k with soft joints ({model.frequencies[0]:.2f} Hz at 40 E) and tends to"
+        f" that of a shear beam, √(G/ρ)/4L = {_shear_frequency():.2f} Hz. It would be that of a"
+        f" bending beam, 0.5596 √(EI/ρAL⁴) = {beam:.2f} Hz, only with joints as soft as k = E/6."
+        " Figure 6 shows this as “frequency increasing with penalty”.",
     ]
 
 
@@ -186,8 +186,8 @@ def _add_damping_rows(done: Outcome, found: dict) -> float:
         "very significant attenuation",
         float(expected),
         float(sizes[1] / sizes[0]),
-        "first mode alone decays as exp(-ω²Δt t/4); the run still holds some of the higher"
-        " modes at the smaller step",
+        "first mode alone decays as exp(-ω²Δt t/4); the run contains some higher modes with the"
+        " smaller step",
         3,
     )
     return worst
@@ -208,18 +208,18 @@ def _add_kinetic_row(done: Outcome, found: dict) -> None:
         "Fig. 4",
         "totally damped",
         "overdamped: both eigenvalues real" if np.isreal(roots).all() else "oscillates",
-        "creeps back without a swing" if np.ptp(sign) == 0 else "swings",
-        "keeping 99 % of the velocity in each of 100,000 steps a second is a decay of the"
+        "returns without oscillation" if np.ptp(sign) == 0 else "oscillates",
+        "a factor of 0.99 on the velocity in each of 100,000 steps per second is a decay of the"
         f" velocity of {-np.log(0.99) / 1e-5:.0f}/s",
     )
-    done.compare("rate of the creep back (1/s)", "Fig. 4", None, slow, float(-fit.coef[1]), "", 4)
+    done.compare("rate of the return (1/s)", "Fig. 4", None, slow, float(-fit.coef[1]), "", 4)
     done.compare(
         "largest displacement, 1 % kinetic damping over full dynamic",
         "Fig. 4",
         None,
         _theoretical_peak_ratio(),
         float(abs(result["tip"]).max() / abs(full["tip"]).max()),
-        "linear model marched step by step",
+        "linear model integrated step by step",
         4,
     )
 
@@ -256,14 +256,14 @@ def _add_penalty_rows(done: Outcome, found: dict) -> float:
         "no obvious effect",
         1.0,
         rise,
-        "ζ = ωΔt/4 holds no penalty: it changes only as the frequency does"
+        "ζ = ωΔt/4 does not contain the penalty and changes only with the frequency"
         f" (×{last.frequency / first.frequency:.1f} here), from a value too small to see",
     )
     done.notes.append(
-        "“The penalty has no obvious effect on damping” is right for a given frequency only. Over"
-        f" E … 100 E the frequency rises {last.frequency / first.frequency:.2f} times and the"
-        f" damping ratio with it, from {per_cent(first.damping_exact)} to"
-        f" {per_cent(last.damping_exact)}: invisible in a plot of a few cycles at 1e-5 s."
+        "“The penalty has no obvious effect on damping” is true only for a given frequency. From E"
+        f" to 100 E the frequency increases {last.frequency / first.frequency:.2f} times, and the"
+        f" damping ratio from {per_cent(first.damping_exact)} to {per_cent(last.damping_exact)}:"
+        " invisible in a plot of a few cycles at 1e-5 s."
     )
     return worst
 
@@ -279,7 +279,7 @@ def _add_sensitivity_rows(done: Outcome, found: dict) -> None:
             None,
             0.0,
             float(np.ptp(compliance) / np.mean(compliance)),
-            "linear: the size of the impulse does not matter",
+            "linear: the response is proportional to the impulse",
             2,
         )
     omega = _discrete_model().omega[0]

@@ -48,14 +48,14 @@ def discussion(found: dict) -> Outcome:
     """Compose rows, tables and pictures."""
     done = Outcome(text=[
         "The paper checks its time steps with equations 13 and 14 and its blocks with equation 12."
-        " Here the same checks with ω_max as it is: the highest frequency of K x = ω² M x."
+        " The same checks use the true ω_max here: the highest frequency of K x = ω² M x."
     ])  # fmt: skip
     _add_resolution_rows(done, found)
     _add_size_rows(done)
     _add_penalty_rows(done)
     done.pictures = [
-        picture("discussion_damping", "Damping ratio by the scheme over frequency, and where a mode"
-                " stops swinging (ωΔt = 4, eq. 13).", _draw_damping),
+        picture("discussion_damping", "Damping ratio by the scheme over frequency, and limit above"
+                " which a mode does not oscillate (ωΔt = 4, eq. 13).", _draw_damping),
         picture("discussion_omega", "First and highest frequency of the column over penalty, with"
                 " the limits 4/Δt of eq. 13.", _draw_frequencies, found),
     ]  # fmt: skip
@@ -69,22 +69,22 @@ def _add_resolution_rows(done: Outcome, found: dict) -> None:
     shear = np.sqrt(_YOUNG / 2 / (1 + _POISSON) / _DENSITY)
     done.compare("largest Δt of eq. 13 with the first mode for ω_max (s)", "section 4", 0.1,
         4 / (2 * np.pi * _PAPER_OMEGA), 4 / at_best["first"],
-        "the paper puts 6.3 Hz, the highest *dominant* frequency, into eq. 13; here the first"
+        "the paper uses 6.3 Hz, the highest *dominant* frequency, in eq. 13; here the first"
         " mode at k = 4e8 N/m", 3)  # fmt: skip
     done.compare("ω_max/2π of the column, k = 4e8 N/m (Hz)", "section 4", _PAPER_OMEGA, None,
         highest,
-        "the drums' own strain modes, which hold no penalty (with fixed points of stiffness k"
-        f" in place of 100 k: {at_best['without'] / 2 / np.pi:.0f} Hz)", 4)  # fmt: skip
+        "strain modes of the drums, independent of the penalty (with fixed points of stiffness k"
+        f" instead of 100 k: {at_best['without'] / 2 / np.pi:.0f} Hz)", 4)  # fmt: skip
     done.compare("largest Δt of eq. 13 with ω_max (s)", "section 4", 0.1, None,
         4 / at_best["highest"],
-        "a limit of resolution, not of stability: beyond it a mode no longer swings but is"
-        " still damped, and both time steps of the paper are beyond it", 3)  # fmt: skip
+        "a limit of accuracy, not of stability: above it a mode is damped without oscillation;"
+        " both time steps of the paper are above it", 3)  # fmt: skip
     done.compare("largest Δt of eq. 14, CFL (s)", "section 4", 0.0002, _SIDE / _SPEED,
         _SIDE / shear,
         f"theory: Δx/v with the paper's {_SPEED:g} m/s; sitedda column: with"
-        f" √(G/ρ) = {shear:.0f} m/s of its own Table III", 3)  # fmt: skip
+        f" √(G/ρ) = {shear:.0f} m/s of Table III", 3)  # fmt: skip
     done.require(
-        "ω_max stated honestly, and both time steps of the paper judged by it",
+        "Both time steps of the paper exceed the limit 4/ω_max",
         bool(4 / at_best["highest"] < min(_STEPS)),
         f"4/ω_max = {4 / at_best['highest']:.2g} s; the steps of 1 and 10 ms are"
         f" {min(_STEPS) * at_best['highest'] / 4:.0f} and"
@@ -97,7 +97,7 @@ def _add_resolution_rows(done: Outcome, found: dict) -> None:
         for k, v in found.items()
     ]  # fmt: skip
     done.tabulate(
-        "The column's spectrum and what the scheme does to its first mode",
+        "Frequencies of the column, and damping of its first mode by the scheme",
         ["k (N/m)", "first (Hz)", "highest (Hz)", "4/ω_max (s)",
          *(f"ζ of the first at Δt = {s:g} s" for s in _STEPS)],
         sorted(cells, key=lambda row: float(row[0])),
@@ -131,12 +131,12 @@ def _add_penalty_rows(done: Outcome) -> None:
         _BEST["layers"] / layers, "table I: 1500 GN/m over 4.788 GPa × 15 m, the length of a"
         " layer", 3)  # fmt: skip
     done.notes += [
-        "“k = E·L” compares things of different kind: what counts is the compliance of a joint over"
-        " that of a block. A joint turns with k·w²/2; a layer's joint shears with 2k/2.5 beside"
-        " G·w/Δx of the layer. The layers need a stiff joint because their joints are artificial,"
-        " the column a soft one because its joints are real and open to the hand: both follow from"
-        " the frequency wanted, before any run.",
-        f"The damping of the scheme holds no penalty: at 4.3 Hz it is"
+        "“k = E·L” compares different quantities: the ratio of the compliances of joint and block"
+        " is decisive. The rotational stiffness of a joint is k·w²/2; the joint of a layer has"
+        " 2k/2.5 in series with G·w/Δx of the layer. The layers need stiff joints because their"
+        " joints are artificial, the column soft ones because its joints are real: the wanted"
+        " frequency determines both penalties before any run.",
+        f"The damping of the scheme does not depend on the penalty: at 4.3 Hz it is"
         f" {per_cent(float(scheme_damping(4.3, 1e-2)))} at 10 ms and"
         f" {per_cent(float(scheme_damping(4.3, 1e-3)))} at 1 ms.",
         "CFL (eq. 14) and 4/ω_max are limits of accuracy for waves and contacts, not of stability:"

@@ -112,8 +112,8 @@ def layers(found: dict) -> Outcome:
         "Fifteen layers of 15 m × 1 m on a shaken base block, k = 1500 GN/m, Δt = 1 ms, 60,000"
         " steps, damping by the scheme alone. “Theory” is the exact discrete one: K and M of the"
         " blocks and springs, one complex solve per frequency.",
-        "The paper's record (Chi-Chi 1999, ALS, E) is not free to pass on; a Loma Prieta 1989"
-        " record of the USGS takes its place. A second, made-up motion gives the same peak.",
+        "The paper's record (Chi-Chi 1999, ALS, E) may not be redistributed; a Loma Prieta 1989"
+        " record of the USGS replaces it. White noise gives the same peak.",
     ])  # fmt: skip
     for table in _TABLES:
         _add_dda_rows(done, table, found)
@@ -131,8 +131,8 @@ def _add_dda_rows(done: Outcome, table: int, found: dict) -> None:
     result = found[(table, "displacement")]
     printed = dict(zip(("frequency", "amplitude"), case["dda"], strict=True))
     reasons = {
-        "middle": "M2 at the middle of the top block, which is what reproduces the print",
-        "surface": "M2 on the surface: the top half layer amplifies a little more",
+        "middle": "M2 at the middle of the top block, which reproduces the printed value",
+        "surface": "M2 on the surface: the top half layer amplifies slightly more",
     }
     for point, why in reasons.items():
         theory, peak = _discrete_peak(table, point), _measure_amplification(result, point)[2]
@@ -161,7 +161,7 @@ def _add_shake_rows(done: Outcome, table: int, column: Column) -> None:
     place = f"{case['figure']}, SHAKE"
     done.compare(f"SHAKE twin: resonance, {case['where']} (Hz)", place, case["shake"][0],
         closed and closed.frequency, peak.frequency,
-        f"D = {per_cent(damping)} ({source}); the paper's is read at a spectral line",
+        f"D = {per_cent(damping)} ({source}); the paper reads the value at a spectral line",
         5)  # fmt: skip
     done.compare(f"SHAKE twin: amplification, {case['where']}", place, case["shake"][1],
         closed and closed.amplitude, peak.amplitude,
@@ -203,7 +203,7 @@ def _add_loading_row(done: Outcome, table: int, found: dict, ground: dict) -> No
         5)  # fmt: skip
     done.rows.append(
         relative(
-            f"{case['figure']}: base displacement and base acceleration give one spectrum",
+            f"{case['figure']}: base displacement and base acceleration give the same spectrum",
             reference.amplitude,
             peak.amplitude,
             0.001,
@@ -217,7 +217,7 @@ def _add_noise_row(done: Outcome, found: dict) -> None:
         _measure_amplification(found[(1, kind)], "middle")[2] for kind in ("displacement", "noise")
     ]
     done.compare(
-        "sensitivity: amplification under a made-up motion (white noise)",
+        "sensitivity: amplification of white noise",
         "assumed",
         _TABLES[1]["dda"][1],
         _discrete_peak(1, "middle").amplitude,
@@ -242,7 +242,7 @@ def _add_notes(done: Outcome, found: dict) -> None:
         "Table II counts its layers from the top: from the base the twin's peak would lie at"
         f" {turned.peak().frequency:.2f} Hz and not at {right.frequency:.2f} Hz"
         f" (paper {_TABLES[2]['shake'][0]:.2f} Hz).",
-        "No penalty stands in the damping: 2ζ = tan(ωΔt/2), "
+        "The damping does not depend on the penalty: 2ζ = tan(ωΔt/2), "
         f"{per_cent(float(scheme_damping(_TABLES[2]['dda'][0], _STEP)))} at 14.23 Hz and 1 ms;"
         f" the paper found {per_cent(_TABLES[2]['damping'])} by trial.",
     ]

@@ -168,7 +168,7 @@ def _restitutions(omega: float) -> np.ndarray:
     return np.array(found)
 
 
-@study("Remarks: what the paper says without showing it", tasks)
+@study("Remarks of the paper without figure or table", tasks)
 def remarks(found: dict) -> Outcome:
     """Compose a row for each remark."""
     done = Outcome()
@@ -243,8 +243,7 @@ def _add_damping_rows(done: Outcome) -> None:
         " not the damping")  # fmt: skip
     done.compare("5 soft layers of 10 % on 10 stiff ones of 1 %: damping ratio of the first mode",
         "section 2.1", "“non-classical”", exact, energies,
-        "theory: complex mode; beside it by the energies of the real mode,"
-        " as `modes` has it")  # fmt: skip
+        "theory: complex mode; run: energies of the real mode, as in `modes`")  # fmt: skip
     done.require("Damping by the material does not depend on the time step",
         abs(coarse.amplitude / fine.amplitude - 1) < 0.02,
         f"{fine.amplitude:.2f} and {coarse.amplitude:.2f}")  # fmt: skip

@@ -167,9 +167,9 @@ def shear_wave(found: dict) -> Outcome:
     """Compose rows, requirements and pictures from the runs."""
     done = Outcome(text=[
         f"A base block and 100 layers of 1 m × 15 m; M1 lies {_DISTANCE:g} m above the base block."
-        f" Period {_PERIOD:g} s, density and number of interfaces per metre stay, the shear modulus"
-        " sets the wavelength (eq. 17), the penalty is 100 E. The paper prints neither period,"
-        " distance nor the values of figure 9.",
+        f" Period {_PERIOD:g} s, density and number of interfaces per metre are constant; the shear"
+        " modulus sets the wavelength (eq. 17), the penalty is 100 E. The paper prints neither"
+        " period, distance nor the values of figure 9.",
         "“Theory” is the exact discrete one, in modal coordinates, with the scheme's time steps.",
     ])  # fmt: skip
     _add_amplitude_rows(done, found)
@@ -235,12 +235,12 @@ def _add_step_rows(done: Outcome, found: dict) -> None:
         f" λ/Δx = 4, {simple[32]:.2f} at 32",
     )
     done.notes.append(
-        "The gap is the scheme's attenuation exp(-ω²Δt x/4v). On its own, in a continuous column,"
-        " it takes √(4Δt·x/πTλ) from the tip of a triangle; with coarse blocks dispersion already"
-        " spreads the tip, so that the two losses do not simply add: the exact discrete theory of"
-        " the scheme holds both and gives the gap to all digits shown. “Largely the same"
-        " for every ratio” in the paper holds for a fixed travel time x/v only: at a fixed M1 the"
-        " gap falls as 1/√λ."
+        "The gap is the attenuation exp(-ω²Δt x/4v) of the scheme. In a continuous column, it"
+        " reduces the peak of a triangle by √(4Δt·x/πTλ); with coarse blocks, dispersion already"
+        " broadens the peak, so the two losses do not add. The exact discrete theory of the scheme"
+        " includes both and gives the gap to all digits shown. “Largely the same for every ratio”"
+        " in the paper is true only for a fixed travel time x/v: at a fixed M1 the gap decreases as"
+        " 1/√λ."
     )
 
 
@@ -264,7 +264,7 @@ def _add_shape_rows(done: Outcome, found: dict) -> None:
         "at 1e-4 s " + ", ".join(f"{fit:.4f}" for fit in fits))  # fmt: skip
     rising = bool(np.all(np.diff(fits) > 0))
     done.require(
-        "Fig. 11: wave form kept better with λ/Δx, well resolved from 16 on",
+        "Fig. 11: wave form improves with λ/Δx and is well resolved from 16 on",
         rising and fits[_PRINTED.index(16)] > 0.98,
         "correlations " + ", ".join(f"{fit:.4f}" for fit in fits),
     )
@@ -358,7 +358,7 @@ def _add_width_rows(done: Outcome, found: dict) -> None:
         "A stack of 15 m width is one-dimensional only for waves that are not much longer: at"
         f" λ/Δx = 128 it also bends, and the exact theory has the crest {per_cent(excess)} above"
         " the incident one at 1e-5 s. The error of figure 9 is then no longer one"
-        f" of the wave alone: the {bent:.2f} % at 64 is already flattered by it, a stack of"
+        f" of the wave alone: the {bent:.2f} % at 64 is already reduced by it, a stack of"
         f" {_WIDE['width']:g} m has {straight:.2f} %. The wider stack (rows above) continues the"
         " trend to 128; the 15 m stack does not, and is shown to 64 only."
     )
@@ -368,7 +368,7 @@ def _make_pictures(found: dict) -> list[Picture]:
     """Return the pictures of figures 8 to 11, and of the wave speed if it was measured."""
     pictures = [
         picture("shear_wave_fig9", "Figures 8 and 9: triangular wave and relative error of its"
-                " amplitude at M1; the paper has no faint points.", _draw_peak_errors, found),
+                " amplitude at M1; faint points are not in the paper.", _draw_peak_errors, found),
         picture("shear_wave_fig11", "Figures 10 and 11: one-cycle sine at M1, Δt = 1e-4 s,"
                 " with the incident wave delayed by the true travel time.", _draw_sines, found),
     ]  # fmt: skip
